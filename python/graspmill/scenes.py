@@ -1,4 +1,4 @@
-"""Samples of scenes: bodies at rest on their true meshes, in a bin or on a plane."""
+"""Samples of scenes: bodies at rest on their true meshes, in a bin or on a plane, or where others say that they stood."""
 
 from __future__ import annotations
 
@@ -59,8 +59,29 @@ class SceneSample(Sample):
 
     @content
     def mode(self) -> str:
-        """``table``, ``heap`` or ``bin``."""
+        """``table``, ``heap``, ``bin``, ``packed``, ``pile`` or ``imported``."""
         return str(self.message("scene")["mode"])
+
+    @content
+    def source(self) -> str:
+        """Name of an imported scene among its files; empty where the scene was settled."""
+        return str(self.message("scene").get("source", ""))
+
+    @content
+    def world_from_source(self) -> Floats | None:
+        """(4, 4) pose of the world of an imported scene's files in the scene's; None where the scene was settled."""
+        rows: Floats = self.message("scene").get("world_from_source", np.zeros(0))
+        if len(rows) == 0:
+            return None
+        expect_lengths(12, world_from_source=rows)
+        pose = np.eye(4)
+        pose[:3] = rows.reshape(3, 4)
+        return pose
+
+    @content
+    def crossed(self) -> int:
+        """Pairs of an imported scene that go through each other; none of a settled one do."""
+        return int(self.message("scene").get("crossed", 0))
 
     @content
     def container(self) -> tuple[str, Floats]:

@@ -46,7 +46,8 @@ pub use products::{
     },
     reachability::{BlockFacts, FieldHeader, ReachabilityBlock, ReachabilityField},
     scenes::{
-        CONTAINER, Scene, SceneBody, SceneContact, SceneContainer, SceneFacts, SceneMode, SceneOverview, SceneSupport,
+        CONTAINER, Scene, SceneBody, SceneContact, SceneContainer, SceneFacts, SceneImport, SceneMode, SceneOverview,
+        SceneSupport,
     },
     views::{SceneImage, SceneInstance, ViewFacts},
     volumes::{FusedView, SceneVolume, VolumeFacts, VolumeTruth},

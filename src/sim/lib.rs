@@ -69,7 +69,7 @@ pub use probe::{GlFacts, SimFacts, gl_facts, sim_facts};
 pub use robot::RobotModel;
 pub use scene::scene_camera;
 pub use settle::{
-    Container, Fault, Placement, SceneBody, SceneTouch, SettleSettings, SettleWorker, SettledBody, SettledScene,
+    Container, Fault, Placement, SceneBody, SceneTouch, SettleSettings, SettleWorker, SettledBody, SettledScene, Walls,
 };
 pub use trial::{
     Gravity, Grip, Outcome, Phase, PlainHand, Series, SeriesSample, Slip, Start, TableSupport, TrialConditions,

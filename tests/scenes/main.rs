@@ -2,6 +2,8 @@
 //! mistakes are said with their keys.
 
 mod amodal;
+mod imported;
+mod modes;
 mod pick_trials;
 mod picks;
 mod sets;

@@ -2,7 +2,10 @@
 
 use std::{collections::BTreeMap, ops::Range};
 
-use super::spec::{BodiesSpec, MAX_WALL, MaterialSpec, MeshRow, UnitSpec};
+use super::{
+    csv::csv_records,
+    spec::{BodiesSpec, MAX_WALL, MaterialSpec, MeshRow, UnitSpec},
+};
 use form::{Bounds, Finding, FormError, Location, Problem, Source, did_you_mean};
 use kernel::words::{LengthUnit, Material};
 
@@ -26,14 +29,7 @@ const COLUMNS: [&str; 14] = [
 /// Heaviest object [kg].
 pub(super) const MAX_MASS: f64 = 100.0;
 
-/// One field and the bytes that it stands on.
-struct Field {
-    text: String,
-    range: Range<usize>,
-}
-
-/// Reads a table: the first line names the columns, `name` among them; empty fields say nothing. Fields are separated
-/// by commas and may stand in double quotes (RFC 4180); lines that start with `#` are comments.
+/// Reads a table: the first line names the columns, `name` among them; empty fields say nothing.
 ///
 /// Every mistake is in the list, with its location in the table.
 pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, (MeshRow, Location)>, Vec<FormError>) {
@@ -43,7 +39,7 @@ pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, (MeshRow, Locati
     let mut report = |range: &Range<usize>, key: &str, problem: Problem, help: Option<String>| {
         errors.push(FormError { location: source.location(range), key: key.to_owned(), problem, help });
     };
-    let mut lines = records(text).into_iter();
+    let mut lines = csv_records(text).into_iter();
     let header = lines.next().unwrap_or_default();
     for field in &header {
         if !COLUMNS.contains(&field.text.as_str()) {
@@ -143,55 +139,6 @@ fn set(row: &mut MeshRow, column: &str, text: &str) -> Result<(), Problem> {
 
 fn out_of_range(bounds: Bounds, found: &str) -> Problem {
     Problem::OutOfRange { expected: bounds.into(), found: Finding::Written(found.to_owned()) }
-}
-
-/// The records of a table, without comments and empty lines.
-fn records(text: &str) -> Vec<Vec<Field>> {
-    let mut records = Vec::new();
-    let mut rest = 0;
-    while rest < text.len() {
-        let line_end = text[rest..].find('\n').map_or(text.len(), |newline| rest + newline);
-        let line = text[rest..line_end].trim();
-        if line.is_empty() || line.starts_with('#') {
-            rest = line_end + 1;
-            continue;
-        }
-        let mut record = Vec::new();
-        loop {
-            let (field, end) = field(text, rest);
-            record.push(field);
-            rest = end + 1;
-            if text.as_bytes().get(end) != Some(&b',') {
-                break;
-            }
-        }
-        records.push(record);
-    }
-    records
-}
-
-/// The field that starts at `start`, and the byte that ends it: a comma, a line's end or the text's.
-fn field(text: &str, start: usize) -> (Field, usize) {
-    let bytes = text.as_bytes();
-    let is_end = |byte: usize| matches!(bytes.get(byte), None | Some(b',' | b'\n'));
-    if bytes.get(start) != Some(&b'"') {
-        let end = (start..).find(|byte| is_end(*byte)).expect("the text ends");
-        return (Field { text: text[start..end].trim().to_owned(), range: start..end }, end);
-    }
-    let (mut value, mut at) = (String::new(), start + 1);
-    loop {
-        let quote = text[at..].find('"').map_or(text.len(), |quote| at + quote);
-        value.push_str(&text[at..quote]);
-        at = (quote + 1).min(text.len());
-        // A doubled quote is one of the field's letters.
-        if bytes.get(at) != Some(&b'"') {
-            break;
-        }
-        value.push('"');
-        at += 1;
-    }
-    let end = (at..).find(|byte| is_end(*byte)).expect("the text ends");
-    (Field { text: value, range: start..end }, end)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ pub mod amodal;
 pub mod completion;
 pub mod grasps;
 pub mod input;
+pub mod listed_pose;
 pub mod pair;
 pub mod patches;
 pub mod picks;

@@ -43,11 +43,17 @@ pub fn settled_container(container: &SceneContainer) -> Result<Container, Produc
     match *container {
         SceneContainer::Plane { size } => Ok(Container::Plane { size }),
         SceneContainer::Bin { inner, wall } => {
-            let mesh = TriMesh::open_box(inner, wall);
-            let surface = ContactSurface::new(&mesh, InsideTest::WindingNumber);
-            let surface = surface.map_err(|error| ProduceError::unusable("container", error))?;
-            let body = Arc::new(ContactBody::new(&mesh, Arc::new(surface), Sampled::Edges));
-            Ok(Container::Bin { body, inner })
+            Ok(Container::Bin { body: flat_sided("container", &TriMesh::open_box(inner, wall))?, inner })
         }
     }
+}
+
+/// A mesh of flat sides, which touch with their edges alone, ready for contacts; `name` is for people.
+///
+/// # Errors
+/// When it has no surface.
+pub fn flat_sided(name: &str, mesh: &TriMesh) -> Result<Arc<ContactBody>, ProduceError> {
+    let surface = ContactSurface::new(mesh, InsideTest::WindingNumber);
+    let surface = surface.map_err(|error| ProduceError::unusable(name, error))?;
+    Ok(Arc::new(ContactBody::new(mesh, Arc::new(surface), Sampled::Edges)))
 }

@@ -1117,9 +1117,10 @@ pub struct ReachabilityField {
     #[prost(bytes = "vec", tag = "12")]
     pub distances: ::prost::alloc::vec::Vec<u8>,
 }
-/// Topic /scenes/scene. Bodies at rest on their true meshes. SampleId.subject is the digest of container, mode and split, and
-/// SampleId.item the number of the scene in it. Bodies are counted from 1, in the order of their release; 0 is the container.
-/// The world's origin is the middle of the container's floor, z up. Lengths in m, masses in kg, forces in N, angles in rad.
+/// Topic /scenes/scene. Bodies at rest on their true meshes, or where others say that they stood. SampleId.subject is the digest of
+/// container, mode and split, and of the walls of a pile, and SampleId.item the number of the scene in it. Bodies are counted from
+/// 1, in the order of their release; 0 is the container. The world's origin is the middle of the container's floor, z up. Lengths
+/// in m, masses in kg, forces in N, angles in rad.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Scene {
     #[prost(message, optional, tag = "1")]
@@ -1127,7 +1128,7 @@ pub struct Scene {
     /// digest of container, objects and poses: the scene by content
     #[prost(bytes = "vec", tag = "2")]
     pub scene: ::prost::alloc::vec::Vec<u8>,
-    /// table, heap, bin
+    /// table, heap, bin, packed, pile, imported
     #[prost(string, tag = "3")]
     pub mode: ::prost::alloc::string::String,
     /// plane, bin
@@ -1208,6 +1209,15 @@ pub struct Scene {
     /// bodies that left the container and are none of the scene's
     #[prost(uint32, tag = "29")]
     pub gone: u32,
+    /// mode imported: the scene among its files
+    #[prost(string, tag = "30")]
+    pub source: ::prost::alloc::string::String,
+    /// mode imported: 12 numbers, the world of those files in the scene's
+    #[prost(double, repeated, tag = "31")]
+    pub world_from_source: ::prost::alloc::vec::Vec<f64>,
+    /// mode imported: pairs that go through each other, the container among them
+    #[prost(uint32, tag = "32")]
+    pub crossed: u32,
 }
 /// Topic /scenes/overview. The scene from above, for people: a pinhole camera over the world's origin that looks straight down,
 /// its image's right along x and its up along y.

@@ -29,6 +29,8 @@ macro_rules! frames {
 frames! {
     /// The room: z up [m].
     World = "world";
+    /// The world of the files that a scene was read from: whatever its makers chose [m].
+    SourceWorld = "source_world";
     /// The prepared mesh's own frame [m].
     Object = "object";
     /// Camera, computer-vision axes: x right, y down, +z away from the camera [m].

@@ -28,8 +28,8 @@ pub use field::{
     signed_distance_thesis,
 };
 pub use frames::{
-    Approach, CameraCv, CameraGl, EndEffector, Frame, HandBase, Object, Pose, Volume, World, rotation_from_rpy,
-    rotation_towards,
+    Approach, CameraCv, CameraGl, EndEffector, Frame, HandBase, Object, Pose, SourceWorld, Volume, World,
+    rotation_from_rpy, rotation_towards,
 };
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};
 pub use hull::{convex_hull_area, convex_hull_corners, convex_hull_planes};
@@ -38,7 +38,7 @@ pub use mass::MassProperties;
 pub use mesh::{Aabb, TriMesh};
 pub use query::{MeshQuery, NoSurface, RayHit, TouchShape};
 pub use render_mesh::RenderMesh;
-pub use rest::{RestingPose, RestingPoses, every_resting_pose};
+pub use rest::{RestingPose, RestingPoses, every_resting_pose, upright};
 pub use shape::{Shape, Triangles};
 pub use simd::{SimdLevel, UnknownSimdLevel, simd_kernel};
 pub use spread::farthest_first;

@@ -132,7 +132,7 @@ pub fn every_resting_pose(mesh: &TriMesh, centre: &Point3<f64>) -> Vec<RestingPo
 }
 
 /// The smallest rotation that brings a direction of unit length up.
-fn upright(up: &Vector3<f64>) -> Rotation3<f64> {
+pub fn upright(up: &Vector3<f64>) -> Rotation3<f64> {
     let axis = up.cross(&Vector3::z());
     let cross = axis.cross_matrix();
     let rotation = if up.z > -0.999_999 {

@@ -2,6 +2,7 @@
 
 mod class;
 mod counts;
+mod equilibrium;
 mod grasp;
 mod length;
 mod material;
@@ -10,6 +11,7 @@ mod split;
 
 pub use class::NumberClass;
 pub use counts::{counted, size_in_words};
+pub use equilibrium::{MAX_DEPTHS, MAX_DRIFT};
 pub use grasp::{GraspTypeCounts, GraspVerdict, STRETCHES, TYPE_BINS, TYPE_DIGITS, type_digits};
 pub use length::LengthUnit;
 pub use material::{MassSource, Material};

@@ -4,12 +4,6 @@ use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use crate::Instability;
 
-/// Depths that are allowed between two bodies, and between a body and the container [m].
-pub const MAX_DEPTHS: [f64; 2] = [0.5e-3, 1e-3];
-
-/// Motion of a centre of mass [m] and rotation [rad] that a scene may show when it is stepped from its stored poses.
-pub const MAX_DRIFT: [f64; 2] = [2e-3, 2.0 * std::f64::consts::PI / 180.0];
-
 /// Reason why a scene is no scene.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fault {
@@ -63,6 +57,13 @@ pub struct SettledBody {
     pub turn: f64,
 }
 
+impl SettledBody {
+    /// A body at a pose, not stepped again yet.
+    pub(super) fn at(index: usize, world_from_object: IsometryMatrix3<f64>, released_at: f64) -> Self {
+        Self { index, world_from_object, released_at, drift: 0.0, turn: 0.0 }
+    }
+}
+
 /// A point at which two bodies of a scene touch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneTouch {
@@ -80,7 +81,7 @@ pub struct SceneTouch {
 }
 
 /// Result of settling a scene. A scene with a fault has numbers as far as it got.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct SettledScene {
     /// Why it is no scene, if it is none.
     pub fault: Option<Fault>,
@@ -96,6 +97,8 @@ pub struct SettledScene {
     pub top_speed: f64,
     /// Largest depth between two bodies, and between a body and the container [m].
     pub depths: [f64; 2],
+    /// Pairs of bodies, or of a body and the container, that go through each other; 0 of a scene without a fault.
+    pub crossed: u32,
     /// The contacts at the stored poses.
     pub touches: Vec<SceneTouch>,
 }

@@ -6,10 +6,7 @@ use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, UnitQuaternion,
 
 use super::{
     BodyPatch, Container, Fault, Placement, SceneBody, SceneCollider, SceneTouch, SettleSettings, SettledBody,
-    SettledScene,
-    collider::SceneLoan,
-    model::SceneModel,
-    outcome::{MAX_DEPTHS, MAX_DRIFT},
+    SettledScene, Walls, collider::SceneLoan, model::SceneModel, walls::StandingWalls,
 };
 use crate::{
     convert::{index, isometry},
@@ -19,6 +16,7 @@ use crate::{
 use kernel::{
     contact::{BodyScratch, PairTracker, crosses, plane_contacts},
     geom::SimdLevel,
+    words::{MAX_DEPTHS, MAX_DRIFT},
 };
 
 /// Time between two looks at the speeds [s].
@@ -36,6 +34,7 @@ const PARKED: f64 = 50.0;
 /// Working memory of one thread; its models are its own.
 pub struct SettleWorker {
     container: Container,
+    walls: Option<Walls>,
     settings: SettleSettings,
     level: SimdLevel,
     /// A model per count of bodies.
@@ -51,12 +50,23 @@ struct Run<'w> {
     settings: &'w SettleSettings,
     /// Bodies that take part; the others wait for their release, or have left the container.
     present: Vec<bool>,
+    /// Walls that stand around the bodies.
+    walls: Option<StandingWalls>,
+    /// Steps so far.
+    steps: u32,
 }
 
 impl SettleWorker {
     /// A worker for scenes in one container.
     pub fn new(container: Container, settings: SettleSettings, level: SimdLevel) -> Self {
-        Self { container, settings, level, models: BTreeMap::new() }
+        Self { container, walls: None, settings, level, models: BTreeMap::new() }
+    }
+
+    /// The worker with walls between which bodies are dropped. Once the bodies rest, or do not within the cap, the walls are
+    /// lifted away, and the bodies settle again.
+    #[must_use]
+    pub fn with_walls(self, walls: Walls) -> Self {
+        Self { walls: Some(walls), ..self }
     }
 
     /// Settles bodies from their placements, in the order in which they are let go; those before the scene leave no trace.
@@ -66,17 +76,27 @@ impl SettleWorker {
     /// When there are not as many placements as bodies, or there is no body.
     pub fn settle(&mut self, bodies: &[SceneBody], placements: &[Placement], min: usize) -> SettledScene {
         assert_eq!(bodies.len(), placements.len(), "one placement per body");
-        let mut scene = SettledScene {
-            fault: None,
-            bodies: Vec::new(),
-            gone: Vec::new(),
-            rest_time: 0.0,
-            steps: 0,
-            top_speed: 0.0,
-            depths: [0.0; 2],
-            touches: Vec::new(),
-        };
+        let mut scene = SettledScene::default();
         scene.fault = self.attempt(bodies, placements, min, &mut scene).err();
+        scene
+    }
+
+    /// Examines bodies at rest in poses of which nothing is known: what overlaps, what touches, and what moves when the bodies
+    /// are stepped from there. Nothing is a fault but numbers that blow up.
+    ///
+    /// # Panics
+    /// When there are not as many poses as bodies, or there is no body.
+    pub fn examine(&mut self, bodies: &[SceneBody], poses: &[IsometryMatrix3<f64>]) -> SettledScene {
+        assert_eq!(bodies.len(), poses.len(), "one pose per body");
+        let mut scene = SettledScene::default();
+        let body = |(index, pose): (usize, &IsometryMatrix3<f64>)| SettledBody::at(index, *pose, 0.0);
+        scene.bodies = poses.iter().enumerate().map(body).collect();
+        for Overlap { pair, depth, crossed } in self.overlaps(bodies, poses) {
+            let deepest = &mut scene.depths[kind_of(pair)];
+            *deepest = deepest.max(depth);
+            scene.crossed += u32::from(crossed);
+        }
+        scene.fault = self.step_again(bodies, &mut scene).err();
         scene
     }
 
@@ -88,7 +108,8 @@ impl SettleWorker {
         model.data.reset();
         let surfaces = bodies.iter().map(|body| std::sync::Arc::clone(&body.body)).collect();
         let collider = Some(SceneCollider::new(0, container.clone(), surfaces));
-        Run { model, collider, bodies, container, settings, present: vec![true; bodies.len()] }
+        let present = vec![true; bodies.len()];
+        Run { model, collider, bodies, container, settings, present, walls: None, steps: 0 }
     }
 
     fn attempt(
@@ -98,21 +119,26 @@ impl SettleWorker {
         min: usize,
         scene: &mut SettledScene,
     ) -> Result<(), Fault> {
-        // Fall, and come to rest.
-        let mut run = self.run(bodies);
-        let released = run.fall(placements, scene)?;
+        // Fall, and come to rest; walls are the last of the bodies.
+        let walls = self.walls.clone();
+        let all: Vec<SceneBody> = bodies.iter().chain(walls.as_ref().map(|walls| &walls.body)).cloned().collect();
+        let mut run = self.run(&all);
+        run.walls = walls.as_ref().map(|walls| walls.standing(bodies.len()));
+        let released = run.fall(placements)?;
+        let mut speed = run.wait(bodies.len(), scene)?;
+        if let Some(walls) = &walls {
+            run.lift_walls(walls.lift_speed, bodies.len())?;
+            speed = run.wait(bodies.len(), scene)?;
+        }
+        if let Some(speed) = speed {
+            return Err(Fault::NeverRested { speed });
+        }
         let poses: Vec<IsometryMatrix3<f64>> = (0..bodies.len()).map(|index| run.pose(index)).collect();
         // Bodies that left the container are none of the scene's.
         let stays = |index: &usize| run.present[*index] && run.contains(&(poses[*index] * bodies[*index].solid.centre));
         let (kept, gone): (Vec<usize>, Vec<usize>) = (0..bodies.len()).partition(stays);
         scene.gone = gone;
-        let of = |index: &usize| SettledBody {
-            index: *index,
-            world_from_object: poses[*index],
-            released_at: released[*index],
-            drift: 0.0,
-            turn: 0.0,
-        };
+        let of = |index: &usize| SettledBody::at(*index, poses[*index], released[*index]);
         scene.bodies = kept.iter().map(of).collect();
         if kept.len() < min.max(1) {
             return Err(Fault::Gone { bodies: scene.gone.clone() });
@@ -121,68 +147,97 @@ impl SettleWorker {
         let kept: Vec<SceneBody> = kept.iter().map(|index| bodies[*index].clone()).collect();
         self.check_overlaps(&kept, scene)?;
         // From the stored poses, from rest: nothing moves.
+        self.step_again(&kept, scene)?;
+        let bodies = || scene.bodies.iter();
+        let farthest = bodies().max_by(|one, other| one.drift.total_cmp(&other.drift));
+        let turned = bodies().max_by(|one, other| one.turn.total_cmp(&other.turn));
+        for SettledBody { index, drift, turn, .. } in [farthest, turned].into_iter().flatten() {
+            if !(*drift <= MAX_DRIFT[0] && *turn <= MAX_DRIFT[1]) {
+                return Err(Fault::Moved { body: *index, drift: *drift, turn: *turn });
+            }
+        }
+        Ok(())
+    }
+
+    /// Contacts of the bodies at the poses of the scene, and their motions when they are stepped from there, from rest.
+    fn step_again(&mut self, bodies: &[SceneBody], scene: &mut SettledScene) -> Result<(), Fault> {
         let poses: Vec<IsometryMatrix3<f64>> = scene.bodies.iter().map(|body| body.world_from_object).collect();
-        let mut run = self.run(&kept);
+        let mut run = self.run(bodies);
         scene.touches = run.touches(&poses);
         let drifts = run.stepped_again(&poses)?;
         for (body, [drift, turn]) in scene.bodies.iter_mut().zip(&drifts) {
             (body.drift, body.turn) = (*drift, *turn);
         }
-        let farthest = drifts.iter().enumerate().max_by(|(_, one), (_, other)| one[0].total_cmp(&other[0]));
-        let turned = drifts.iter().enumerate().max_by(|(_, one), (_, other)| one[1].total_cmp(&other[1]));
-        for (body, [drift, turn]) in [farthest, turned].into_iter().flatten() {
-            if !(*drift <= MAX_DRIFT[0] && *turn <= MAX_DRIFT[1]) {
-                return Err(Fault::Moved { body: scene.bodies[body].index, drift: *drift, turn: *turn });
+        Ok(())
+    }
+
+    /// Refuses overlaps that are too deep, and edges that go through walls.
+    fn check_overlaps(&self, bodies: &[SceneBody], scene: &mut SettledScene) -> Result<(), Fault> {
+        let poses: Vec<IsometryMatrix3<f64>> = scene.bodies.iter().map(|body| body.world_from_object).collect();
+        for Overlap { pair, depth, crossed } in self.overlaps(bodies, &poses) {
+            let kind = kind_of(pair);
+            scene.depths[kind] = scene.depths[kind].max(depth);
+            let pair = pair.map(|body| body.map(|body| scene.bodies[body].index));
+            if depth > MAX_DEPTHS[kind] {
+                return Err(Fault::TooDeep { pair, depth });
+            }
+            if crossed {
+                return Err(Fault::Crossed { pair });
             }
         }
         Ok(())
     }
 
-    /// Depths of all overlaps, and edges that go through walls.
-    fn check_overlaps(&self, bodies: &[SceneBody], scene: &mut SettledScene) -> Result<(), Fault> {
+    /// Overlaps of each body with the container and then with every body before it.
+    fn overlaps<'b>(
+        &'b self,
+        bodies: &'b [SceneBody],
+        poses: &'b [IsometryMatrix3<f64>],
+    ) -> impl Iterator<Item = Overlap> + 'b {
         let (mut scratch, mut found) = (BodyScratch::default(), Vec::new());
-        let poses: Vec<IsometryMatrix3<f64>> = scene.bodies.iter().map(|body| body.world_from_object).collect();
-        let indices: Vec<usize> = scene.bodies.iter().map(|body| body.index).collect();
-        for (high, body) in bodies.iter().enumerate() {
-            // The container first, then every body before this one.
-            for low in std::iter::once(None).chain((0..high).map(Some)) {
-                let kind = usize::from(low.is_none());
-                let other = match (low, &self.container) {
-                    (Some(low), _) => Some((bodies[low].body.as_ref(), poses[low].inv_mul(&poses[high]))),
-                    (None, Container::Bin { body, .. }) => Some((body.as_ref(), poses[high])),
-                    (None, Container::Plane { .. }) => None,
-                };
-                match &other {
-                    Some((other, placed)) => {
-                        PairTracker::default().contacts([other, body.body.as_ref()], placed, &mut scratch, &mut found)
-                    }
-                    None => plane_contacts(&body.body, &poses[high], &mut found),
+        let before = |high: usize| std::iter::once(None).chain((0..high).map(Some)).map(move |low| (low, high));
+        (0..bodies.len()).flat_map(before).map(move |(low, high)| {
+            let body = bodies[high].body.as_ref();
+            let other = match (low, &self.container) {
+                (Some(low), _) => Some((bodies[low].body.as_ref(), poses[low].inv_mul(&poses[high]))),
+                (None, Container::Bin { body, .. }) => Some((body.as_ref(), poses[high])),
+                (None, Container::Plane { .. }) => None,
+            };
+            match &other {
+                Some((other, placed)) => {
+                    PairTracker::default().contacts([other, body], placed, &mut scratch, &mut found);
                 }
-                let depth = found.first().map_or(0.0, |contact| -contact.distance);
-                scene.depths[kind] = scene.depths[kind].max(depth);
-                let pair = [low.map(|low| indices[low]), Some(indices[high])];
-                if depth > MAX_DEPTHS[kind] {
-                    return Err(Fault::TooDeep { pair, depth });
-                }
-                let crossed = other.is_some_and(|(other, placed)| {
-                    crosses([other, body.body.as_ref()], &placed, MAX_DEPTHS[kind], self.level)
-                });
-                if crossed {
-                    return Err(Fault::Crossed { pair });
-                }
+                None => plane_contacts(body, &poses[high], &mut found),
             }
-        }
-        Ok(())
+            let depth = found.first().map_or(0.0, |contact| -contact.distance);
+            let pair = [low, Some(high)];
+            let allowed = MAX_DEPTHS[kind_of(pair)];
+            let crossed = other.is_some_and(|(other, placed)| crosses([other, body], &placed, allowed, self.level));
+            Overlap { pair, depth, crossed }
+        })
     }
 }
 
+/// Overlap of two bodies, or of a body and the container.
+struct Overlap {
+    /// Positions of the bodies; `None` for the container, which comes first.
+    pair: [Option<usize>; 2],
+    /// Largest depth [m], 0 where they do not overlap.
+    depth: f64,
+    /// Whether an edge of one goes through a wall of the other.
+    crossed: bool,
+}
+
+/// Index of the bounds for a pair: 0 for two bodies, 1 for a body and the container.
+fn kind_of(pair: [Option<usize>; 2]) -> usize {
+    usize::from(pair[0].is_none())
+}
+
 impl Run<'_> {
-    /// Lets the bodies go and steps until they rest: the time of each release [s].
-    fn fall(&mut self, placements: &[Placement], scene: &mut SettledScene) -> Result<Vec<f64>, Fault> {
-        let SettleSettings { timestep, release_every, rest_speed, rest_time, cap, .. } = *self.settings;
-        let steps_in = |time: f64| (time / timestep).round().max(1.0) as u32;
+    /// Lets the bodies go: the time of each release [s].
+    fn fall(&mut self, placements: &[Placement]) -> Result<Vec<f64>, Fault> {
+        let SettleSettings { timestep, release_every, .. } = *self.settings;
         let mut released: Vec<f64> = Vec::new();
-        let mut step = 0;
         for (index, placement) in placements.iter().enumerate() {
             match placement {
                 Placement::Placed { world_from_object } => self.put(index, world_from_object),
@@ -196,37 +251,62 @@ impl Run<'_> {
                 self.put(index, &pose);
                 self.present[index] = true;
             }
-            released.push(f64::from(step) * timestep);
+            released.push(f64::from(self.steps) * timestep);
             if dropped && index + 1 < placements.len() {
-                for _ in 0..steps_in(release_every) {
-                    self.step()?;
-                    step += 1;
-                }
-                self.give_up_lost();
+                self.step_for(release_every)?;
             }
         }
-        // At rest when no speed is above the bound for a while.
+        Ok(released)
+    }
+
+    /// Steps until the first `count` bodies rest, which is when no speed is above the bound for a while: `None`, or the largest
+    /// speed [m/s] at the end of the time.
+    fn wait(&mut self, count: usize, scene: &mut SettledScene) -> Result<Option<f64>, Fault> {
+        let SettleSettings { timestep, rest_speed, rest_time, cap, .. } = *self.settings;
         let looks = (rest_time / LOOK_EVERY).round().max(1.0) as u32;
-        let (last_release, mut still) = (step, 0);
+        let (last_release, mut still) = (self.steps, 0);
         loop {
-            for _ in 0..steps_in(LOOK_EVERY) {
-                self.step()?;
-                step += 1;
-            }
-            self.give_up_lost();
-            let present = (0..placements.len()).filter(|index| self.present[*index]);
+            self.step_for(LOOK_EVERY)?;
+            let present = (0..count).filter(|index| self.present[*index]);
             let speed = present.map(|index| self.speed(index)).fold(0.0, f64::max);
             still = if speed < rest_speed { still + 1 } else { 0 };
             scene.top_speed = speed;
-            scene.rest_time = f64::from(step - last_release) * timestep;
-            scene.steps = step;
+            scene.rest_time = f64::from(self.steps - last_release) * timestep;
+            scene.steps = self.steps;
             if still >= looks {
-                return Ok(released);
+                return Ok(None);
             }
             if scene.rest_time >= cap {
-                return Err(Fault::NeverRested { speed });
+                return Ok(Some(speed));
             }
         }
+    }
+
+    /// Lifts the walls away from the first `count` bodies, at a speed [m/s], and takes them out of the scene.
+    fn lift_walls(&mut self, speed: f64, count: usize) -> Result<(), Fault> {
+        if let Some(walls) = &mut self.walls {
+            walls.speed = speed;
+        }
+        while let Some(walls) = self.walls {
+            self.step_for(LOOK_EVERY)?;
+            let present = (0..count).filter(|index| self.present[*index]);
+            let top = present.map(|index| self.top(index)).fold(0.0, f64::max);
+            if self.walls.is_some_and(|walls| walls.are_away(top)) {
+                self.present[walls.index] = false;
+                self.walls = None;
+            }
+        }
+        Ok(())
+    }
+
+    /// Steps for a time [s], and takes bodies that fall for ever out of the scene.
+    fn step_for(&mut self, time: f64) -> Result<(), Fault> {
+        for _ in 0..(time / self.settings.timestep).round().max(1.0) as u32 {
+            self.step()?;
+            self.steps += 1;
+        }
+        self.give_up_lost();
+        Ok(())
     }
 
     /// One step, of which the bodies that are not present know nothing.
@@ -236,12 +316,25 @@ impl Run<'_> {
                 self.park(index);
             }
         }
+        self.carry_walls();
         let loan = SceneLoan::new(&mut self.collider);
         self.model.data.step();
         drop(loan);
         match instability(&self.model.data) {
             Some(kind) => Err(Fault::Unstable(kind)),
             None => Ok(()),
+        }
+    }
+
+    /// Gives the walls their height and speed, and the force that carries them.
+    fn carry_walls(&mut self) {
+        let Some(StandingWalls { index, foot, speed, .. }) = self.walls else { return };
+        self.put(index, &IsometryMatrix3::translation(0.0, 0.0, foot));
+        let [_, dof] = self.model.addresses[index];
+        self.model.data.qvel_mut()[dof + 2] = speed;
+        self.model.data.qfrc_applied_mut()[dof + 2] = StandingWalls::LIFT;
+        if let Some(walls) = &mut self.walls {
+            walls.foot += speed * self.settings.timestep;
         }
     }
 
@@ -296,15 +389,24 @@ impl Run<'_> {
         }
         let mut position = Vector3::zeros();
         let mut fits = true;
-        for (axis, (side, share)) in self.container.floor().into_iter().zip(shares).enumerate() {
+        let (sides, rim) = self.room();
+        for (axis, (side, share)) in sides.into_iter().zip(shares).enumerate() {
             let [from, to] = [-side / 2.0 + FROM_WALL - low[axis], side / 2.0 - FROM_WALL - high[axis]];
             fits &= from <= to;
             position[axis] = if from <= to { from + (to - from) * share } else { f64::midpoint(from, to) };
         }
         let top = (0..index).filter(|other| self.present[*other]).map(|other| self.top(other)).fold(0.0, f64::max);
-        let floor = if fits { 0.0 } else { self.container.rim() };
+        let floor = if fits { 0.0 } else { rim };
         position.z = top.max(floor) + self.settings.release_height - low.z;
         IsometryMatrix3::from_parts(Translation3::from(position), *rotation)
+    }
+
+    /// Sides of the room that bodies are dropped into, and the height of its rim [m].
+    fn room(&self) -> ([f64; 2], f64) {
+        match self.walls {
+            Some(StandingWalls { inner: [x, y, z], .. }) => ([x, y], z),
+            None => (self.container.floor(), self.container.rim()),
+        }
     }
 
     /// Height of a body's highest point [m].
@@ -446,6 +548,60 @@ mod tests {
         assert!(scene.touches.len() >= 3, "{:?}", scene.touches);
     }
 
+    fn walled(lift_speed: f64) -> Walls {
+        let inner = [0.2, 0.2, 0.3];
+        let mesh = TriMesh::walls(inner, 0.02);
+        let surface = kernel::contact::ContactSurface::new(&mesh, InsideTest::WindingNumber).expect("a surface");
+        Walls::new(Arc::new(ContactBody::new(&mesh, Arc::new(surface), Sampled::Edges)), inner, lift_speed)
+    }
+
+    /// Walls hold bodies together until they are lifted; what stays has no contact with them, and the same bits twice.
+    #[test]
+    fn a_pile_falls_apart_when_its_walls_are_lifted() {
+        let bodies = ["box-01", "can-01", "box-02", "cup-01"].map(|name| scene_body(&built_in_source(name)));
+        let mut stream = Stream::of_job(4, b"", "drops");
+        let drops = [(); 4].map(|()| random_drop(&mut stream));
+        let plane = || SettleWorker::new(Container::Plane { size: [2.0, 2.0] }, SETTINGS, SimdLevel::Scalar);
+        let mut worker = plane().with_walls(walled(0.2));
+        let pile = worker.settle(&bodies, &drops, 4);
+        assert_eq!(pile.fault, None, "{pile:?}");
+        assert_eq!(worker.settle(&bodies, &drops, 4), pile);
+        // The walls stood for as long as the last body fell and rested, and rose by more than their height.
+        let lifted = 0.3 / 0.2;
+        assert!(f64::from(pile.steps) * SETTINGS.timestep > 3.0 * SETTINGS.release_every + lifted, "{}", pile.steps);
+        let bodies_of = |touch: &SceneTouch| touch.pair.iter().flatten().copied().max();
+        assert!(pile.touches.iter().filter_map(bodies_of).all(|body| body < 4));
+        // Without walls the same drops fall elsewhere: the room that they are dropped into is wider.
+        let spread = |scene: &SettledScene| {
+            let of = |body: &SettledBody| body.world_from_object.translation.vector.xy().norm();
+            scene.bodies.iter().map(of).fold(0.0, f64::max)
+        };
+        let heap = plane().settle(&bodies, &drops, 4);
+        assert!(spread(&pile) < 0.5 * spread(&heap), "{} {}", spread(&pile), spread(&heap));
+    }
+
+    #[test]
+    fn nothing_moves_walls_and_bodies_stay_between_them() {
+        let bodies = ["box-01", "can-01"].map(|name| scene_body(&built_in_source(name)));
+        let walls = walled(0.2);
+        let all = [bodies[0].clone(), bodies[1].clone(), walls.body.clone()];
+        let mut worker = SettleWorker::new(Container::Plane { size: [1.0, 1.0] }, SETTINGS, SimdLevel::Scalar);
+        let mut run = worker.run(&all);
+        run.walls = Some(walls.standing(2));
+        let mut stream = Stream::of_job(5, b"", "drops");
+        run.fall(&[(); 2].map(|()| random_drop(&mut stream))).expect("a stable scene");
+        for _ in 0..20 {
+            run.step_for(LOOK_EVERY).expect("a stable scene");
+            let foot = run.walls.expect("walls").foot;
+            let moved = run.pose(2).translation.vector - Vector3::z() * foot;
+            assert!(moved.norm() < 1e-5, "{moved:?}");
+            for index in 0..2 {
+                let centre = run.pose(index) * bodies[index].solid.centre;
+                assert!(centre.x.abs().max(centre.y.abs()) < walls.inner[0] / 2.0, "{centre}");
+            }
+        }
+    }
+
     #[test]
     fn the_same_scene_twice_has_equal_bits_whatever_came_before() {
         let bodies = ["mug-01", "box-01", "can-01"].map(|name| scene_body(&built_in_source(name)));
@@ -505,6 +661,27 @@ mod tests {
             }
         }
         assert!(touched > 1000, "{touched}");
+    }
+
+    /// Two boxes that overlap by 5 mm, of which one hovers, and another that hovers: all is kept and measured.
+    #[test]
+    fn poses_of_others_are_examined_as_they_are() {
+        let cube = scene_body(&built_in_source("box-01"));
+        let bounds = *cube.body.surface().bounds();
+        let (sides, ground) = (bounds.max - bounds.min, -bounds.min.z);
+        let at = |x: f64, z: f64| IsometryMatrix3::translation(x, z, ground + z);
+        let bodies = [cube.clone(), cube.clone(), cube];
+        let poses = [at(0.0, 0.0), at(sides.x - 5e-3, 0.01), at(0.5, 0.02)];
+        let mut worker = SettleWorker::new(Container::Plane { size: [2.0, 2.0] }, SETTINGS, SimdLevel::Scalar);
+        let scene = worker.examine(&bodies, &poses);
+        assert_eq!(scene.fault, None, "{scene:?}");
+        assert!((scene.depths[0] - 5e-3).abs() < 1e-4 && scene.depths[1] < 1e-6, "{:?}", scene.depths);
+        assert_eq!((scene.bodies.len(), scene.gone.len(), scene.steps, scene.crossed), (3, 0, 0, 0));
+        // No wall is passed as a whole. The two are pushed apart, the other falls.
+        let drifts: Vec<f64> = scene.bodies.iter().map(|body| body.drift).collect();
+        assert!(drifts[0] > 1e-3 && drifts[1] > 1e-3 && (drifts[2] - 0.02).abs() < 1e-3, "{drifts:?}");
+        assert!(scene.bodies.iter().zip(&poses).all(|(body, pose)| body.world_from_object == *pose));
+        assert_eq!(worker.examine(&bodies, &poses), scene);
     }
 
     /// Bins of scans: how many are kept, and what a step costs.

@@ -1,8 +1,8 @@
 //! From the keys of a job for scenes to settings that make sense: every mistake that the schema cannot see.
 
 use super::{
-    settings::SceneSettings,
-    spec::{CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, ScenePhysicsSpec, ScenesSpec},
+    settings::{PileWalls, SceneSettings},
+    spec::{CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, PileSpec, ScenePhysicsSpec, ScenesSpec},
 };
 use form::Checker;
 use format::{SceneContainer, SceneMode};
@@ -10,27 +10,20 @@ use sim::SettleSettings;
 
 /// The settings; mistakes are reported.
 pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec) -> SceneSettings {
-    let (mode, idle) = match spec.mode {
-        ModeSpec::Table => (SceneMode::Table, "container"),
-        ModeSpec::Heap => (SceneMode::Heap, "container"),
-        ModeSpec::Bin => (SceneMode::Bin, "table"),
+    let mode = match spec.mode {
+        _ if spec.import.is_some() => SceneMode::Imported,
+        ModeSpec::Table => SceneMode::Table,
+        ModeSpec::Heap => SceneMode::Heap,
+        ModeSpec::Bin => SceneMode::Bin,
+        ModeSpec::Packed => SceneMode::Packed,
+        ModeSpec::Pile => SceneMode::Pile,
     };
-    if checker.has(idle) {
-        let other = format!("mode = \"{}\"", mode.name());
-        checker.contradiction(idle, &other, "a bin has a container, table and heap have a table");
-    }
+    check_idle(checker, mode);
     let container = match mode {
         SceneMode::Bin => SceneContainer::Bin { inner: spec.container.inner, wall: spec.container.wall },
-        SceneMode::Table | SceneMode::Heap => SceneContainer::Plane { size: spec.table.size },
+        _ => SceneContainer::Plane { size: spec.table.size },
     };
-    // Settings of drops that a table makes idle.
-    if mode == SceneMode::Table {
-        for key in DROP_KEYS {
-            if checker.has(key) {
-                checker.contradiction(key, "mode = \"table\"", "on a table all bodies are let go at once, 2 mm up");
-            }
-        }
-    }
+    let walls = (mode == SceneMode::Pile).then(|| walls(checker, &spec.pile, spec.table.size));
     let count = match spec.count {
         CountSpec::Exactly(count) => [count; 2],
         CountSpec::Between(CountRangeSpec { min, max }) => {
@@ -41,22 +34,74 @@ pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec) -> SceneSetting
         }
     };
     let scenes = [spec.scenes.training, spec.scenes.holdout, spec.scenes.validation, spec.scenes.test];
-    if scenes.iter().all(|count| *count == 0) {
+    if scenes.iter().all(|count| *count == 0) && mode != SceneMode::Imported {
         let report = checker.invalid("scenes", "at least one scene", "none in any split");
         report.help("say how many, for example scenes = { training = 100 }");
     }
     SceneSettings {
         mode,
         container,
+        import: None,
+        walls,
         count,
+        repeats: spec.repeats,
         scenes,
         friction: friction(checker, &spec.physics),
         settle: settle(checker, &spec.physics),
     }
 }
 
-/// Keys that have no effect where all bodies are let go at once.
-pub(super) const DROP_KEYS: [&str; 2] = ["physics.release_every", "physics.release_height"];
+/// Keys that an import makes idle.
+const IMPORTED_IDLE: [&str; 11] = [
+    "mode",
+    "count",
+    "repeats",
+    "scenes",
+    "container",
+    "pile",
+    "physics.release_every",
+    "physics.release_height",
+    "physics.rest_speed",
+    "physics.rest_time",
+    "physics.cap",
+];
+
+/// Reports keys that the mode makes idle.
+fn check_idle(checker: &mut Checker, mode: SceneMode) {
+    let other = if mode == SceneMode::Imported { "import".to_owned() } else { format!("mode = \"{}\"", mode.name()) };
+    for (key, because) in idle_keys(mode) {
+        if checker.has(key) {
+            checker.contradiction(key, &other, because);
+        }
+    }
+}
+
+/// Keys of the job file that a mode makes idle, and why.
+pub(super) fn idle_keys(mode: SceneMode) -> Vec<(&'static str, &'static str)> {
+    const CONTAINER: (&str, &str) = ("container", "a bin has a container, the other modes have a table");
+    const TABLE: (&str, &str) = ("table", "a bin has a container, the other modes have a table");
+    const PILE: (&str, &str) = ("pile", "a pile alone has walls that are lifted away");
+    const AT_ONCE: &str = "on a table all bodies are let go at once, 2 mm up";
+    const AS_THEY_ARE: &str = "imported scenes are kept as they are: nothing is drawn, dropped or settled";
+    let put_down = [("physics.release_every", AT_ONCE), ("physics.release_height", AT_ONCE)];
+    match mode {
+        SceneMode::Bin => vec![TABLE, PILE],
+        SceneMode::Pile => vec![CONTAINER],
+        SceneMode::Heap => vec![CONTAINER, PILE],
+        SceneMode::Table | SceneMode::Packed => [CONTAINER, PILE].into_iter().chain(put_down).collect(),
+        SceneMode::Imported => IMPORTED_IDLE.map(|key| (key, AS_THEY_ARE)).to_vec(),
+    }
+}
+
+/// The walls of a pile on a table of these sides [m].
+fn walls(checker: &mut Checker, spec: &PileSpec, table: [f64; 2]) -> PileWalls {
+    let &PileSpec { side, height, lift_speed } = spec;
+    if table.iter().any(|of_table| side > *of_table) {
+        let found = format!("{side} m on a table of {} x {} m", table[0], table[1]);
+        checker.invalid("pile.side", "at most the sides of the table (`table.size`)", found);
+    }
+    PileWalls { side, height, lift_speed }
+}
 
 fn friction(checker: &mut Checker, spec: &ScenePhysicsSpec) -> [f64; 2] {
     match spec.friction {

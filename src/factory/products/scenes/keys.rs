@@ -1,11 +1,15 @@
 //! A resolved job for scenes as keys of a job file.
 
 use super::{
-    check::DROP_KEYS,
-    settings::{SceneJob, SceneSettings},
+    check::idle_keys,
+    import::{
+        Import, ImportedBody, ImportedScene,
+        spec::{ImportSpec, ImportedBodySpec, ImportedSceneSpec},
+    },
+    settings::{PileWalls, SceneJob, SceneSettings},
     spec::{
-        ContainerSpec, CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, ScenePhysicsSpec, ScenesPerSplitSpec,
-        ScenesSpec, TableSpec,
+        ContainerSpec, CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, PileSpec, ScenePhysicsSpec,
+        ScenesPerSplitSpec, ScenesSpec, TableSpec,
     },
 };
 use crate::job::{keys_of, without};
@@ -13,33 +17,37 @@ use format::{SceneContainer, SceneMode};
 use sim::SettleSettings;
 
 impl SceneJob {
-    /// Keys of the job file beside objects, split and shards, without those that the other keys make idle.
-    pub(super) fn keys(&self) -> toml::Table {
-        let SceneSettings { mode, container, count: [min, max], scenes, friction, settle } = &self.settings;
+    /// Keys of the job file beside objects, split and shards, without those that the other keys make idle. `name` says how an
+    /// object is called that the job knows by a name.
+    pub(super) fn keys(&self, name: impl Fn(&str) -> String) -> toml::Table {
+        let SceneSettings { mode, container, import, walls, count: [min, max], repeats, scenes, friction, settle } =
+            &self.settings;
         let mut spec = ScenesSpec::standard();
-        let mut idle = vec!["objects", "split", "shards"];
+        let idle = idle_keys(*mode).into_iter().map(|(key, _)| key);
+        // Without repeats the keys are those of jobs that know none.
+        let idle = idle.chain((!repeats).then_some("repeats"));
+        let idle: Vec<&str> = ["objects", "split", "shards"].into_iter().chain(idle).collect();
         spec.mode = match mode {
             SceneMode::Table => ModeSpec::Table,
             SceneMode::Heap => ModeSpec::Heap,
             SceneMode::Bin => ModeSpec::Bin,
+            SceneMode::Packed => ModeSpec::Packed,
+            SceneMode::Pile => ModeSpec::Pile,
+            SceneMode::Imported => spec.mode,
         };
-        if *mode == SceneMode::Table {
-            idle.extend(DROP_KEYS);
-        }
+        spec.import = import.as_ref().map(|import| import_spec(import, name));
         match *container {
-            SceneContainer::Plane { size } => {
-                spec.table = TableSpec { size };
-                idle.push("container");
-            }
-            SceneContainer::Bin { inner, wall } => {
-                spec.container = ContainerSpec { inner, wall };
-                idle.push("table");
-            }
+            SceneContainer::Plane { size } => spec.table = TableSpec { size },
+            SceneContainer::Bin { inner, wall } => spec.container = ContainerSpec { inner, wall },
+        }
+        if let Some(PileWalls { side, height, lift_speed }) = *walls {
+            spec.pile = PileSpec { side, height, lift_speed };
         }
         spec.count = match min == max {
             true => CountSpec::Exactly(*min),
             false => CountSpec::Between(CountRangeSpec { min: *min, max: *max }),
         };
+        spec.repeats = *repeats;
         let [training, holdout, validation, test] = *scenes;
         spec.scenes = ScenesPerSplitSpec { training, holdout, validation, test };
         let friction = match friction[0] == friction[1] {
@@ -60,5 +68,22 @@ impl SceneJob {
             recheck,
         };
         without(keys_of(&spec), &idle)
+    }
+}
+
+/// The arrangements one by one, whatever file they came from.
+fn import_spec(import: &Import, name: impl Fn(&str) -> String) -> ImportSpec {
+    let Import { scenes, split, up, table_height } = import;
+    let body = |ImportedBody { object, pose }: &ImportedBody| ImportedBodySpec { object: name(object), pose: *pose };
+    let scene = |ImportedScene { source, bodies }: &ImportedScene| ImportedSceneSpec {
+        source: source.clone(),
+        bodies: bodies.iter().map(body).collect(),
+    };
+    ImportSpec {
+        scenes: Some(scenes.iter().map(scene).collect()),
+        split: Some((*split).into()),
+        up: Some(*up),
+        table_height: *table_height,
+        ..ImportSpec::default()
     }
 }

@@ -11,7 +11,6 @@ use crate::{
     objects::prepared,
     recent::Recent,
 };
-use format::SceneContainer;
 use kernel::{
     contact::{ContactBody, Sampled},
     geom::{MassProperties, RenderMesh, RestingPoses},
@@ -81,21 +80,17 @@ impl LoadedObject {
     }
 }
 
-/// Whether an object of these sides [m] fits into the floor of a container in some rotation along its axes.
-pub(super) fn fits(extents: [f64; 3], container: &SceneContainer) -> bool {
+/// Whether an object of these sides [m] fits into a floor of these sides [m] in some rotation along its axes.
+pub(super) fn fits(extents: [f64; 3], mut floor: [f64; 2]) -> bool {
     let mut sides = extents;
     sides.sort_by(f64::total_cmp);
-    let mut floor = match *container {
-        SceneContainer::Plane { size } => size,
-        SceneContainer::Bin { inner: [x, y, _], .. } => [x, y],
-    };
     floor.sort_by(f64::total_cmp);
     sides[0] <= floor[0] && sides[1] <= floor[1]
 }
 
 /// Notes about objects that fit into no scene.
 pub(super) fn too_large_notes(objects: &JobObjects, settings: &SceneSettings) -> Vec<String> {
-    let large = objects.list.iter().filter(|object| !fits(object.asset.extents, &settings.container));
+    let large = objects.list.iter().filter(|object| !fits(object.asset.extents, settings.floor()));
     let note = |object: &JobObject| {
         let [x, y, z] = object.asset.extents;
         format!(

@@ -5,10 +5,12 @@
 
 mod check;
 mod draw;
+pub mod import;
 mod keys;
 mod loaded;
 mod outcome;
 mod overview;
+mod packing;
 mod placement;
 mod row;
 mod settings;
@@ -17,5 +19,5 @@ mod work;
 mod worker;
 
 pub use row::FACTORY;
-pub use settings::{SceneJob, SceneSettings};
+pub use settings::{PileWalls, SceneJob, SceneSettings};
 pub use worker::SceneWorker;

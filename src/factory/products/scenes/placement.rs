@@ -4,8 +4,11 @@ use std::f64::consts::TAU;
 
 use nalgebra::{IsometryMatrix3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-use super::loaded::LoadedObject;
-use kernel::seed::Stream;
+use super::{
+    loaded::LoadedObject,
+    packing::{Outline, PackedTable},
+};
+use kernel::{geom::RestingPose, seed::Stream};
 use sim::Placement;
 
 /// Height above the table from which a body in a resting pose is let go [m].
@@ -16,6 +19,10 @@ const APART: f64 = 0.005;
 
 /// Positions that are tried for a body, at most.
 const TRIES: u32 = 200;
+
+/// Rotations about the vertical that are tried for a packed body, at most: a long one fits beside others along an edge of the
+/// table, within some degrees of four directions.
+const ROTATIONS: u32 = 50;
 
 /// Room that a body takes on a table.
 #[derive(Clone, Copy, Debug)]
@@ -67,13 +74,8 @@ pub(super) fn standing(
         left -= pose.probability;
         left < 0.0
     });
-    let upright = chosen.or(poses.last()).map_or_else(Rotation3::identity, |pose| *pose.world_from_object.rotation());
-    let rotation = Rotation3::from_axis_angle(&Vector3::z_axis(), stream.uniform(0.0, TAU)) * upright;
-    let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
-    for corner in object.corners() {
-        let corner = rotation * corner.coords;
-        (low, high) = (low.inf(&corner), high.sup(&corner));
-    }
+    let rotation = resting(chosen.or(poses.last()), stream);
+    let [low, high] = bounds(object, &rotation);
     let footprint = Footprint { low: [low.x, low.y], high: [high.x, high.y] };
     for _ in 0..TRIES {
         let position = [0, 1].map(|axis| {
@@ -83,9 +85,67 @@ pub(super) fn standing(
         let here = footprint.moved(position);
         if taken.iter().all(|other| !here.meets(other)) {
             taken.push(here);
-            let translation = Translation3::new(position[0], position[1], LIFTED - low.z);
-            return Some(Placement::Placed { world_from_object: IsometryMatrix3::from_parts(translation, rotation) });
+            return Some(placed(position, low.z, rotation));
         }
     }
     None
+}
+
+/// Starts of bodies that are packed on a table [m], those of the largest outlines first: each in the resting pose whose up is nearest
+/// to z of its mesh, at the free position closest to the middle. While no position is free, a body is rotated about the vertical
+/// anew; `Err` with the index of a body whom that does not help. `stream` is of the body of an index.
+pub(super) fn packed(
+    objects: &[&LoadedObject],
+    size: [f64; 2],
+    stream: impl Fn(usize) -> Stream,
+) -> Result<Vec<Placement>, usize> {
+    let poses: Vec<Option<&RestingPose>> = objects.iter().map(|object| upright_pose(object)).collect();
+    let size_of = |index: usize| Outline::new(objects[index].corners(), &rotation_of(poses[index])).size();
+    let sizes: Vec<f64> = (0..objects.len()).map(size_of).collect();
+    let mut order: Vec<usize> = (0..objects.len()).collect();
+    order.sort_by(|one, other| sizes[*other].total_cmp(&sizes[*one]));
+    let mut table = PackedTable::new(size);
+    let mut starts: Vec<(usize, Placement)> = Vec::with_capacity(objects.len());
+    for index in order {
+        let (object, mut stream) = (objects[index], stream(index));
+        let start = (0..ROTATIONS).find_map(|_| {
+            let rotation = resting(poses[index], &mut stream);
+            let position = table.take(&Outline::new(object.corners(), &rotation))?;
+            Some(placed(position, bounds(object, &rotation)[0].z, rotation))
+        });
+        starts.push((index, start.ok_or(index)?));
+    }
+    starts.sort_by_key(|(index, _)| *index);
+    Ok(starts.into_iter().map(|(_, start)| start).collect())
+}
+
+/// The resting pose of an object whose up is nearest to z of its mesh.
+fn upright_pose(object: &LoadedObject) -> Option<&RestingPose> {
+    object.nearest_resting(&Vector3::z()).map(|(index, _)| &object.resting.poses[index as usize])
+}
+
+/// Rotation of a resting pose, and then about the vertical at random.
+fn resting(pose: Option<&RestingPose>, stream: &mut Stream) -> Rotation3<f64> {
+    Rotation3::from_axis_angle(&Vector3::z_axis(), stream.uniform(0.0, TAU)) * rotation_of(pose)
+}
+
+/// Rotation of a resting pose, the object's own where it has none.
+fn rotation_of(pose: Option<&RestingPose>) -> Rotation3<f64> {
+    pose.map_or_else(Rotation3::identity, |pose| *pose.world_from_object.rotation())
+}
+
+/// Lowest and highest coordinates of a rotated body [m].
+fn bounds(object: &LoadedObject, rotation: &Rotation3<f64>) -> [Vector3<f64>; 2] {
+    let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
+    for corner in object.corners() {
+        let corner = rotation * corner.coords;
+        (low, high) = (low.inf(&corner), high.sup(&corner));
+    }
+    [low, high]
+}
+
+/// A body at a position along x and y whose lowest point is just above the table.
+fn placed([x, y]: [f64; 2], lowest: f64, rotation: Rotation3<f64>) -> Placement {
+    let translation = Translation3::new(x, y, LIFTED - lowest);
+    Placement::Placed { world_from_object: IsometryMatrix3::from_parts(translation, rotation) }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    check, loaded,
+    check, import, loaded,
     settings::SceneJob,
     spec::{PROFILES, ScenesSpec},
 };
@@ -31,10 +31,21 @@ pub static FACTORY: ProductFactory = ProductFactory {
 
 fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobContext) -> Result<DraftWork, FormErrors> {
     let (spec, mut checker) = checker.value_of::<ScenesSpec>(keys)?;
-    let settings = check::settings(&mut checker, &spec);
+    let mut settings = check::settings(&mut checker, &spec);
+    let document = checker.document().clone();
     let objects = ObjectsDraft::read(checker, &spec.split, &spec.objects, folder, context)?;
+    if let Some(spec) = &spec.import {
+        // Arrangements name the objects that were found.
+        let names: Vec<&str> = objects.0.sources().map(|source| source.name.as_str()).collect();
+        let mut checker = Checker::new(document, Vec::new());
+        let import = import::read(&mut checker, spec, folder, &names);
+        checker.finish()?;
+        settings = settings.with_import(import.expect("mistakes were reported"));
+    }
     let work = DraftWork::of_objects(objects, spec.shards.scenes, |objects, notes| {
-        notes.extend(loaded::too_large_notes(&objects, &settings));
+        if settings.import.is_none() {
+            notes.extend(loaded::too_large_notes(&objects, &settings));
+        }
         SceneJob { objects, settings }
     });
     Ok(DraftWork { with_masses: true, with_solids: true, of_one_body: true, ..work })

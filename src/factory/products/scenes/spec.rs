@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::import::spec::ImportSpec;
 use crate::job::spec::{ObjectsSpec, SplitSpec};
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
@@ -18,17 +19,23 @@ pub struct ScenesSpec {
     /// Way in which bodies come to a scene.
     #[schemars(extend("examples" = ["bin"]))]
     pub mode: ModeSpec,
-    /// Bodies per scene: a number (10), or a range of which each scene draws one. A scene has no object twice.
+    /// Bodies per scene: a number (10), or a range of which each scene draws one.
     #[schemars(extend("examples" = [{ "min": 1, "max": 15 }]))]
     pub count: CountSpec,
+    /// Whether a scene may have an object twice.
+    pub repeats: bool,
     /// Scenes per split. Those of `training` and `holdout` are of training objects.
     pub scenes: ScenesPerSplitSpec,
-    /// The rectangle of `mode = "table"` and `mode = "heap"`.
+    /// The rectangle of a plane, for every mode but `bin`.
     pub table: TableSpec,
     /// The open box of `mode = "bin"`.
     pub container: ContainerSpec,
+    /// The walls of `mode = "pile"`.
+    pub pile: PileSpec,
     /// The simulation in which bodies settle.
     pub physics: ScenePhysicsSpec,
+    /// Arrangements of others in place of drawn ones.
+    pub import: Option<ImportSpec>,
     /// Which objects train, validate and test.
     pub split: SplitSpec,
     /// The files of the dataset.
@@ -53,6 +60,12 @@ pub enum ModeSpec {
     Heap,
     /// Dropped into an open box one after another, in any rotation.
     Bin,
+    /// All at once on a plane, upright and close together: each in the resting pose whose up is nearest to z of its mesh, rotated
+    /// about the vertical at random, at the free position that is closest to the middle.
+    Packed,
+    /// Dropped between four walls on a plane one after another, in any rotation; once they rest the walls are lifted away, and the
+    /// bodies settle again.
+    Pile,
 }
 
 /// Bodies per scene.
@@ -114,6 +127,21 @@ pub struct ContainerSpec {
     /// Thickness of walls and floor.
     #[schemars(range(min = 0.002, max = 0.5), extend("x-unit" = "m"))]
     pub wall: f64,
+}
+
+/// Four walls around the middle of the table. They are lifted away and no part of the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PileSpec {
+    /// Sides of the square between the walls.
+    #[schemars(range(min = 0.05, max = 10), extend("x-unit" = "m"))]
+    pub side: f64,
+    /// Height of the walls.
+    #[schemars(range(min = 0.02, max = 10), extend("x-unit" = "m"))]
+    pub height: f64,
+    /// Speed at which the walls are lifted away.
+    #[schemars(range(min = 0.01, max = 2), extend("x-unit" = "m/s"))]
+    pub lift_speed: f64,
 }
 
 /// The simulation in which bodies settle.

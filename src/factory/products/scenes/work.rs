@@ -3,24 +3,26 @@
 use std::{collections::BTreeMap, path::Path};
 
 use super::{
+    import::{Import, ImportedScene},
     loaded::LoadedObjects,
-    settings::SceneJob,
+    settings::{PileWalls, SceneJob},
     worker::{SceneWorker, Shared},
 };
 use crate::{
     ProduceError, RunError,
-    job::{JobObjects, SplitInput, shards_section},
+    job::{JobObject, JobObjects, SplitInput, shards_section},
     objects::{bytes_of_descriptions, describe_all},
     plan::{JobSplits, SubjectItems},
-    products::surroundings::settled_container,
+    products::surroundings::{flat_sided, settled_container},
     work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
 };
 use format::Product;
 use kernel::{
+    geom::TriMesh,
     ids::ObjectId,
     words::{NumberClass, ObjectSplit, Split},
 };
-use sim::sim_facts;
+use sim::{Walls, sim_facts};
 
 impl Work for SceneJob {
     fn product(&self) -> Product {
@@ -33,14 +35,15 @@ impl Work for SceneJob {
     }
 
     fn resolved(&self, folder: &Path, shard_samples: u32) -> toml::Table {
-        let mut keys = self.keys();
+        let mut keys = self.keys(str::to_owned);
         keys.extend(self.objects.resolved(folder));
         keys.extend([shards_section("scenes", shard_samples)]);
         keys
     }
 
+    /// Objects of imported scenes by content.
     fn sample_keys(&self) -> toml::Table {
-        self.keys()
+        self.keys(|name| self.object_named(name).map_or_else(String::new, |(_, object)| object.id().0.hex()))
     }
 
     fn subject_keys(&self) -> toml::Table {
@@ -79,7 +82,7 @@ impl Work for SceneJob {
 
     fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
         let Opening { seed, level, splits } = opening;
-        let mut sides = Vec::new();
+        let (mut sides, mut imported) = (Vec::new(), Vec::new());
         for (split, _) in self.settings.splits() {
             let is_of_side = |id: &ObjectId| {
                 let rows = splits.map_or(&[][..], |splits| splits.objects.as_slice());
@@ -87,23 +90,16 @@ impl Work for SceneJob {
                 row.map_or(Split::Training, |row| row.split) == side_of(split)
             };
             let side: Vec<_> = self.objects.ids().enumerate().filter(|(_, id)| is_of_side(id)).collect();
-            let most = self.settings.count[1] as usize;
-            if side.len() < most {
-                let cause = format!(
-                    "a scene has up to {most} bodies, no object twice, and {} of the {} objects of this job are {} objects; lower \
-                     `count`, add objects, change `split`, or set scenes.{} = 0",
-                    side.len(),
-                    self.objects.list.len(),
-                    side_of(split).name(),
-                    split.name()
-                );
-                return Err(ProduceError::unusable(format!("scenes.{}", split.name()), cause));
+            match &self.settings.import {
+                Some(import) => imported = self.imported(import, &side)?,
+                None => self.check_enough(split, side.len())?,
             }
             sides.push((split, side));
         }
         let container = settled_container(&self.settings.container)?;
+        let walls = self.settings.walls.map(standing_walls).transpose()?;
         let objects = LoadedObjects::default();
-        Ok(Box::new(OpenScenes(Shared { job: self, seed, level, container, sides, objects })))
+        Ok(Box::new(OpenScenes(Shared { job: self, seed, level, container, walls, sides, imported, objects })))
     }
 
     fn remarks(&self) -> Vec<String> {
@@ -113,9 +109,64 @@ impl Work for SceneJob {
     }
 }
 
+impl SceneJob {
+    /// Refuses a split with fewer objects on its side than a scene may have bodies.
+    fn check_enough(&self, split: Split, on_side: usize) -> Result<(), ProduceError> {
+        let (most, repeats) = (self.settings.count[1] as usize, self.settings.repeats);
+        if on_side * if repeats { 2 } else { 1 } >= most {
+            return Ok(());
+        }
+        let (often, remedy) =
+            if repeats { ("no object more than twice", "") } else { ("no object twice", "set `repeats = true`, ") };
+        let cause = format!(
+            "a scene has up to {most} bodies, {often}, and {on_side} of the {} objects of this job are {} objects; lower `count`, \
+             {remedy}add objects, change `split`, or set scenes.{} = 0",
+            self.objects.list.len(),
+            side_of(split).name(),
+            split.name()
+        );
+        Err(ProduceError::unusable(format!("scenes.{}", split.name()), cause))
+    }
+
+    /// Indices of the objects of each arrangement, all of the side of its split.
+    fn imported(&self, import: &Import, side: &[(usize, ObjectId)]) -> Result<Vec<Vec<usize>>, ProduceError> {
+        let wanted = side_of(import.split).name();
+        let index_of = |source: &str, name: &str| {
+            let cause = match self.object_named(name) {
+                Some((index, _)) if side.iter().any(|(of_side, _)| *of_side == index) => return Ok(index),
+                Some(_) => format!(
+                    "its object `{name}` is no {wanted} object, and imported scenes are of split {}; set `import.split`, or make it \
+                     one in `[split]`",
+                    import.split.name()
+                ),
+                None => format!("its object `{name}` was refused as a mesh; mend that, or leave the scene out"),
+            };
+            Err(ProduceError::unusable(format!("import, scene {source}"), cause))
+        };
+        let indices = |scene: &ImportedScene| {
+            scene.bodies.iter().map(|body| index_of(&scene.source, &body.object)).collect::<Result<Vec<_>, _>>()
+        };
+        import.scenes.iter().map(indices).collect()
+    }
+
+    /// An object by its name, with its index.
+    fn object_named(&self, name: &str) -> Option<(usize, &JobObject)> {
+        self.objects.list.iter().enumerate().find(|(_, object)| object.source.name == name)
+    }
+}
+
 /// Side of the objects of a split's scenes.
 fn side_of(split: Split) -> Split {
     if split == Split::Holdout { Split::Training } else { split }
+}
+
+/// Thickness of the walls of a pile [m].
+const WALL: f64 = 0.02;
+
+/// The walls of a pile, ready for contacts.
+fn standing_walls(walls: PileWalls) -> Result<Walls, ProduceError> {
+    let inner = walls.inner();
+    Ok(Walls::new(flat_sided("walls", &TriMesh::walls(inner, WALL))?, inner, walls.lift_speed))
 }
 
 /// A job for scenes whose container stands.

@@ -8,7 +8,10 @@ use super::{
 };
 use crate::{
     job::{check_sensor, named_camera},
-    products::settled::{FoundScenes, SCENES, found_scenes},
+    products::{
+        listed_pose::check_pose,
+        settled::{FoundScenes, SCENES, found_scenes},
+    },
 };
 use form::{Checker, Path};
 use format::SceneImage;
@@ -19,9 +22,6 @@ const NEAR: f64 = 0.01;
 
 /// First line of a file of poses.
 const HEADING: &str = "x,y,z,qw,qx,qy,qz";
-
-/// Deviation of a quaternion's length from 1 that is rounding.
-const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// Settings of the images; mistakes are reported.
 pub(super) fn settings(checker: &mut Checker, spec: &ViewsSpec, folder: &FilePath) -> ViewSettings {
@@ -176,15 +176,6 @@ fn poses_of(text: &str) -> Result<Vec<[f64; 7]>, String> {
         poses.push(pose);
     }
     if poses.is_empty() { Err("it has no pose".to_owned()) } else { Ok(poses) }
-}
-
-fn check_pose(pose: &[f64; 7]) -> Result<(), String> {
-    if let Some(number) = pose.iter().find(|number| !number.is_finite()) {
-        return Err(format!("{number} is not finite"));
-    }
-    let length = pose[3..].iter().map(|part| part * part).sum::<f64>().sqrt();
-    let is_unit = (length - 1.0).abs() <= UNIT_TOLERANCE;
-    if is_unit { Ok(()) } else { Err(format!("a quaternion of length {length}, which is none of a rotation")) }
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ pub(super) use check::CHECKS;
 pub use facts::SceneFacts;
 pub use overview::SceneOverview;
 pub use row::FORMAT;
-pub use scene::{CONTAINER, Scene, SceneBody, SceneContact, SceneContainer, SceneMode, SceneSupport};
+pub use scene::{CONTAINER, Scene, SceneBody, SceneContact, SceneContainer, SceneImport, SceneMode, SceneSupport};
 
 use crate::{
     Channel, Product,

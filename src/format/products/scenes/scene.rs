@@ -9,7 +9,7 @@ use crate::codec::{
     proto, sample_from_proto, wire,
 };
 use kernel::{
-    geom::{Object, Pose, World},
+    geom::{Object, Pose, SourceWorld, World},
     ids::{Digest, ObjectId, SampleId},
 };
 
@@ -30,11 +30,17 @@ pub enum SceneMode {
     Heap,
     /// Dropped into an open box in any rotation, one after another.
     Bin,
+    /// Put on a plane upright, each as close to the middle as it can, all at once.
+    Packed,
+    /// Dropped between walls on a plane in any rotation, one after another; the walls were lifted away.
+    Pile,
+    /// Read from files of others: nothing was stepped, and no check decided.
+    Imported,
 }
 
 impl SceneMode {
     /// Every mode.
-    pub const ALL: [Self; 3] = [Self::Table, Self::Heap, Self::Bin];
+    pub const ALL: [Self; 6] = [Self::Table, Self::Heap, Self::Bin, Self::Packed, Self::Pile, Self::Imported];
 
     /// The name on disk and in jobs.
     pub fn name(self) -> &'static str {
@@ -42,6 +48,9 @@ impl SceneMode {
             Self::Table => "table",
             Self::Heap => "heap",
             Self::Bin => "bin",
+            Self::Packed => "packed",
+            Self::Pile => "pile",
+            Self::Imported => "imported",
         }
     }
 }
@@ -110,6 +119,17 @@ pub struct SceneSupport {
     pub share: f64,
 }
 
+/// Source of a scene that was not settled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneImport {
+    /// The scene among its files: name or number.
+    pub source: String,
+    /// The world of those files in the scene's.
+    pub world_from_source: Pose<World, SourceWorld>,
+    /// Pairs of bodies, or of a body and the container, that go through each other.
+    pub crossed: u32,
+}
+
 /// Bodies at rest in a container.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
@@ -135,6 +155,8 @@ pub struct Scene {
     pub depths: [f64; 2],
     /// Bodies that left the container.
     pub gone: u32,
+    /// Source of a scene of [`SceneMode::Imported`]; its time to rest, steps and speed are 0.
+    pub import: Option<SceneImport>,
 }
 
 impl SceneContainer {
@@ -143,6 +165,14 @@ impl SceneContainer {
         match self {
             Self::Plane { .. } => "plane",
             Self::Bin { .. } => "bin",
+        }
+    }
+
+    /// Sides of the floor along x and y [m].
+    pub fn floor(&self) -> [f64; 2] {
+        match *self {
+            Self::Plane { size } => size,
+            Self::Bin { inner: [x, y, _], .. } => [x, y],
         }
     }
 
@@ -229,6 +259,11 @@ impl Scene {
         wire::double(out, 27, self.depths[0]);
         wire::double(out, 28, self.depths[1]);
         wire::uint32(out, 29, self.gone);
+        if let Some(SceneImport { source, world_from_source, crossed }) = &self.import {
+            wire::bytes(out, 30, source.as_bytes());
+            wire::doubles(out, 31, &world_from_source.to_rows());
+            wire::uint32(out, 32, *crossed);
+        }
     }
 
     /// Reads and checks a payload.
@@ -264,12 +299,25 @@ impl Scene {
             top_speed: raw.top_speed,
             depths: [raw.depth_bodies, raw.depth_container],
             gone: raw.gone,
+            import: import(&raw, mode)?,
         };
         lengthy(MESSAGE, "scene", 32, raw.scene.len())?;
         let is_own = raw.scene == scene.id().0.0;
         ranged(MESSAGE, "scene", 0.0, is_own, "the digest of container, objects and poses")?;
         Ok(scene)
     }
+}
+
+fn import(raw: &proto::Scene, mode: SceneMode) -> Result<Option<SceneImport>, RecordError> {
+    if mode != SceneMode::Imported {
+        lengthy(MESSAGE, "world_from_source", 0, raw.world_from_source.len())?;
+        return Ok(None);
+    }
+    Ok(Some(SceneImport {
+        source: raw.source.clone(),
+        world_from_source: pose(MESSAGE, "world_from_source", &raw.world_from_source)?,
+        crossed: raw.crossed,
+    }))
 }
 
 fn bodies(raw: &proto::Scene) -> Result<Vec<SceneBody>, RecordError> {

@@ -35,7 +35,18 @@ fn scene() -> Scene {
         top_speed: 1e-3,
         depths: [1e-5, 2e-5],
         gone: 1,
+        import: None,
     }
+}
+
+fn imported() -> Scene {
+    let import = SceneImport {
+        source: "000048, image 1".to_owned(),
+        world_from_source: Pose::from_xyz_rpy([0.1, -0.2, -0.7, 0.1, 0.2, 0.3]),
+        crossed: 2,
+    };
+    let container = SceneContainer::Plane { size: [0.6, 0.5] };
+    Scene { mode: SceneMode::Imported, container, import: Some(import), ..scene() }
 }
 
 fn payload(scene: &Scene) -> Vec<u8> {
@@ -47,7 +58,7 @@ fn payload(scene: &Scene) -> Vec<u8> {
 #[test]
 fn a_scene_comes_back_as_it_was() {
     let plane = Scene { mode: SceneMode::Table, container: SceneContainer::Plane { size: [0.6, 0.5] }, ..scene() };
-    for scene in [scene(), plane] {
+    for scene in [scene(), plane, imported()] {
         assert_eq!(Scene::decode(&payload(&scene)), Ok(scene));
     }
 }
@@ -95,6 +106,11 @@ fn what_is_no_scene_is_refused_with_its_field() {
     for (field, change) in cases {
         let error = refused(change);
         assert!(error.contains(field), "{field}: {error}");
+    }
+    // A settled scene has no source, an imported one has.
+    for other in [Scene { import: imported().import, ..scene() }, Scene { import: None, ..imported() }] {
+        let error = Scene::decode(&payload(&other)).expect_err("no scene").to_string();
+        assert!(error.contains("world_from_source"), "{error}");
     }
     // The digest of another scene.
     let mut other = scene();

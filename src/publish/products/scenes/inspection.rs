@@ -10,12 +10,12 @@ use crate::{
     tally::{Spread, SpreadRow},
 };
 use format::{
-    Product, SceneFacts,
+    Product, SceneFacts, SceneMode,
     dataset::{DatasetError, DatasetReader, Fate},
 };
 use kernel::{
     ids::{ObjectId, SampleIndex},
-    words::Split,
+    words::{MAX_DEPTHS, MAX_DRIFT, Split},
 };
 
 /// Content of a dataset of scenes. `Display` is for people; serialised, it is for machines.
@@ -48,8 +48,20 @@ pub struct ScenesInspection {
     pub depth_container: Spread,
     /// Largest motion of a centre of mass of each kept scene when it is stepped again from rest [m].
     pub drift: Spread,
+    /// Checks of imported scenes, which decide nothing; `None` of scenes that were settled.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub imported: Option<ImportedChecks>,
     /// One row per object, sorted by name.
     pub objects: Vec<SceneObject>,
+}
+
+/// Imported scenes that settled ones could not be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ImportedChecks {
+    /// Scenes in which two bodies, or a body and the table, overlap by more than is allowed.
+    pub too_deep: u64,
+    /// Scenes of which a body moves by more than is allowed when they are stepped from rest.
+    pub moved: u64,
 }
 
 /// One object.
@@ -97,6 +109,10 @@ impl SceneSurvey {
             }
         }
         let spread = |of: fn(&SceneFacts) -> f64| Spread::of(facts.iter().map(of).collect());
+        let imported = match kept.first().map(|index| reader.sample(*index)).transpose()?.flatten() {
+            Some(first) if first.scene()?.mode == SceneMode::Imported => Some(ImportedChecks::of(&facts)),
+            _ => None,
+        };
         let objects = reader.assets()?.objects.into_iter().map(|row| SceneObject {
             split: reader.splits().object(&row.object).map(|split| split.split),
             mass: row.facts.get("mass").and_then(serde_json::Value::as_f64),
@@ -119,9 +135,34 @@ impl SceneSurvey {
             depth_bodies: spread(|scene| scene.depths[0]),
             depth_container: spread(|scene| scene.depths[1]),
             drift: spread(|scene| scene.drift[0]),
+            imported,
             objects,
         };
         Ok(Self { facts, shown: evenly(&kept, SHOWN) })
+    }
+}
+
+impl ImportedChecks {
+    fn of(scenes: &[SceneFacts]) -> Self {
+        let exceeds =
+            |values: &[f64; 2], bounds: &[f64; 2]| values.iter().zip(bounds).any(|(value, bound)| value > bound);
+        let count = |is_counted: &dyn Fn(&SceneFacts) -> bool| scenes.iter().filter(|scene| is_counted(scene)).count();
+        Self {
+            too_deep: count(&|scene| exceeds(&scene.depths, &MAX_DEPTHS)) as u64,
+            moved: count(&|scene| exceeds(&scene.drift, &MAX_DRIFT)) as u64,
+        }
+    }
+
+    /// A sentence.
+    pub(super) fn words(&self) -> String {
+        let [body, table] = MAX_DEPTHS.map(|depth| 1e3 * depth);
+        let [drift, turn] = [1e3 * MAX_DRIFT[0], MAX_DRIFT[1].to_degrees()];
+        format!(
+            "{} of the scenes overlap by more than {body} mm ({table} mm with the table), and of {} a body moves by {drift} mm or \
+             {turn:.0} degrees when they are stepped from rest.",
+            grouped(self.too_deep),
+            grouped(self.moved)
+        )
     }
 }
 
@@ -155,6 +196,9 @@ impl fmt::Display for ScenesInspection {
         }
         let [bodies, gone] = [self.bodies, self.gone].map(grouped);
         writeln!(f, "  bodies    {bodies}; {gone} left their container")?;
+        if let Some(imported) = &self.imported {
+            writeln!(f, "  imported  {}", imported.words())?;
+        }
         self.header.write_shards(f)?;
         writeln!(f)?;
         writeln!(f, "\n                            min        5 %     median       95 %        max       mean")?;

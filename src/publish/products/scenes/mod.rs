@@ -6,7 +6,7 @@ mod painting;
 mod row;
 mod templates;
 
-pub use inspection::{SceneObject, ScenesInspection, inspect_scenes};
+pub use inspection::{ImportedChecks, SceneObject, ScenesInspection, inspect_scenes};
 pub use row::PAGES;
 
 #[cfg(test)]

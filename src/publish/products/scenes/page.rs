@@ -25,6 +25,8 @@ pub(crate) struct ScenesPage<'a> {
     rejects: Vec<[String; 3]>,
     /// Split and kept scenes.
     splits: Vec<[String; 2]>,
+    /// Sentence about the checks of imported scenes.
+    imported: Option<String>,
     /// Kept scenes by their count of bodies; `None` where none is kept.
     bodies: Option<Markup>,
     spreads: Vec<Vec<String>>,
@@ -118,6 +120,7 @@ impl<'a> ScenesPage<'a> {
             },
             rejects: share_rows(&facts.rejected, facts.samples),
             splits: split_rows(&facts.splits),
+            imported: facts.imported.map(|imported| imported.words()),
             bodies: (!bars.is_empty()).then(|| bar_chart("Kept scenes by their count of bodies", &bars)),
             spreads: facts.spreads().into_iter().map(|row| row.into_cells()).collect(),
             objects: objects(facts),

@@ -30,6 +30,14 @@ pub(super) fn scene_words(scene: &Scene) -> String {
     let carriers: std::collections::BTreeSet<u32> =
         scene.supports.iter().map(|support| support.by).filter(|by| *by != format::CONTAINER).collect();
     let [bodies, contacts] = [scene.bodies.len(), scene.contacts.len()];
+    if let Some(import) = &scene.import {
+        let [depth, drift] = [scene.depths[0].max(scene.depths[1]), scene.facts().drift[0]].map(|length| 1e3 * length);
+        return format!(
+            "{bodies} bodies of {}, {contacts} contacts, up to {depth:.2} mm deep, {} pairs go through each other, stepped from \
+             rest a body moves by {drift:.1} mm",
+            import.source, import.crossed
+        );
+    }
     format!(
         "{bodies} bodies, {contacts} contacts, {} of them carry others, at rest after {:.2} s",
         carriers.len(),

@@ -1,0 +1,39 @@
+//! Arrangements of others, as a job has them.
+
+use kernel::words::Split;
+
+/// Arrangements of others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Import {
+    /// The arrangements; each is one scene, in this order.
+    pub scenes: Vec<ImportedScene>,
+    /// Split of all of them.
+    pub split: Split,
+    /// Direction of the table's normal in the world of the files, of any length above 0.
+    pub up: [f64; 3],
+    /// Height of the table along that direction in the world of the files [m]; `None`: that of the lowest point of each scene.
+    pub table_height: Option<f64>,
+}
+
+/// An arrangement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImportedScene {
+    /// The scene among its files: name or number.
+    pub source: String,
+    /// The bodies.
+    pub bodies: Vec<ImportedBody>,
+}
+
+/// A body of an arrangement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImportedBody {
+    /// Name of the object in the job.
+    pub object: String,
+    /// The object in the world of the files: x, y, z [m], qx, qy, qz, qw, of about unit length.
+    pub pose: [f64; 7],
+}
+
+impl Import {
+    /// Direction of the table's normal in the world of files that say none.
+    pub const UP: [f64; 3] = [0.0, 0.0, 1.0];
+}

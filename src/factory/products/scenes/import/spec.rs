@@ -1,0 +1,104 @@
+//! The keys of a job that imports scenes.
+
+use std::{collections::BTreeMap, path::PathBuf};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use kernel::words::Split;
+
+/// Arrangements of others in place of drawn ones: exactly one of `bop`, `csv` and `scenes`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ImportSpec {
+    /// Folders of the BOP challenge's layout, each with `scene_gt.json` and `scene_camera.json`; relative to the job file. A
+    /// resolved job has their poses as `scenes`.
+    #[schemars(length(min = 1), extend("examples" = [["../bop/ycbv/test/000048"]]))]
+    pub bop: Option<Vec<PathBuf>>,
+    /// With `bop`: images of every folder whose poses are a scene, by number. Without it, the first of each folder, since all
+    /// images of a folder show one arrangement.
+    #[schemars(length(min = 1), extend("examples" = [[1, 36]]))]
+    pub images: Option<Vec<u32>>,
+    /// With `bop`: whether each image is a scene of its own. Without it, false.
+    #[schemars(extend("examples" = [true]))]
+    pub every_image: Option<bool>,
+    /// With `bop`: name of the object of each `obj_id`. Without it, `obj_000001` and so on, as BOP calls the files of models.
+    #[schemars(extend("examples" = [{ "1": "002_master_chef_can" }]))]
+    pub objects: Option<BTreeMap<String, String>>,
+    /// A CSV file of poses, relative to the job file. Its first line is `scene,object,x,y,z,qx,qy,qz,qw`: any name of a scene, the
+    /// name of an object, its position in metres and its rotation. A resolved job has them as `scenes`.
+    #[schemars(extend("examples" = ["poses.csv"]))]
+    pub csv: Option<PathBuf>,
+    /// The scenes one by one.
+    #[schemars(length(min = 1))]
+    pub scenes: Option<Vec<ImportedSceneSpec>>,
+    /// Split of all scenes; their objects must be of its side of `[split]`. Without it, `training`.
+    #[schemars(extend("examples" = ["test"]))]
+    pub split: Option<ImportSplitSpec>,
+    /// Direction of the table's normal in the world of the files. Without it, z. Files of BOP without `cam_R_w2c` have the
+    /// camera's frame for a world, and need it.
+    #[schemars(extend("examples" = [[0.0, 0.0, 1.0]]))]
+    pub up: Option<[f64; 3]>,
+    /// Height of the table along `up` in the world of the files. Without it, the lowest point of each scene lies on the table.
+    #[schemars(extend("x-unit" = "m", "examples" = [0.0]))]
+    pub table_height: Option<f64>,
+}
+
+/// One arrangement.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ImportedSceneSpec {
+    /// The scene among its files: name or number.
+    #[schemars(extend("examples" = ["000048, image 1"]))]
+    pub source: String,
+    /// The bodies, 1 to 20.
+    pub bodies: Vec<ImportedBodySpec>,
+}
+
+/// One body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ImportedBodySpec {
+    /// Name of the object in this job.
+    #[schemars(extend("examples" = ["025_mug"]))]
+    pub object: String,
+    /// The object in the world of the files: x, y, z in metres, qx, qy, qz, qw.
+    #[schemars(extend("examples" = [[0.1, 0.0, 0.04, 0.0, 0.0, 0.0, 1.0]]))]
+    pub pose: [f64; 7],
+}
+
+/// Split of imported scenes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ImportSplitSpec {
+    /// Scenes of training objects.
+    Training,
+    /// Other arrangements of training objects.
+    Holdout,
+    /// Scenes of validation objects.
+    Validation,
+    /// Scenes of test objects.
+    Test,
+}
+
+impl From<ImportSplitSpec> for Split {
+    fn from(spec: ImportSplitSpec) -> Self {
+        match spec {
+            ImportSplitSpec::Training => Self::Training,
+            ImportSplitSpec::Holdout => Self::Holdout,
+            ImportSplitSpec::Validation => Self::Validation,
+            ImportSplitSpec::Test => Self::Test,
+        }
+    }
+}
+
+impl From<Split> for ImportSplitSpec {
+    fn from(split: Split) -> Self {
+        match split {
+            Split::Training => Self::Training,
+            Split::Holdout => Self::Holdout,
+            Split::Validation => Self::Validation,
+            Split::Test => Self::Test,
+        }
+    }
+}
