@@ -10,7 +10,7 @@ use std::{collections::HashMap, hint::black_box, time::Duration};
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use graspmill::{
-    factory::products::completion::{RandomRays, RayTarget, TouchSurface},
+    factory::products::pair::touch::{RandomRays, RayTarget, SeenSurface, TouchObstacles, TouchSurface},
     format::TactileContacts,
     geom::{
         CameraCv, DepthCrop, GridPlacement, Intrinsics, Object, OccupancyGrid, Pose, SimdLevel, TriMesh, ViewSet,
@@ -215,13 +215,15 @@ fn touch(criterion: &mut Criterion) {
         })
         .collect();
     let rays = RandomRays { count: 40, target: RayTarget::Mesh };
+    let alone = TouchObstacles::default();
     let (mut touch, mut payload) = (TactileContacts::none(sample), Vec::new());
     let mut group = criterion.benchmark_group("view_16k");
     group.sample_size(10).measurement_time(Duration::from_secs(3));
     group.bench_function("touch_40_rays", |bencher| {
         average(bencher, &views, |(render, surface, pair)| {
             let mut stream = Stream::of_sample(1, &sample, "touch");
-            surface.random_rays(render, rays, pair, false, &mut stream, &mut touch);
+            let seen = SeenSurface::new(surface, render, &pair.camera_from_object, &alone);
+            seen.random_rays(rays, pair, false, &mut stream, &mut touch);
             payload.clear();
             touch.encode(&mut payload);
             black_box(&payload);

@@ -100,7 +100,10 @@ const CHANNEL: Extension = Extension {
     edits: &[
         (
             "src/format/lib.rs",
-            &[("        Approach, ApproachEnd, Cloud,", "        Approach, ApproachEnd, Centroid, Cloud,")],
+            &[(
+                "        Approach, ApproachEnd, BlockedProbe, Cloud,",
+                "        Approach, ApproachEnd, BlockedProbe, Centroid, Cloud,",
+            )],
         ),
         (
             "src/format/products/completion/mod.rs",

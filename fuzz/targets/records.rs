@@ -47,7 +47,11 @@ pub fn records(input: &[u8]) {
         Channel::IMPLICIT | Channel::AMODAL_IMPLICIT => {
             again(payload, |bytes| Implicit::decode(bytes).ok(), Implicit::encode)
         }
-        Channel::TOUCH_RAYS | Channel::TOUCH_EXPLORATION | Channel::TOUCH_GRASP => {
+        Channel::TOUCH_RAYS
+        | Channel::TOUCH_EXPLORATION
+        | Channel::TOUCH_GRASP
+        | Channel::AMODAL_TOUCH_RAYS
+        | Channel::AMODAL_TOUCH_EXPLORATION => {
             again(payload, |bytes| TactileContacts::decode_of(channel, bytes).ok(), TactileContacts::encode)
         }
         Channel::BLOCK => again(payload, |bytes| ReachabilityBlock::decode(bytes).ok(), ReachabilityBlock::encode),

@@ -51,7 +51,7 @@ class Clutter:
 
 
 class AmodalSample(CompletionSample):
-    """A completion pair of one body of a scene in one image: all that a ``CompletionSample`` has but touch and occluders, and
+    """A completion pair of one body of a scene in one image: all that a ``CompletionSample`` has but occluders, and
     ``clutter``."""
 
     product = "amodal"

@@ -135,11 +135,17 @@ class Contacts:
     distances: Points
     """(contacts,) m that the probe came."""
     visible: Cells
-    """(contacts,) whether no surface stands between it and the camera."""
+    """(contacts,) whether no surface stands between it and the camera, in clutter none of the whole scene."""
     cells: npt.NDArray[np.uint64]
     """(contacts,) cell (x n + y) n + z of the pair's grid; n^3: outside."""
     misses: Points
-    """(probes without a contact, 3) m: where each started."""
+    """(probes without a contact that nothing stopped, 3) m: where each started."""
+    blocked_probe: npt.NDArray[np.uint64] = field(default_factory=lambda: np.zeros(0, np.uint64))
+    """(blocked,) which probe something else stopped than the object; of lone objects none, and so is all of ``blocked``."""
+    blocked_by: Bits = field(default_factory=lambda: np.zeros(0, np.uint8))
+    """(blocked,) what: the number of a body from 1, 254 the container, 255 the table."""
+    blocked_positions: Points = field(default_factory=lambda: np.zeros((0, 3), np.float32))
+    """(blocked, 3) m"""
     hand: str = ""
     """Name of the hand; empty of rays, and so is all below."""
     links: list[str] = field(default_factory=list)
@@ -155,11 +161,11 @@ class Contacts:
     joint_values: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     """(approaches, joints) rad or m at the end."""
     ends: Bits = field(default_factory=lambda: np.zeros(0, np.uint8))
-    """(approaches,) 0 at rest, 1 timed out, 2 missed, 3 unstable, 4 overloaded."""
+    """(approaches,) 0 at rest, 1 timed out, 2 missed, 3 unstable, 4 overloaded, 5 blocked."""
 
     @classmethod
     def of(cls, sample: Sample, channel: str) -> Contacts:
-        """Out of a ``TactileContacts`` or a ``HandContacts`` message."""
+        """Out of a ``TactileContacts``, a ``HandContacts`` or a ``ClutterContacts`` message."""
         message = sample.message(channel)
         rays = {
             "probes": message["probes"],
@@ -174,7 +180,13 @@ class Contacts:
         count = len(message["probe"])
         rows = ("positions", "normals", "distances", "visible", "cells")
         expect_lengths(count, **{name: rays[name] for name in rows})
-        if "hand" not in message:
+        if "blocked_probe" in message:
+            rays["blocked_probe"] = message["blocked_probe"]
+            rays["blocked_by"] = as_array(message["blocked_by"], "u1", -1)
+            rays["blocked_positions"] = as_array(message["blocked_positions"], "<f4", -1, 3)
+            blocked = {name: rays[name] for name in ("blocked_by", "blocked_positions")}
+            expect_lengths(len(rays["blocked_probe"]), **blocked)
+        if not message.get("hand"):
             return cls(**rays)
         poses = message["camera_from_hand"].reshape(-1, 12)
         forces, gaps = as_array(message["forces"], "<f4", -1), as_array(message["gaps"], "<f4", -1)

@@ -25,7 +25,7 @@ pub use products::{
     amodal::{AmodalFacts, Clutter},
     checks_of,
     completion::{
-        Approach, ApproachEnd, Cloud, Coverage, Felt, HandTouch, Implicit, Occlusion, OcclusionFacts,
+        Approach, ApproachEnd, BlockedProbe, Cloud, Coverage, Felt, HandTouch, Implicit, Occlusion, OcclusionFacts,
         PARTIAL_INSIDE_COMPLETE, PairFacts, PixelMask, TactileContacts, TouchContact, TouchedPair, Tsdf, Visibility,
         VoxelPair,
     },

@@ -31,6 +31,8 @@ mod scene_samples;
 mod set;
 mod tally;
 mod templates;
+mod touch;
+mod touch_pictures;
 
 pub use check::{ReleaseCheck, check_release};
 pub use counts::{CountedParts, counted_parts, counts_in_words};
@@ -42,9 +44,7 @@ pub use notes::{RunNotes, Speed};
 pub use panels::draw_panels;
 pub use product::{ProductPages, WritePreview};
 pub use products::{
-    completion::{
-        CompletionInspection, HandFacts, ObjectFacts, Setup, SplitFacts, TouchFacts, TouchKind, inspect_completion,
-    },
+    completion::{CompletionInspection, ObjectFacts, Setup, SplitFacts, inspect_completion},
     grasps::{
         Calibration, GraspedObject, GraspsInspection, ReliabilityBin, TableFacts, TrialsInspection, VariantsInspection,
         inspect_grasps,
@@ -60,6 +60,7 @@ pub use report::{ReportSummary, report};
 pub use scene_objects::ScenesObject;
 pub use set::{SetReportSummary, report_set};
 pub use tally::Spread;
+pub use touch::{HandFacts, TouchFacts, TouchKind};
 
 use std::path::{Path, PathBuf};
 

@@ -116,13 +116,13 @@ impl ImageView {
 pub(super) struct PanelView {
     pub image: ImageView,
     name: &'static str,
-    hint: &'static str,
+    hint: String,
 }
 
 impl PanelView {
     /// A square picture, shown `side` pixels large.
-    pub fn square(picture: &Picture, side: u32, name: &'static str, hint: &'static str) -> Self {
-        Self { image: ImageView::of(picture, side, side), name, hint }
+    pub fn square(picture: &Picture, side: u32, name: &'static str, hint: impl Into<String>) -> Self {
+        Self { image: ImageView::of(picture, side, side), name, hint: hint.into() }
     }
 }
 

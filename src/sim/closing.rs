@@ -1,15 +1,16 @@
 //! Stepping of a hand: motors limited by torque, clutches that open, contacts with the object.
 
-use std::{collections::BTreeSet, sync::Arc};
+use std::sync::Arc;
 
-use mujoco_rs::wrappers::{mj_auxiliary::MjContact, mj_data::MjData, mj_model::MjModel};
-use nalgebra::{IsometryMatrix3, Point3, Translation3, Unit, Vector3};
+use mujoco_rs::wrappers::{mj_data::MjData, mj_model::MjModel};
+use nalgebra::{IsometryMatrix3, Translation3, Vector3};
 
 use super::{
     convert::isometry,
     effort::{Command, Effort},
     error::HandError,
-    hand_sim::{GeomOwner, HandSim, Hold, Numerics, STEP, Servo, is_finite, quaternion},
+    hand_sim::{HandSim, Hold, Numerics, STEP, Servo, is_finite, quaternion},
+    link_touch::LinkTouch,
     moved::{Moved, moved},
     true_mesh::{ColliderLoan, TrueMeshCollider},
     unstable::{Unstable, instability},
@@ -35,21 +36,6 @@ pub(super) const STEPS_AT_REST: u32 = 25;
 /// which it does not go: slowly, as the servos follow, and never so far that the contact is lost.
 const EASED_PER_STEP: f64 = 0.95;
 const EASED_MOST: f64 = 0.01;
-
-/// A link that presses on the object, at one point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LinkTouch {
-    /// The link; 0 is the base.
-    pub link: usize,
-    /// The point on the object's surface, expressed in the hand's base frame [m].
-    pub point: Point3<f64>,
-    /// Unit normal out of the object, expressed in the hand's base frame.
-    pub normal: Unit<Vector3<f64>>,
-    /// Distance from the object to the link [m], negative where they overlap.
-    pub distance: f64,
-    /// Normal force between the two [N].
-    pub force: f64,
-}
 
 /// End of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,6 +102,8 @@ pub struct HandWorker {
     pub(super) base_from_mount: IsometryMatrix3<f64>,
     /// Position of the hand's base in MuJoCo's world, in which it does not turn [m]: 0 but where it moves through a scene.
     pub(super) carried: Vector3<f64>,
+    /// Touches of the object that stopped the last guarded move, expressed in the object's frame.
+    pub(super) stopped_by: Vec<LinkTouch>,
     steps: u32,
     /// Steps of MuJoCo in each of ours.
     substeps: u32,
@@ -145,6 +133,7 @@ impl HandWorker {
             slid: Vector3::zeros(),
             base_from_mount: IsometryMatrix3::identity(),
             carried: Vector3::zeros(),
+            stopped_by: Vec::new(),
             steps: 0,
             substeps: 1,
             stood_at,
@@ -311,7 +300,8 @@ impl HandWorker {
             return;
         }
         let mut hardest = vec![0.0f64; self.drives.len()];
-        for touch in self.touches().iter().filter(|touch| touch.force > max_force) {
+        let touches = self.touches().into_iter().chain(self.thing_touches().into_iter().map(|(_, touch)| touch));
+        for touch in touches.filter(|touch| touch.force > max_force) {
             for (hardest, moves) in hardest.iter_mut().zip(&self.sim.links_moved) {
                 if touch.link == 0 || moves[touch.link] {
                     *hardest = hardest.max(touch.force);
@@ -406,51 +396,9 @@ impl HandWorker {
         &self.torques
     }
 
-    /// Touches that press on the object, in MuJoCo's order.
-    pub fn touches(&self) -> Vec<LinkTouch> {
-        let mut found = Vec::new();
-        for (index, contact) in self.data.contact().iter().enumerate() {
-            let sides = self.owners_of(contact);
-            let (link, object_first) = match sides {
-                [Some(GeomOwner::Link(link)), Some(GeomOwner::Object)] => (link, false),
-                [Some(GeomOwner::Object), Some(GeomOwner::Link(link))] => (link, true),
-                _ => continue,
-            };
-            // From the first geom to the second; the point lies half way between the two surfaces.
-            let along = Vector3::from_column_slice(&contact.frame[..3]);
-            let normal = if object_first { along } else { -along };
-            let point = Point3::from(contact.pos) - self.carried - normal * (contact.dist / 2.0);
-            let force = self.data.contact_force(index)[0];
-            let normal = Unit::new_unchecked(normal);
-            found.push(LinkTouch { link, point, normal, distance: contact.dist, force });
-        }
-        found
-    }
-
-    /// Pairs of links that press on each other, the lower first, sorted.
-    pub fn self_touches(&self) -> Vec<[usize; 2]> {
-        let mut found = BTreeSet::new();
-        for contact in self.data.contact() {
-            let sides = self.owners_of(contact);
-            if let [Some(GeomOwner::Link(one)), Some(GeomOwner::Link(other))] = sides {
-                found.insert([one.min(other), one.max(other)]);
-            }
-        }
-        found.into_iter().collect()
-    }
-
     /// The description's touch sensors by name, and the normal force that each feels [N].
     pub fn touch_sensors(&self) -> impl Iterator<Item = (&str, f64)> {
         self.sim.touch_sensors.iter().map(|(name, address)| (name.as_str(), self.data.sensordata()[*address]))
-    }
-
-    /// Owners of the two sides of a contact; the object has the only flex.
-    pub(super) fn owners_of(&self, contact: &MjContact) -> [Option<GeomOwner>; 2] {
-        let flex = |side: usize| (contact.flex[side] >= 0).then_some(GeomOwner::Object);
-        [0, 1].map(|side| match usize::try_from(contact.geom[side]) {
-            Ok(geom) => Some(self.sim.owners[geom]),
-            Err(_) => flex(side),
-        })
     }
 
     /// Where a motor is after another step, before the joints move.

@@ -3,15 +3,19 @@
 
 use std::sync::Arc;
 
-use nalgebra::{IsometryMatrix3, Translation3, Unit, Vector3};
+use nalgebra::{IsometryMatrix3, Unit, Vector3};
 
 use super::{
-    closing::{HandWorker, LinkTouch, RunEnd},
+    clearance::StraightWay,
+    closing::{HandWorker, RunEnd},
     effort::{Command, Effort},
     error::HandError,
     hand_sim::{Hold, STEP, Servo},
+    link_touch::LinkTouch,
+    thing::ThingTouch,
     unstable::Unstable,
 };
+use kernel::contact::ContactScratch;
 
 /// Speed of a guarded move [m/s]: 20 micrometres per step, so that what is as heavy as the object stops without a blow.
 const SPEED: f64 = 0.01;
@@ -51,8 +55,10 @@ pub struct HandApproach {
 /// End of a guarded move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MoveEnd {
-    /// Something touched.
+    /// The object was touched.
     Touched,
+    /// Something else was touched first.
+    Blocked,
     /// Nothing did, over the whole movement.
     Free,
     /// The numbers blew up.
@@ -72,6 +78,8 @@ pub enum ApproachEnd {
     Unstable,
     /// A contact pressed with more than [`OVERLOAD`] times the force to which the fingers give way.
     Overloaded,
+    /// Something that stands still around the object was in the way of the coming hand.
+    Blocked,
 }
 
 /// Result of an approach: what the hand felt.
@@ -90,11 +98,14 @@ pub struct Felt {
     /// Touches that pressed on the object when the hand stopped and no more in the end, and those in the end, expressed
     /// in the object's frame; none where the numbers blew up or a contact pressed too hard.
     pub touches: Vec<LinkTouch>,
+    /// Touches of things that stand still around the object: of a hand that was blocked where it was, else as of the object.
+    pub stops: Vec<ThingTouch>,
 }
 
 impl HandWorker {
     /// Moves the hand along a direction of its base at a speed [m/s], its fingers holding still, until something touches the
-    /// object, at most so far [m]: then it stops where it is. (What moves is the object, the other way.)
+    /// object or what stands still around it, at most so far [m]: then it stops where it is. (What moves is the object, the other
+    /// way.)
     pub fn guarded_move(&mut self, direction: &Unit<Vector3<f64>>, speed: f64, distance: f64) -> MoveEnd {
         let hold = vec![Command::Hold; self.sim.hand().driven().len()];
         let step = self.base_from_mount.rotation.inverse() * direction.into_inner() * (-speed * STEP);
@@ -108,12 +119,17 @@ impl HandWorker {
                 end = MoveEnd::Touched;
                 break;
             }
+            if self.thing_touches().iter().any(|(_, touch)| touch.force > 0.0) {
+                end = MoveEnd::Blocked;
+                break;
+            }
         }
+        self.stopped_by = if end == MoveEnd::Touched { self.presses() } else { Vec::new() };
         // What moves lags behind its command.
         let slides = self.slides();
         let at = |axis: usize| self.data.qpos()[slides[axis].address];
         self.slid = Vector3::from_fn(|axis, _| at(axis));
-        if end == MoveEnd::Free { end } else { self.ease(direction, &hold) }
+        if end == MoveEnd::Touched { self.ease(direction, &hold) } else { end }
     }
 
     /// Slides that hold the object.
@@ -122,12 +138,13 @@ impl HandWorker {
         slides
     }
 
-    /// Gives way until the hand leans on the object with [`LEANS`] along a direction.
+    /// Gives way until the hand leans on what it touches with [`LEANS`] along a direction.
     fn ease(&mut self, direction: &Unit<Vector3<f64>>, hold: &[Command]) -> MoveEnd {
         let ahead = self.base_from_mount.rotation.inverse() * direction.into_inner();
         let stiffness = self.slides()[0].stiffness;
         for _ in 0..STEPS_TO_EASE {
-            let leans: f64 = self.touches().iter().map(|touch| -touch.force * touch.normal.dot(direction)).sum();
+            let touches = self.touches().into_iter().chain(self.thing_touches().into_iter().map(|(_, touch)| touch));
+            let leans: f64 = touches.map(|touch| -touch.force * touch.normal.dot(direction)).sum();
             self.slid += ahead * (EASING * (leans - LEANS) / stiffness);
             if let Err(unstable) = self.step(hold) {
                 return MoveEnd::Unstable(unstable);
@@ -145,23 +162,30 @@ impl HandWorker {
         let posture = hand.partly_closed(approach.closed);
         let frames = hand.link_frames(&hand.posture_values(&posture));
         let base_from_approach = *hand.approach_pose(&frames).isometry();
-        let distance = approach.object_from_start.rotation * Vector3::z();
-        let start = approach.object_from_start * base_from_approach.inverse();
-        let moved = |by: f64| Translation3::from(distance * by) * start;
+        let way = StraightWay {
+            frames: &frames,
+            object_from_start: approach.object_from_start * base_from_approach.inverse(),
+            direction: approach.object_from_start.rotation * Vector3::z(),
+        };
         let mut travelled = 0.0;
-        while let Some(clearance) = self.sim.clearance_at_least(&frames, &moved(travelled)) {
+        while let Some(clearance) = self.sim.clearance_at_least(&frames, &way.moved(travelled)) {
             if clearance < CLEAR || travelled >= approach.distance {
                 break;
             }
             travelled = (travelled + clearance).min(approach.distance);
         }
-        self.start(&posture, &moved(travelled).inverse())?;
+        if let Some((travelled, stop)) = self.sim.first_met(&way, travelled, &mut ContactScratch::default()) {
+            let (object_from_base, joints) = (way.moved(travelled), hand.posture_values(&posture));
+            let (end, touches) = (ApproachEnd::Blocked, Vec::new());
+            return Ok(Felt { end, steps: 0, travelled, object_from_base, joints, touches, stops: vec![stop] });
+        }
+        self.start(&posture, &way.moved(travelled).inverse())?;
         let ahead = Unit::new_normalize(base_from_approach.rotation * Vector3::z());
-        let mut touches = Vec::new();
+        let (mut touches, mut stops) = (Vec::new(), Vec::new());
         let end = match self.guarded_move(&ahead, SPEED, approach.distance - travelled) {
             MoveEnd::Touched => {
                 // What stopped the hand may be let go of when the fingers press.
-                touches = self.presses();
+                (touches, stops) = (self.presses(), self.stops());
                 self.set_effort(approach.effort);
                 match self.close(MAX_STEPS).end {
                     RunEnd::AtRest => ApproachEnd::AtRest,
@@ -169,26 +193,49 @@ impl HandWorker {
                     RunEnd::Unstable(_) => ApproachEnd::Unstable,
                 }
             }
+            MoveEnd::Blocked => {
+                stops = self.stops();
+                ApproachEnd::Blocked
+            }
             MoveEnd::Free => ApproachEnd::Missed,
             MoveEnd::Unstable(_) => ApproachEnd::Unstable,
         };
         let object_from_base = self.base_from_object().inverse();
-        let came = (object_from_base.translation.vector - start.translation.vector).dot(&distance);
+        let came = (object_from_base.translation.vector - way.object_from_start.translation.vector).dot(&way.direction);
         let end = match end {
             ApproachEnd::AtRest | ApproachEnd::TimedOut => {
-                let last = self.presses();
-                touches.retain(|first| !last.iter().any(|touch| is_same(first, touch)));
-                touches.extend(last);
-                let too_hard = |touch: &LinkTouch| touch.force > OVERLOAD * approach.effort.max_force;
-                if touches.iter().any(too_hard) { ApproachEnd::Overloaded } else { end }
+                let max_force = OVERLOAD * approach.effort.max_force;
+                if self.add_last(&mut touches, &mut stops, max_force) { ApproachEnd::Overloaded } else { end }
             }
             end => end,
         };
         if !matches!(end, ApproachEnd::AtRest | ApproachEnd::TimedOut) {
             touches.clear();
         }
+        if !matches!(end, ApproachEnd::AtRest | ApproachEnd::TimedOut | ApproachEnd::Blocked) {
+            stops.clear();
+        }
         let steps = self.steps();
-        Ok(Felt { end, steps, travelled: came, object_from_base, joints: self.joints(), touches })
+        Ok(Felt { end, steps, travelled: came, object_from_base, joints: self.joints(), touches, stops })
+    }
+
+    /// Adds the touches of a hand at rest to those of its stop; whether one presses with more than a force [N].
+    fn add_last(&self, touches: &mut Vec<LinkTouch>, stops: &mut Vec<ThingTouch>, max_force: f64) -> bool {
+        let last = self.presses();
+        touches.retain(|first| !last.iter().any(|touch| is_same(first, touch)));
+        touches.extend(last);
+        let last = self.stops();
+        stops.retain(|first| !last.iter().any(|stop| is_same_stop(first, stop)));
+        stops.extend(last);
+        let on_things = self.thing_touches().into_iter().map(|(_, touch)| touch.force);
+        let is_too_hard = touches.iter().map(|touch| touch.force).chain(on_things).any(|force| force > max_force);
+        // What stopped the hand is kept where it was let go of since: nothing presses there any more.
+        if !self.sim.still.is_empty() {
+            let stopped = self.stopped_by.iter().filter(|first| !touches.iter().any(|touch| is_same(first, touch)));
+            let stopped: Vec<LinkTouch> = stopped.map(|first| LinkTouch { force: 0.0, ..*first }).collect();
+            touches.splice(0..0, stopped);
+        }
+        is_too_hard
     }
 
     /// Touches that press on the object now, expressed in the object's frame.
@@ -201,6 +248,20 @@ impl HandWorker {
         };
         self.touches().into_iter().filter(|touch| touch.force > 0.0).map(seen).collect()
     }
+
+    /// Touches that press on things around the object now, expressed in the object's frame.
+    fn stops(&self) -> Vec<ThingTouch> {
+        let object_from_base = self.base_from_object().inverse();
+        let pressing = self.thing_touches().into_iter().filter(|(_, touch)| touch.force > 0.0);
+        pressing
+            .map(|(thing, LinkTouch { link, point, .. })| ThingTouch { thing, link, point: object_from_base * point })
+            .collect()
+    }
+}
+
+/// Whether two touches of a thing are one, a moment apart.
+fn is_same_stop(first: &ThingTouch, then: &ThingTouch) -> bool {
+    (first.thing, first.link) == (then.thing, then.link) && (first.point - then.point).norm() < SAME_POINT
 }
 
 /// Whether two touches are one, a moment apart.

@@ -27,6 +27,7 @@ use super::{
     hand::HandModel,
     native_mesh::NativeContacts,
     table::{self, Table},
+    thing::StillThing,
     true_mesh::{self, TrueMesh},
 };
 use kernel::{
@@ -134,13 +135,15 @@ pub struct HandSim {
     /// True meshes around it, in a scene.
     pub(super) neighbours: Vec<TrueMesh>,
     /// Solids of the hand that may touch the true mesh, and where each sits.
-    solids: Vec<(Mount, Probe)>,
+    pub(super) solids: Vec<(Mount, Probe)>,
     /// Whether each motor of the hand moves each link.
     pub(super) links_moved: Vec<Vec<bool>>,
     /// Owner of each geom of the model.
     pub(super) owners: Vec<GeomOwner>,
     /// The table, where the object may stand on one.
     pub(super) table: Option<Table>,
+    /// Things that stand still around a fixed object.
+    pub(super) still: Vec<StillThing>,
     /// Names of the description's touch sensors, and where their values are.
     pub(super) touch_sensors: Vec<(String, usize)>,
 }
@@ -291,35 +294,21 @@ impl HandSim {
         let solids = probes.filter_map(solid).collect();
         let model = Arc::new(compiled);
         let links_moved = hand.driven().iter().map(|driven| hand.links_moved(driven)).collect();
-        Ok(Self { hand, model, servos, hold, true_mesh, neighbours, solids, links_moved, owners, table, touch_sensors })
-    }
-
-    /// A lower bound of the distance between the true mesh and the hand, with its links at these frames in its base [m];
-    /// `None` without a true mesh.
-    pub(super) fn clearance_at_least(
-        &self,
-        frames: &[IsometryMatrix3<f64>],
-        object_from_base: &IsometryMatrix3<f64>,
-    ) -> Option<f64> {
-        let TrueMesh { surface, .. } = self.true_mesh.as_ref()?;
-        let clearance = |(mount, probe): &(Mount, Probe)| {
-            surface.clearance_at_least(probe, &(object_from_base * self.hand.base_from(mount, frames)))
-        };
-        Some(self.solids.iter().map(clearance).fold(f64::INFINITY, f64::min))
-    }
-
-    /// Bound on the distance of the hand's points in a posture from the origin of its approach frame [m], as far as it can
-    /// touch a true mesh.
-    ///
-    /// # Panics
-    /// When there is not one value per driven joint.
-    pub fn reach(&self, posture: &[f64]) -> f64 {
-        let frames = self.hand.link_frames(&self.hand.posture_values(posture));
-        let origin = self.hand.approach_pose(&frames).isometry().translation.vector;
-        let reach = |(mount, probe): &(Mount, Probe)| {
-            (self.hand.base_from(mount, &frames).translation.vector - origin).norm() + probe.radius()
-        };
-        self.solids.iter().map(reach).fold(0.0, f64::max)
+        let still = Vec::new();
+        Ok(Self {
+            hand,
+            model,
+            servos,
+            hold,
+            true_mesh,
+            neighbours,
+            solids,
+            links_moved,
+            owners,
+            table,
+            still,
+            touch_sensors,
+        })
     }
 
     /// The hand.
@@ -427,7 +416,7 @@ pub(super) fn servo_of(joint: &str) -> String {
 }
 
 /// The mount, the object without geoms, and its slides.
-fn add_object(spec: &mut MjSpec) -> Result<(), mujoco_rs::error::MjEditError> {
+pub(super) fn add_object(spec: &mut MjSpec) -> Result<(), mujoco_rs::error::MjEditError> {
     let mount = spec.world_body_mut().add_body();
     mount.with_name(MOUNT).set_mocap(true);
     let object = mount.add_body();
@@ -451,7 +440,7 @@ fn add_object(spec: &mut MjSpec) -> Result<(), mujoco_rs::error::MjEditError> {
 }
 
 /// Stiffness of a slide [N/m], as large as the mass on it allows: 50 N push the object off by 20 micrometres.
-fn slide_stiffness() -> f64 {
+pub(super) fn slide_stiffness() -> f64 {
     SLIDE_MASS * (STIFFNESS_OF_A_STEP / STEP).powi(2)
 }
 
@@ -575,7 +564,7 @@ fn servos(model: &MjModel, hand: &Hand, gains: &[f64]) -> Vec<Servo> {
     joints.zip(gains).map(|(joint, stiffness)| servo(model, &joint.joint.name, *stiffness)).collect()
 }
 
-fn servo(model: &MjModel, joint: &str, stiffness: f64) -> Servo {
+pub(super) fn servo(model: &MjModel, joint: &str, stiffness: f64) -> Servo {
     let id = model.name_to_id(MjtObjBase::mjOBJ_JOINT, joint).expect("the joint is the model's");
     let control = model.name_to_id(MjtObjBase::mjOBJ_ACTUATOR, &servo_of(joint)).expect("added");
     // MuJoCo has converted the ratio of damping to a gain.

@@ -21,6 +21,7 @@
 pub const GL_ENVIRONMENT: (&str, &str) = ("LP_NUM_THREADS", "0");
 
 mod bodies;
+mod clearance;
 mod closing;
 mod clutter;
 mod colour;
@@ -36,6 +37,7 @@ mod free_object;
 mod gl;
 mod hand;
 mod hand_sim;
+mod link_touch;
 mod model;
 mod moved;
 mod native_mesh;
@@ -44,13 +46,16 @@ mod probe;
 mod robot;
 mod scene;
 mod settle;
+mod still;
 mod table;
+mod thing;
+mod touches;
 mod trial;
 mod true_mesh;
 mod unstable;
 
 pub use bodies::PairRule;
-pub use closing::{HandWorker, LinkTouch, Run, RunEnd};
+pub use closing::{HandWorker, Run, RunEnd};
 pub use clutter::{
     ClutterOutcome, ClutterPhase, ClutterProtocol, ClutterScene, ClutterSim, ClutterVerdict, ClutterWorker,
     NeighbourMotion, SceneContact,
@@ -63,6 +68,7 @@ pub use error::{GlError, HandError, RobotError, SceneError, SimError};
 pub use feeling::{ApproachEnd, Felt, HandApproach, MoveEnd, OVERLOAD};
 pub use hand::HandModel;
 pub use hand_sim::{HandSim, Numerics};
+pub use link_touch::LinkTouch;
 pub use model::{Inertia, LIGHTS, SimModel};
 pub use native_mesh::NativeContacts;
 pub use probe::{GlFacts, SimFacts, gl_facts, sim_facts};
@@ -71,6 +77,7 @@ pub use scene::scene_camera;
 pub use settle::{
     Container, Fault, Placement, SceneBody, SceneTouch, SettleSettings, SettleWorker, SettledBody, SettledScene, Walls,
 };
+pub use thing::{StillShape, StillThing, ThingTouch};
 pub use trial::{
     Gravity, Grip, Outcome, Phase, PlainHand, Series, SeriesSample, Slip, Start, TableSupport, TrialConditions,
     TrialProtocol, TrialSim, TrialSpread, TrialWorker, Variant, Verdict, WhileClosing, mass_of_volume, plain_hand,

@@ -144,4 +144,5 @@ def rim(held, below, n):
     return cells
 
 
-main()
+if __name__ == "__main__":
+    main()

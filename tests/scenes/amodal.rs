@@ -7,15 +7,21 @@ use std::{
 };
 
 use graspmill::{
-    factory::job::{JobSet, JobText},
+    factory::{
+        job::{JobSet, JobText},
+        products::pair::touch::{RandomRays, RayTarget, SeenSurface, TouchObstacles, TouchSurface},
+    },
     format::{
-        AmodalFacts, Channel, Product, Scene, SceneContainer, VoxelPair,
+        AmodalFacts, Channel, Product, Scene, SceneContainer, SceneImage, TactileContacts, VoxelPair,
         dataset::{
             DatasetHeader, DatasetReader, Fate, Manifest, RunMark, Sample, Selection, ShardHeader, ShardWriter,
             begin_run, finish_dataset,
         },
+        products::grasps::Shapes,
     },
+    geom::{RenderMesh, SimdLevel},
     ids::{ItemId, JobDigest, ObjectId, SampleId, SampleIndex, ShardId},
+    seed::Stream,
     tables::ParquetIndex,
     words::{NumberClass, Split},
 };
@@ -29,23 +35,23 @@ use crate::support::{
 };
 
 /// Bins of three shapes, in three splits.
-const BINS: &str = "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\ncontainer = { inner = [0.3, 0.3, 0.15] }\n\
+pub(super) const BINS: &str = "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\ncontainer = { inner = [0.3, 0.3, 0.15] }\n\
                     scenes = { training = 3, holdout = 1, test = 2 }\n[[objects]]\n\
                     built_in = [\"bottle-01\", \"box-01\", \"can-01\", \"cup-01\", \"mug-01\", \"bowl-01\", \"goblet-01\"]\n\
                     [split]\nvalidation_objects = 0\ntest_objects = 3\n";
 
 /// Cameras on a shell.
-const SHELL: &str =
+pub(super) const SHELL: &str =
     "{ shell = { radius = [0.4, 0.6], polar_deg = [0, 60] }, views = 2, width = 320, height = 240, fx = 300.0 }";
 
-fn views_job(scenes: &str, cameras: &str, more: &str) -> String {
+pub(super) fn views_job(scenes: &str, cameras: &str, more: &str) -> String {
     format!(
         "product = \"views\"\nseed = 3\n{more}\n[scenes]\ndataset = \"{scenes}\"\n[views]\ncameras = [{cameras}]\n\
          min_pixels = 50\n[shards]\nsamples = 5\n"
     )
 }
 
-fn amodal_job(views: &str, more: &str) -> String {
+pub(super) fn amodal_job(views: &str, more: &str) -> String {
     format!("product = \"amodal\"\nseed = 3\n{more}\n[views]\ndataset = \"{views}\"\n[shards]\nsamples = 10\n")
 }
 
@@ -61,7 +67,7 @@ fn reader(folder: &Path) -> DatasetReader {
     DatasetReader::open(folder).expect("a dataset")
 }
 
-fn samples(folder: &Path) -> Vec<Sample> {
+pub(super) fn samples(folder: &Path) -> Vec<Sample> {
     reader(folder).iter(Selection::default()).map(|sample| sample.expect("readable")).collect()
 }
 
@@ -212,7 +218,8 @@ fn a_lone_body_gives_the_pair_of_the_lone_object_to_the_bit() {
     // Nothing but the body is seen: the table is a crumb at the camera's own height.
     let nothing = ["views.table=[0.01, 0.01]", "views.clearance=0"];
     workspace.make_dataset("views", &views_job("scenes", LONE_CAMERA, ""), &nothing);
-    let channels = "[channels]\ndepth = \"f32\"\ncloud = true\ntsdf = true\ncoverage = true\n";
+    let channels =
+        "[channels]\ndepth = \"f32\"\ncloud = true\ntsdf = true\ncoverage = true\n[touch]\nrandom_rays = true\n";
     let amodal = workspace.make_dataset("amodal", &amodal_job("views", channels), &[]);
     assert_intact(&amodal, FULL_CHECK);
     let found: BTreeMap<ObjectId, Sample> =
@@ -221,6 +228,7 @@ fn a_lone_body_gives_the_pair_of_the_lone_object_to_the_bit() {
     for ((lone, pair), id) in lone.iter().zip(&pairs).zip(&ids) {
         let sample = &found[id];
         let own = sample.pair().expect("a pair");
+        compare_with_lone_rays(sample, &workspace.path("views"));
         assert_eq!(sample.id, SampleId { instance: 1, ..SampleId::of_object(*id, ItemId(0)) });
         // Grids, counts, placement, camera and poses: every number.
         assert_eq!(VoxelPair { sample: pair.sample, ..own.clone() }, *pair);
@@ -256,6 +264,40 @@ fn a_lone_body_gives_the_pair_of_the_lone_object_to_the_bit() {
             }
         }
     }
+}
+
+/// Compares the rays of a body on a plane, seen along it, with those of the lone object from the same stream: what starts below the
+/// plane is stopped where it starts, and all else is equal to the bit.
+fn compare_with_lone_rays(sample: &Sample, views: &Path) {
+    let (pair, clutter) = (sample.pair().expect("a pair"), sample.clutter().expect("clutter"));
+    let views_reader = reader(views);
+    let rows = views_reader.assets().expect("assets").objects;
+    let row = rows.iter().find(|row| row.object == clutter.object).expect("its row");
+    assert_eq!((&row.facts["watertight"], &row.facts["winding"]), (&Value::from(true), &Value::from("outward")));
+    let mut ids: Vec<ObjectId> = rows.iter().map(|row| row.object).collect();
+    ids.sort();
+    let place = ids.iter().position(|id| *id == clutter.object).expect("its place");
+    let mesh = Shapes::open(views).expect("meshes").object(place).expect("its mesh").mesh;
+    let (surface, alone) = (TouchSurface::new(&mesh, SimdLevel::detect()), TouchObstacles::default());
+    let render = RenderMesh::new(&mesh, true);
+    let seen = SeenSurface::new(&surface, &render, &pair.camera_from_object, &alone);
+    let mut expected = TactileContacts::none(sample.id);
+    let mut stream = Stream::of_sample(3, &sample.id, "touch");
+    seen.random_rays(RandomRays { count: 40, target: RayTarget::Mesh }, &pair, false, &mut stream, &mut expected);
+
+    let touch = sample.touch().expect("readable");
+    let [(Channel::AMODAL_TOUCH_RAYS, touch)] = &touch[..] else { panic!("{touch:?}") };
+    // y points down from the camera, which stands at the height of the plane.
+    assert!(touch.blocked.len() < 40 && touch.blocked.iter().all(|blocked| blocked.by == SceneImage::TABLE));
+    let is_free = |probe: u32| touch.blocked.iter().all(|blocked| blocked.probe != probe);
+    assert!(touch.blocked.iter().all(|blocked| blocked.position[1] > 0.0));
+    let far = render.reach(SimdLevel::detect(), &pair.camera_from_object)[2][1];
+    assert!(touch.blocked.iter().all(|blocked| (f64::from(blocked.position[2]) - far - 1e-3).abs() < 1e-6));
+    expected.contacts.retain(|contact| is_free(contact.probe));
+    assert_eq!(touch.contacts, expected.contacts);
+    assert!(touch.contacts.iter().all(|contact| contact.position[1] <= 0.0));
+    expected.misses.retain(|miss| miss[1] <= 0.0);
+    assert_eq!(touch.misses, expected.misses);
 }
 
 /// trimesh: points on the mesh, cells of solids, cells of what is seen.
@@ -404,6 +446,13 @@ fn mistakes_of_amodal_pairs_are_said_with_key_and_remedy() {
         ("gate = { min_partial_cells = 70000 }", "at most as many cells as the grid has"),
         ("truth = { rule = \"fraction\" }", "truth.fraction"),
         ("channels = { implicit = true, implicit_surface = 0, implicit_space = 0 }", "no point is asked for"),
+        (
+            "touch = { random_rays = true, ray_target = \"cells\" }",
+            "cells of a grid know nothing of what lies around a body",
+        ),
+        ("touch = { grasp = true, hand = { scene = \"hand.xml\" } }", "name the scenes in a job for picks"),
+        ("touch = { exploration = true }", "touch.hand"),
+        ("touch = { rays = 7 }", "touch.random_rays"),
         ("objects = []", "the dataset of views says what its objects are"),
         ("sensor = {}", "the job of the views says what the sensor is"),
     ] {

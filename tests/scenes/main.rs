@@ -2,6 +2,7 @@
 //! mistakes are said with their keys.
 
 mod amodal;
+mod amodal_touch;
 mod imported;
 mod modes;
 mod pick_trials;

@@ -1281,6 +1281,64 @@ pub struct TactileContacts {
     #[prost(bytes = "vec", tag = "11")]
     pub misses: ::prost::alloc::vec::Vec<u8>,
 }
+/// Topics /amodal/touch_rays, probes are rays, and /amodal/touch_exploration, probes are approaches of a hand. Fields 1 to 11 are those of
+/// TactileContacts and fields 12 to 20 those of HandContacts, which rays do not have. A probe that something else stops has a row in the
+/// fields after them, and of a ray no contact.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct ClutterContacts {
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    #[prost(uint32, tag = "2")]
+    pub resolution: u32,
+    #[prost(uint32, tag = "3")]
+    pub probes: u32,
+    #[prost(uint32, repeated, tag = "4")]
+    pub probe: ::prost::alloc::vec::Vec<u32>,
+    #[prost(bytes = "vec", tag = "5")]
+    pub positions: ::prost::alloc::vec::Vec<u8>,
+    #[prost(bytes = "vec", tag = "6")]
+    pub normals: ::prost::alloc::vec::Vec<u8>,
+    #[prost(bytes = "vec", tag = "7")]
+    pub distances: ::prost::alloc::vec::Vec<u8>,
+    /// one byte per contact: 1 where nothing of the scene stands between it and the camera, else 0
+    #[prost(bytes = "vec", tag = "8")]
+    pub visible: ::prost::alloc::vec::Vec<u8>,
+    #[prost(uint32, repeated, tag = "9")]
+    pub cells: ::prost::alloc::vec::Vec<u32>,
+    #[prost(uint32, tag = "10")]
+    pub outside: u32,
+    /// (probes without a contact that nothing stopped, 3) f32 little-endian, m: where each started
+    #[prost(bytes = "vec", tag = "11")]
+    pub misses: ::prost::alloc::vec::Vec<u8>,
+    #[prost(string, tag = "12")]
+    pub hand: ::prost::alloc::string::String,
+    #[prost(string, repeated, tag = "13")]
+    pub links: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    #[prost(string, repeated, tag = "14")]
+    pub joints: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    #[prost(uint32, repeated, tag = "15")]
+    pub link: ::prost::alloc::vec::Vec<u32>,
+    #[prost(bytes = "vec", tag = "16")]
+    pub forces: ::prost::alloc::vec::Vec<u8>,
+    #[prost(bytes = "vec", tag = "17")]
+    pub gaps: ::prost::alloc::vec::Vec<u8>,
+    #[prost(double, repeated, tag = "18")]
+    pub camera_from_hand: ::prost::alloc::vec::Vec<f64>,
+    #[prost(double, repeated, tag = "19")]
+    pub joint_values: ::prost::alloc::vec::Vec<f64>,
+    /// one byte an approach: as in HandContacts, and 5 blocked
+    #[prost(bytes = "vec", tag = "20")]
+    pub ends: ::prost::alloc::vec::Vec<u8>,
+    /// which probe something else stopped, counted from 0, ascending
+    #[prost(uint32, repeated, tag = "21")]
+    pub blocked_probe: ::prost::alloc::vec::Vec<u32>,
+    /// one byte per row: number of the body from 1, 254 the container, 255 the table
+    #[prost(bytes = "vec", tag = "22")]
+    pub blocked_by: ::prost::alloc::vec::Vec<u8>,
+    /// (rows, 3) f32 little-endian, m: where it was stopped
+    #[prost(bytes = "vec", tag = "23")]
+    pub blocked_positions: ::prost::alloc::vec::Vec<u8>,
+}
 /// Topic /grasps/trials. Each kept grasp of the sample's GraspRun, closed on the free object in MuJoCo, lifted and shaken.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct GraspTrials {

@@ -69,6 +69,11 @@ impl Probe {
         }
     }
 
+    /// The solid's farthest point in a direction of unit length, in its frame.
+    pub fn support(&self, direction: &Vector3<f64>) -> Point3<f64> {
+        self.farthest(direction) + direction * self.thickness
+    }
+
     /// The core's farthest point in a direction.
     pub(super) fn farthest(&self, direction: &Vector3<f64>) -> Point3<f64> {
         let mut farthest =

@@ -116,7 +116,9 @@ fn entity(time: Option<Timestamp>, grid: &GridPlacement, channel: Channel, conta
     let arrows = contacts.iter().map(|contact| {
         let pale = if contact.visible { 0.4 } else { 1.0 };
         let color = match (channel, contact.visible) {
-            (Channel::TOUCH_EXPLORATION, _) => Color { r: 0.34, g: 0.71, b: 0.91, a: pale },
+            (Channel::TOUCH_EXPLORATION | Channel::AMODAL_TOUCH_EXPLORATION, _) => {
+                Color { r: 0.34, g: 0.71, b: 0.91, a: pale }
+            }
             (Channel::TOUCH_GRASP, _) => Color { r: 0.8, g: 0.47, b: 0.65, a: pale },
             (_, false) => Color { r: 0.0, g: 0.62, b: 0.45, a: 1.0 },
             (_, true) => Color { r: 0.84, g: 0.37, b: 0.0, a: 1.0 },
@@ -128,7 +130,7 @@ fn entity(time: Option<Timestamp>, grid: &GridPlacement, channel: Channel, conta
         timestamp: time,
         frame_id: "camera".to_owned(),
         // Rays keep the name that they had alone.
-        id: if channel == Channel::TOUCH_RAYS { "touch" } else { channel.name() }.to_owned(),
+        id: if channel.is_touch_by_hand() { channel.name() } else { "touch" }.to_owned(),
         arrows: arrows.collect(),
         ..SceneEntity::default()
     }

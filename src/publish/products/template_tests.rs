@@ -8,7 +8,7 @@ use serde_json::json;
 use super::{
     PRODUCTS,
     amodal::{self, AmodalInspection, AmodalSurvey},
-    completion::{self, CompletionInspection, CompletionSurvey, HandFacts, TouchFacts, TouchKind},
+    completion::{self, CompletionInspection, CompletionSurvey},
     grasps::{
         self, Calibration, GraspSurvey, GraspedObject, GraspsInspection, ReliabilityBin, ReplayView, TableFacts,
         TrialsInspection, VariantsInspection,
@@ -30,6 +30,7 @@ use crate::{
     set::{self, SetPage},
     tally::{Spread, Tally},
     templates::{SHARED, Template, environment},
+    touch::{HandFacts, TouchFacts, TouchKind},
 };
 use format::{FORMAT_VERSION, FieldHeader, GraspMethod, HandNames, Product, ReachabilityField};
 use kernel::{
@@ -250,12 +251,14 @@ fn views_page(name: &str, is_full: bool) -> Page {
 }
 
 fn amodal_page(name: &str, is_full: bool) -> Page {
+    let kind = TouchKind { channel: "touch_rays".to_owned(), blocked: Some(2), ..TouchKind::default() };
+    let touch = TouchFacts { samples: 1, kinds: vec![kind], ..TouchFacts::default() };
     let rest = json!({
         "scenes": 3, "samples": 5, "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
         "rejected": if is_full { json!({ name: 1 }) } else { json!({}) },
         "strata": [[name, 5, 4]], "truncated": 1,
         "partial_cells": SPREAD, "complete_cells": SPREAD, "visible_share": SPREAD, "solid_share": SPREAD, "purity": SPREAD,
-        "others_solid_cells": SPREAD,
+        "others_solid_cells": SPREAD, "touch": is_full.then_some(touch),
         "objects": [{ "name": name, "object": object(), "split": "training" }],
     });
     let mut facts =

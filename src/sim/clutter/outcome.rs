@@ -2,7 +2,7 @@
 
 use nalgebra::IsometryMatrix3;
 
-use crate::{closing::LinkTouch, hand_sim::STEP, unstable::Unstable};
+use crate::{hand_sim::STEP, link_touch::LinkTouch, unstable::Unstable};
 
 /// A part of a trial in a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -3,7 +3,7 @@
 use nalgebra::IsometryMatrix3;
 
 use super::{Phase, Series};
-use crate::{closing::LinkTouch, hand_sim::STEP, unstable::Unstable};
+use crate::{hand_sim::STEP, link_touch::LinkTouch, unstable::Unstable};
 use robot::hand::Motor;
 
 /// Verdict on a trial, with the reason.

@@ -3,7 +3,7 @@
 use std::fs;
 
 use graspmill::{
-    factory::products::completion::{RandomRays, RayTarget, TouchSurface},
+    factory::products::pair::touch::{RandomRays, RayTarget, SeenSurface, TouchObstacles, TouchSurface},
     format::{TactileContacts, VoxelPair, dataset::DatasetReader},
     geom::{CameraCv, GridPlacement, Object, Pose, RenderMesh, SimdLevel, TriMesh, rotation_from_rpy},
     ids::{Digest, ItemId, ObjectId, SampleId},
@@ -32,7 +32,9 @@ fn touch(mesh: &TriMesh, closed: bool, rays: RandomRays, pair: &VoxelPair, level
     let mut touch = TactileContacts::none(sample());
     let mut stream = Stream::of_sample(5, &sample(), "touch");
     let render = RenderMesh::new(mesh, closed);
-    TouchSurface::new(mesh, level).random_rays(&render, rays, pair, false, &mut stream, &mut touch);
+    let (surface, alone) = (TouchSurface::new(mesh, level), TouchObstacles::default());
+    let seen = SeenSurface::new(&surface, &render, &pair.camera_from_object, &alone);
+    seen.random_rays(rays, pair, false, &mut stream, &mut touch);
     touch.check_beside(pair).expect("contacts stand in the cells they name");
     touch
 }

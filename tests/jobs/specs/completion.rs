@@ -4,7 +4,10 @@ use std::path::Path;
 
 use graspmill::{
     assets::AssetRecord,
-    factory::products::completion::{Distance, RandomRays, RayTarget},
+    factory::products::{
+        completion::Distance,
+        pair::touch::{RandomRays, RayTarget},
+    },
     geom::ViewSet,
     voxel::Truth,
 };

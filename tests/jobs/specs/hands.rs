@@ -6,7 +6,10 @@ use graspmill::{
     factory::{
         ProduceError,
         job::Job,
-        products::completion::{CompletionSettings, Exploration, ExplorationTarget, TouchByHand, channels_of},
+        products::{
+            completion::{CompletionSettings, channels_of},
+            pair::touch::{Exploration, ExplorationTarget, TouchByHand},
+        },
         work::Opening,
     },
     format::Channel,

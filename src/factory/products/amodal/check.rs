@@ -4,14 +4,17 @@ use std::path::{Path as FilePath, PathBuf};
 
 use super::{settings::AmodalSettings, spec::AmodalSpec};
 use crate::products::{
-    pair::{Channels, PairRules},
+    pair::{
+        Channels, PairRules,
+        touch::{RayTarget, Touch, TouchSpec},
+    },
     viewed::{FoundViews, VIEWS, read_views},
 };
 use form::Checker;
 use format::Product;
 
 /// Settings of the pairs; mistakes are reported.
-pub(super) fn settings(checker: &mut Checker, spec: &AmodalSpec) -> AmodalSettings {
+pub(super) fn settings(checker: &mut Checker, spec: &AmodalSpec, folder: &FilePath) -> AmodalSettings {
     let rules = PairRules {
         resolution: spec.grid.resolution,
         drop_index_zero: spec.grid.drop_index_zero,
@@ -25,7 +28,21 @@ pub(super) fn settings(checker: &mut Checker, spec: &AmodalSpec) -> AmodalSettin
         rules,
         solid_with_surface: spec.truth.solid_with_surface,
         channels: Channels::read(checker, &spec.channels, Product::AMODAL, None),
+        touch: touch(checker, &spec.touch, folder),
     }
+}
+
+/// Kinds of touch; those that no scene offers are reported.
+fn touch(checker: &mut Checker, spec: &TouchSpec, folder: &FilePath) -> Touch {
+    if spec.random_rays && spec.ray_target == RayTarget::Cells {
+        let expected = "\"mesh\": cells of a grid know nothing of what lies around a body";
+        checker.invalid("touch.ray_target", expected, "\"cells\"".to_owned());
+    }
+    if spec.grasp {
+        let because = "a hand that takes hold in a scene moves what is around; name the scenes in a job for picks";
+        checker.contradiction("touch.grasp", "product", because);
+    }
+    Touch::read(checker, spec, folder)
 }
 
 /// The folder of the dataset; `None` when the job names none, which is reported.

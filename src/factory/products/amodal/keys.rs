@@ -14,7 +14,7 @@ use crate::{
 impl AmodalJob {
     /// Keys of the job file beside shards. With a folder the dataset is named relative to it, otherwise by content alone.
     pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
-        let AmodalSettings { points, min_visible_share, rules, solid_with_surface, channels } = &self.settings;
+        let AmodalSettings { points, min_visible_share, rules, solid_with_surface, channels, touch } = &self.settings;
         let mut spec = AmodalSpec::standard();
         spec.views.dataset = folder.map(|folder| with_slashes(&relative_to(&self.dataset, folder)).into());
         spec.views.root = Some(self.views.root.hex());
@@ -23,6 +23,13 @@ impl AmodalJob {
         spec.truth = TruthSpec::of(rules.truth, *solid_with_surface);
         (spec.gate.min_visible_share, spec.gate.min_partial_cells) = (*min_visible_share, rules.min_partial_cells);
         channels.write_keys(&mut spec.channels);
-        without(keys_of(&spec), &["shards"])
+        spec.touch.write(touch, folder);
+        // Digests of jobs without touch do not know its section.
+        let unknown: &[&str] = match (touch.is_asked(), folder) {
+            (false, _) => &["shards", "touch"],
+            (true, None) => &["shards", "touch.hand.scene"],
+            (true, Some(_)) => &["shards"],
+        };
+        without(keys_of(&spec), unknown)
     }
 }

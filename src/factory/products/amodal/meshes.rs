@@ -5,10 +5,14 @@ use std::sync::Arc;
 use super::settings::{AmodalJob, AmodalSettings};
 use crate::{
     ProduceError,
-    products::{pair::PairObject, viewed::ViewMeshes},
+    products::{
+        pair::{PairObject, touch::TouchSurface},
+        viewed::ViewMeshes,
+    },
     recent::Recent,
 };
 use kernel::{
+    contact::ContactSurface,
     geom::{RenderMesh, SimdLevel},
     ids::ObjectId,
 };
@@ -22,6 +26,10 @@ pub(super) struct LoadedObject {
     pub pair: PairObject,
     /// The surface with both its sides, as views are drawn.
     pub render: RenderMesh,
+    /// The surface for touch, where the job asks for some.
+    pub touch: Option<TouchSurface>,
+    /// The true mesh for hands, where the job asks for one.
+    pub contact: Option<Arc<ContactSurface>>,
 }
 
 /// Objects of the views.
@@ -51,10 +59,13 @@ impl LoadedObjects {
     ) -> Result<Arc<LoadedObject>, ProduceError> {
         self.recent.get(self.meshes.index_of(object)?, || {
             let prepared = self.meshes.prepared(object)?;
-            let AmodalSettings { solid_with_surface, rules, channels, .. } = settings;
+            let AmodalSettings { solid_with_surface, rules, channels, touch, .. } = settings;
+            let contact = touch.by_hand.as_ref().map(|_| prepared.contact_surface().map(Arc::clone)).transpose();
             Ok(LoadedObject {
                 pair: PairObject::new(&prepared, *solid_with_surface, rules.truth, channels, level),
                 render: RenderMesh::new(prepared.mesh(), false),
+                touch: touch.is_asked().then(|| TouchSurface::of_tree(prepared.tree(), level)),
+                contact: contact.map_err(|error| ProduceError::unusable(object.0.short(), error))?,
             })
         })
     }

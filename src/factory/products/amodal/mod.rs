@@ -1,10 +1,12 @@
 //! Amodal pairs: completion pairs of the bodies of settled scenes, a stage behind views, about a dataset of them.
 //!
 //! [`AmodalWorker`] is the producer of one thread: it reads an image (`image`), takes the depth of each body that passes the gate,
-//! makes its pair as completion does (`pair`, which both share), and adds what surrounds it (`neighbours`). Views say where
-//! everything stands and hold the meshes (`viewed`), so that nothing else is read. All of it is of class `exact`.
+//! makes its pair as completion does (`pair`, which both share), and adds what surrounds it (`neighbours`) and how it is touched
+//! among that (`touch`, `hands`). Views say where everything stands and hold the meshes (`viewed`), so that nothing else is read.
+//! All but touch by hands is of class `exact`.
 
 mod check;
+mod hands;
 mod image;
 mod keys;
 mod meshes;
@@ -13,6 +15,7 @@ mod row;
 mod scene;
 mod settings;
 pub mod spec;
+mod touch;
 mod work;
 mod worker;
 

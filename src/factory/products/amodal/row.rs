@@ -10,6 +10,7 @@ use super::{
 use crate::{
     job::{DraftWork, JobContext},
     product::{InputDataset, ProductFactory},
+    products::pair::touch::EXPLORES,
 };
 use form::{Checker, FormErrors, Schema, schema_of};
 use format::{PARTIAL_INSIDE_COMPLETE, Product};
@@ -25,7 +26,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
         ("sensor", "the job of the views says what the sensor is"),
         ("scenes", "name a dataset of views of them: `views.dataset`"),
     ],
-    hand_uses: &[],
+    hand_uses: &[EXPLORES],
     inputs: &[InputDataset { section: "views", product: Product::VIEWS }],
     draft,
 };
@@ -36,7 +37,7 @@ fn keys(title: &str) -> Schema {
 
 fn draft(keys: &toml::Table, checker: Checker, folder: &Path, _: &JobContext) -> Result<DraftWork, FormErrors> {
     let (spec, mut checker) = checker.value_of::<AmodalSpec>(keys)?;
-    let settings = check::settings(&mut checker, &spec);
+    let settings = check::settings(&mut checker, &spec, folder);
     let dataset = check::dataset(&mut checker, &spec, folder);
     let views = dataset.as_ref().and_then(|dataset| check::views(&mut checker, &spec, dataset));
     checker.finish()?;

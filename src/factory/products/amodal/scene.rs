@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::meshes::LoadedObject;
-use crate::products::surroundings::Surroundings;
+use crate::products::{pair::touch::TouchSurface, surroundings::Surroundings};
 use format::SceneContainer;
 use kernel::{
-    geom::RenderMesh,
+    geom::{RenderMesh, SimdLevel},
     voxel::{InsideTest, SolidObject, Truth, solid_occupancy},
 };
 
@@ -20,13 +20,17 @@ pub(super) struct StillSolid {
     pub container_surface: Option<RenderMesh>,
     /// The table as views are drawn.
     pub table: RenderMesh,
+    /// The container for touch.
+    pub container_touch: Option<TouchSurface>,
+    /// The table for touch.
+    pub table_touch: TouchSurface,
     /// All below this height is solid [m].
     pub table_z: f64,
 }
 
 impl StillSolid {
     /// The solids of a container on a table.
-    pub fn new(container: &SceneContainer, table_size: [f64; 2]) -> Self {
+    pub fn new(container: &SceneContainer, table_size: [f64; 2], level: SimdLevel) -> Self {
         let Surroundings { container: mesh, table, table_z } = Surroundings::new(container, table_size);
         let solid = |mesh| {
             let solid = solid_occupancy(mesh, InsideTest::Crossings, false);
@@ -37,6 +41,8 @@ impl StillSolid {
             container: mesh.as_ref().map(solid),
             container_surface: mesh.as_ref().map(|mesh| RenderMesh::new(mesh, false)),
             table: RenderMesh::new(&table, false),
+            container_touch: mesh.as_ref().map(|mesh| TouchSurface::new(mesh, level)),
+            table_touch: TouchSurface::new(&table, level),
             table_z,
         }
     }

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::products::{
-    pair::{Channels, PairRules},
+    pair::{Channels, PairRules, touch::Touch},
     viewed::FoundViews,
 };
 
@@ -34,6 +34,8 @@ pub struct AmodalSettings {
     pub solid_with_surface: bool,
     /// Channels beside the pair.
     pub channels: Channels,
+    /// Kinds of touch that go with each pair.
+    pub touch: Touch,
 }
 
 /// Rule by which a measured depth is of a body. Without a sensor both rules say the same.

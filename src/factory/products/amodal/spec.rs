@@ -5,13 +5,17 @@ use serde::{Deserialize, Serialize};
 
 use super::settings::PointSource;
 use crate::products::{
-    pair::{ChannelsSpec, GridSpec, TruthSpec},
+    pair::{ChannelsSpec, GridSpec, TruthSpec, touch::TouchSpec},
     viewed::ViewsSourceSpec,
 };
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [
-    concat!(include_str!("profiles/standard.toml"), include_str!("../pair/channels.toml")),
+    concat!(
+        include_str!("profiles/standard.toml"),
+        include_str!("../pair/channels.toml"),
+        include_str!("../pair/touch.toml")
+    ),
     include_str!("profiles/thesis.toml"),
 ];
 
@@ -32,6 +36,8 @@ pub struct AmodalSpec {
     pub gate: AmodalGateSpec,
     /// Channels stored beside the pair and what surrounds it.
     pub channels: ChannelsSpec,
+    /// Touch that goes with each pair, of what the camera did not see.
+    pub touch: TouchSpec,
     /// The files of the dataset.
     pub shards: AmodalShardsSpec,
 }

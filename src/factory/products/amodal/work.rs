@@ -10,11 +10,14 @@ use super::{
 use crate::{
     ProduceError,
     job::shards_section,
+    objects::check_hand,
     plan::{JobSplits, SubjectItems},
     products::viewed::{ViewedScene, open_views},
     work::{OpenWork, Opening, Producer, Work, WorkTables},
 };
-use format::Product;
+use format::{Channel, Product};
+use kernel::words::NumberClass;
+use sim::sim_facts;
 
 impl Work for AmodalJob {
     fn product(&self) -> Product {
@@ -45,11 +48,21 @@ impl Work for AmodalJob {
     }
 
     fn tables(&self, _: Option<&JobSplits>) -> WorkTables {
-        self.views.tables()
+        let tables = self.views.tables();
+        let Some(touch) = &self.settings.touch.by_hand else { return tables };
+        WorkTables {
+            channel_classes: [(Channel::AMODAL_TOUCH_EXPLORATION, NumberClass::Physics)].into(),
+            platform: sim_facts().platform(None),
+            hands: vec![touch.hand.row()],
+            ..tables
+        }
     }
 
     fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
         let Opening { seed, level, .. } = opening;
+        if let Some(touch) = &self.settings.touch.by_hand {
+            check_hand(&touch.hand)?;
+        }
         let views = open_views(&self.dataset, &self.views)?;
         let objects = LoadedObjects::open(self)?;
         Ok(Box::new(OpenAmodal(Shared { job: self, seed, level, views, objects })))
@@ -69,6 +82,6 @@ struct OpenAmodal<'j>(Shared<'j>);
 
 impl OpenWork for OpenAmodal<'_> {
     fn producer(&self) -> Result<Box<dyn Producer + '_>, ProduceError> {
-        Ok(Box::new(AmodalWorker::new(&self.0)))
+        Ok(Box::new(AmodalWorker::new(&self.0)?))
     }
 }

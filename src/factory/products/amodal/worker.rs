@@ -1,30 +1,33 @@
 //! The producer of amodal pairs for one thread.
 
-use std::sync::Arc;
+use std::{iter, sync::Arc};
 
 use super::{
+    hands::SceneHands,
     image::{BodyPoints, ViewImage},
     meshes::{LoadedObject, LoadedObjects},
     neighbours::{Neighbours, window_of},
     scene::{LoadedScene, StillSolid},
     settings::{AmodalJob, AmodalSettings},
+    touch::obstacles,
 };
 use crate::{
     ProduceError, SampleWriter,
     products::{
-        pair::{ChannelScratch, ChannelView, empty_pair, fill_grids},
+        pair::{ChannelScratch, ChannelView, empty_pair, fill_grids, touch::SeenSurface},
         viewed::ViewedScene,
     },
     work::Producer,
 };
 use format::{
-    AmodalFacts, Channel, Clutter, Product, SceneImage, SceneInstance, VoxelPair,
+    AmodalFacts, Channel, Clutter, Product, SceneImage, SceneInstance, TactileContacts, VoxelPair,
     dataset::{DatasetReader, Sample},
 };
 use kernel::{
     cancel::Cancel,
     geom::{DepthCrop, Intrinsics, SimdLevel},
     ids::{ItemId, SampleId},
+    seed::Stream,
     voxel::ViewGrids,
 };
 
@@ -59,6 +62,8 @@ pub struct AmodalWorker<'s> {
     image: Option<ViewImage>,
     /// Container and table of the scene whose image was drawn last.
     still: Option<StillSolid>,
+    /// The job's hand, where it has one.
+    hands: Option<SceneHands>,
     scratch: PairScratch,
 }
 
@@ -70,23 +75,30 @@ struct PairScratch {
     neighbours: Neighbours,
     sight: DepthCrop,
     channels: ChannelScratch,
+    touch: TactileContacts,
 }
 
 impl<'s> AmodalWorker<'s> {
     /// A producer for one thread.
-    pub(super) fn new(shared: &'s Shared<'s>) -> Self {
+    ///
+    /// # Errors
+    /// When the hand cannot be read.
+    pub(super) fn new(shared: &'s Shared<'s>) -> Result<Self, ProduceError> {
+        let by_hand = shared.job.settings.touch.by_hand.as_ref();
+        let hands = by_hand.map(|touch| SceneHands::new(&touch.hand)).transpose()?;
         let resolution = shared.job.settings.rules.resolution;
         let camera = Intrinsics { width: 1, height: 1, fx: 1.0, fy: 1.0, cx: 0.5, cy: 0.5, near: 0.01 };
         let pair = empty_pair(resolution, camera);
         let scratch = PairScratch {
             grids: ViewGrids::new(shared.level),
             clutter: Clutter::none(pair.sample, pair.sample.subject, resolution),
+            touch: TactileContacts::none(pair.sample),
             pair,
             neighbours: Neighbours::default(),
             sight: DepthCrop::default(),
             channels: ChannelScratch::default(),
         };
-        Self { shared, scene: 0, image: None, still: None, scratch }
+        Ok(Self { shared, scene: 0, image: None, still: None, hands, scratch })
     }
 }
 
@@ -99,7 +111,7 @@ fn load_scene<'w>(
 ) -> Result<LoadedScene<'w>, ProduceError> {
     let SceneImage { container, table, .. } = image.record;
     still.take_if(|still| !still.is_of(&container, table));
-    let still = still.get_or_insert_with(|| StillSolid::new(&container, table));
+    let still = still.get_or_insert_with(|| StillSolid::new(&container, table, *level));
     let bodies = image.record.bodies.iter().map(|body| objects.get(body.object, &job.settings, *level));
     let bodies: Vec<Arc<LoadedObject>> = bodies.collect::<Result<_, _>>()?;
     if image.record.point_instances.is_some() {
@@ -149,10 +161,11 @@ impl PairScratch {
         shared: &Shared<'_>,
         image: &mut ViewImage,
         scene: &LoadedScene<'_>,
+        hands: Option<&mut SceneHands>,
         out: &mut SampleWriter<'_>,
     ) -> Result<(), ProduceError> {
         let AmodalSettings { rules, channels, .. } = &shared.job.settings;
-        let Self { grids, pair, clutter, neighbours, sight, channels: scratch } = self;
+        let Self { grids, pair, clutter, neighbours, sight, channels: scratch, .. } = self;
         let (number, drop_zero) = (pair.sample.instance as u8, rules.drop_index_zero);
 
         // Its points, and the grids around them.
@@ -189,17 +202,53 @@ impl PairScratch {
         if let Some(payload) = out.payload(Channel::CLUTTER) {
             clutter.encode(payload);
         }
+        self.encode_touch(shared, image, scene, hands, out)?;
+        let Self { pair, clutter, .. } = self;
         out.keep(pair.sample, AmodalFacts::of(pair, clutter))
+    }
+
+    /// Contacts of rays and of a hand among everything else of the scene.
+    fn encode_touch(
+        &mut self,
+        shared: &Shared<'_>,
+        image: &ViewImage,
+        scene: &LoadedScene<'_>,
+        hands: Option<&mut SceneHands>,
+        out: &mut SampleWriter<'_>,
+    ) -> Result<(), ProduceError> {
+        let AmodalSettings { rules, touch, .. } = &shared.job.settings;
+        let Self { pair, touch: contacts, .. } = self;
+        let object = &scene.bodies[pair.sample.instance as usize - 1];
+        let Some(surface) = &object.touch else { return Ok(()) };
+        let around = obstacles(scene, image, pair);
+        let seen = SeenSurface::new(surface, &object.pair.kernel.render, &pair.camera_from_object, &around);
+        let stream = |name: &str| Stream::of_sample(shared.seed, &pair.sample, name);
+        if let (Some(rays), Some(payload)) = (touch.random_rays, out.payload(Channel::AMODAL_TOUCH_RAYS)) {
+            seen.random_rays(rays, pair, rules.drop_index_zero, &mut stream("touch"), contacts);
+            contacts.encode(payload);
+        }
+        let channel = Channel::AMODAL_TOUCH_EXPLORATION;
+        if let (Some(by_hand), Some(hands), Some(payload)) = (&touch.by_hand, hands, out.payload(channel)) {
+            let hand = hands.with_body(pair.sample.instance as u8, image, scene)?;
+            hand.touch(channel, by_hand, pair, &seen, rules.drop_index_zero, stream)?.encode(payload);
+        }
+        Ok(())
     }
 }
 
 impl Producer for AmodalWorker<'_> {
     fn channels(&self) -> Vec<Channel> {
-        let beside = self.shared.job.settings.channels.stored(Product::AMODAL);
-        [Channel::AMODAL_PAIR].into_iter().chain(beside).chain([Channel::CLUTTER]).collect()
+        let AmodalSettings { channels, touch, .. } = &self.shared.job.settings;
+        let rays = touch.random_rays.map(|_| Channel::AMODAL_TOUCH_RAYS);
+        let hand = touch.by_hand.as_ref().map(|_| Channel::AMODAL_TOUCH_EXPLORATION);
+        let beside = channels.stored(Product::AMODAL).chain([Channel::CLUTTER]).chain(rays).chain(hand);
+        iter::once(Channel::AMODAL_PAIR).chain(beside).collect()
     }
 
     fn load(&mut self, subject: usize, _: &Cancel) -> Result<(), ProduceError> {
+        if self.scene != subject {
+            self.hands.iter_mut().for_each(SceneHands::forget);
+        }
         self.scene = subject;
         Ok(())
     }
@@ -219,7 +268,7 @@ impl Producer for AmodalWorker<'_> {
             return Err(unlike(&stored, "it has other bodies than its scene"));
         }
 
-        let Self { image, still, scratch, .. } = self;
+        let Self { image, still, hands, scratch, .. } = self;
         let image = match image {
             Some(image) => image.with(record),
             none => none.insert(ViewImage::new(record, shared.job.settings.points, shared.level)),
@@ -236,7 +285,7 @@ impl Producer for AmodalWorker<'_> {
                 let facts = AmodalFacts::of(&scratch.pair, &scratch.clutter);
                 out.reject(of_body(number), facts, reason, &detail)?;
             } else {
-                scratch.make(shared, image, scene.as_ref().expect("a body is seen"), out)?;
+                scratch.make(shared, image, scene.as_ref().expect("a body is seen"), hands.as_mut(), out)?;
             }
         }
         Ok(())

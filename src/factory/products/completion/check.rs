@@ -6,13 +6,12 @@ use nalgebra::{Matrix3, Rotation3};
 
 use super::{
     check_occlusion::occlusion,
-    check_touch::touch,
     settings::{CompletionSettings, Distance, Gate, SceneCamera},
     spec::{AngleUnit, AnglesSpec, CameraSpec, CompletionSpec, DistanceSpec, Ends, NamedViews, ViewsSpec},
 };
 use crate::{
     job::{check_sensor, named_camera},
-    products::pair::Channels,
+    products::pair::{Channels, touch::Touch},
 };
 use form::{Checker, Path};
 use format::Product;
@@ -43,7 +42,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &CompletionSpec, folder: &Fi
         truth: spec.truth.check(checker),
         gate,
         channels: Channels::read(checker, &spec.channels, Product::COMPLETION, distance.farthest()),
-        touch: touch(checker, &spec.touch, folder),
+        touch: Touch::read(checker, &spec.touch, folder),
     };
     settings.rules().check(checker);
     settings

@@ -2,15 +2,13 @@
 
 use std::iter;
 
-use super::{
-    feel::HandOnObject,
-    object::CompletionObject,
-    occlusion::ViewOcclusion,
-    settings::{CompletionSettings, TouchByHand},
-};
+use super::{object::CompletionObject, occlusion::ViewOcclusion, settings::CompletionSettings};
 use crate::{
     ProduceError, SampleWriter,
-    products::pair::{ChannelScratch, ChannelView},
+    products::pair::{
+        ChannelScratch, ChannelView,
+        touch::{HandOnObject, SeenSurface, TouchByHand, TouchObstacles},
+    },
 };
 use format::{Channel, Product, TactileContacts, VoxelPair};
 use kernel::{geom::DepthCrop, seed::Stream, voxel::ViewGrids};
@@ -83,16 +81,17 @@ impl ViewEncoder {
         let MadeView { settings, pair, object, .. } = made;
         let (sample, drop_zero) = (&pair.sample, settings.drop_index_zero);
         let Some(surface) = &object.touch else { return Ok(()) };
+        let alone = TouchObstacles::default();
+        let seen = SeenSurface::new(surface, &object.kernel.render, &pair.camera_from_object, &alone);
         if let (Some(rays), Some(payload)) = (settings.touch.random_rays, out.payload(Channel::TOUCH_RAYS)) {
             let mut stream = Stream::of_sample(made.seed, sample, "touch");
             let touch = self.touch.get_or_insert_with(|| TactileContacts::none(*sample));
-            surface.random_rays(&object.kernel.render, rays, pair, drop_zero, &mut stream, touch);
+            seen.random_rays(rays, pair, drop_zero, &mut stream, touch);
             touch.encode(payload);
         }
         let (Some(by_hand), Some(hand)) = (&settings.touch.by_hand, hand) else { return Ok(()) };
         for channel in [Channel::TOUCH_EXPLORATION, Channel::TOUCH_GRASP] {
             if let Some(payload) = out.payload(channel) {
-                let seen = surface.seen(&object.kernel.render, &pair.camera_from_object);
                 let stream = |name: &str| Stream::of_sample(made.seed, sample, name);
                 hand.touch(channel, by_hand, pair, &seen, drop_zero, stream)?.encode(payload);
             }

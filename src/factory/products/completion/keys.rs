@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{
     check_occlusion::occlusion_keys,
-    settings::{CompletionJob, CompletionSettings, Distance, Exploration, RandomRays, TouchByHand},
+    settings::{CompletionJob, CompletionSettings, Distance},
     spec::{
         AnglesSpec, CameraSpec, CompletionSpec, DistanceRange, DistanceSpec, EvenViews, FitDistance, GridViews,
         MatrixViews, ViewsSpec,
@@ -45,8 +45,6 @@ fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec 
         touch,
     } = settings;
     let mut spec = CompletionSpec::standard();
-    // Digests of jobs without an exploration do not know the key.
-    spec.touch.exploration_target = None;
     (spec.views, spec.pivot, spec.renderer) = (views_spec(views), *pivot, *renderer);
     spec.distance = match *distance {
         Distance::Fixed(distance) => DistanceSpec::Fixed(distance),
@@ -74,16 +72,7 @@ fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec 
     spec.truth = TruthSpec::of(*truth, *solid_with_surface);
     (spec.gate.min_partial_cells, spec.gate.min_overlap) = (gate.min_partial_cells, gate.min_overlap);
     channels.write_keys(&mut spec.channels);
-    if let Some(RandomRays { count, target }) = touch.random_rays {
-        (spec.touch.random_rays, spec.touch.rays, spec.touch.ray_target) = (true, count, target);
-    }
-    if let Some(TouchByHand { hand, exploration, grasp }) = &touch.by_hand {
-        (spec.touch.exploration, spec.touch.grasp) = (exploration.is_some(), *grasp);
-        if let Some(Exploration { approaches, target }) = exploration {
-            (spec.touch.approaches, spec.touch.exploration_target) = (*approaches, Some(*target));
-        }
-        spec.touch.hand = Some(hand.spec(folder));
-    }
+    spec.touch.write(touch, folder);
     spec
 }
 

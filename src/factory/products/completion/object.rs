@@ -2,8 +2,8 @@
 
 use nalgebra::Point3;
 
-use super::{depth::SimObject, scene::pivot_point, settings::CompletionSettings, touch::TouchSurface};
-use crate::products::pair::{ObjectChannels, PairObject};
+use super::{depth::SimObject, scene::pivot_point, settings::CompletionSettings};
+use crate::products::pair::{ObjectChannels, PairObject, touch::TouchSurface};
 use kernel::{
     geom::{Aabb, SimdLevel},
     ids::ObjectId,

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use super::{
     check,
-    check_touch::HAND_USES,
     settings::{CompletionJob, CompletionSettings, Renderer},
     spec::{CompletionSpec, PROFILES},
 };
@@ -14,6 +13,7 @@ use crate::{
         describe_sensors,
     },
     product::ProductFactory,
+    products::pair::touch::HAND_USES,
 };
 use form::{Checker, FormErrors, Schema, schema_of};
 use format::{PARTIAL_INSIDE_COMPLETE, Product};

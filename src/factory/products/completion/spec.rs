@@ -8,16 +8,19 @@ use serde::{Deserialize, Serialize};
 use super::{
     settings::{Pivot, Renderer},
     spec_occlusion::OcclusionSpec,
-    spec_touch::TouchSpec,
 };
 use crate::{
     job::spec::{ObjectsSpec, SensorSpec, SplitSpec},
-    products::pair::{ChannelsSpec, GridSpec, TruthSpec},
+    products::pair::{ChannelsSpec, GridSpec, TruthSpec, touch::TouchSpec},
 };
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [
-    concat!(include_str!("profiles/standard.toml"), include_str!("../pair/channels.toml")),
+    concat!(
+        include_str!("profiles/standard.toml"),
+        include_str!("../pair/channels.toml"),
+        include_str!("../pair/touch.toml")
+    ),
     include_str!("profiles/thesis.toml"),
 ];
 

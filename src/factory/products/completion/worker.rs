@@ -3,16 +3,18 @@
 use super::{
     depth::DepthSource,
     encode::{MadeView, ViewEncoder, channels_of},
-    feel::{HandOnObject, TouchingHand},
     object::CompletionObject,
     occlusion::ViewOcclusion,
     scene::{camera_from_world, distance, world_from_object},
-    settings::{CompletionJob, CompletionSettings, TouchByHand},
+    settings::{CompletionJob, CompletionSettings},
 };
 use crate::{
     ProduceError, SampleWriter,
     objects::prepared,
-    products::pair::{empty_pair, fill_grids},
+    products::pair::{
+        empty_pair, fill_grids,
+        touch::{HandOnObject, TouchByHand, TouchingHand},
+    },
     work::Producer,
 };
 use format::{Channel, PairFacts, VoxelPair};

@@ -3,7 +3,7 @@
 use super::{Clutter, facts::FIRST_OF_CLUTTER};
 use crate::{
     BrokenRule, Channel, CheckSample, CheckedRecord, Facts, PARTIAL_INSIDE_COMPLETE, Product, ProductChecks,
-    RecordError, VoxelPair,
+    RecordError, VoxelPair, products::completion::check_touch,
 };
 
 /// The checks of amodal pairs.
@@ -18,7 +18,11 @@ struct AmodalCheck {
 
 impl CheckSample for AmodalCheck {
     fn check(&mut self, channel: Channel, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
-        if channel == Channel::AMODAL_PAIR { self.check_pair(payload) } else { self.check_clutter(payload) }
+        match channel {
+            Channel::AMODAL_PAIR => self.check_pair(payload),
+            Channel::CLUTTER => self.check_clutter(payload),
+            touch => check_touch(touch, payload, self.pair.as_ref()),
+        }
     }
 }
 

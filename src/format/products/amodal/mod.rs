@@ -37,6 +37,10 @@ impl Channel {
     pub const AMODAL_COVERAGE: Self = Self::at("/amodal/coverage");
     /// [`Implicit`](crate::Implicit): samples for implicit networks.
     pub const AMODAL_IMPLICIT: Self = Self::at("/amodal/implicit");
+    /// [`TactileContacts`](crate::TactileContacts) of random rays from the far side.
+    pub const AMODAL_TOUCH_RAYS: Self = Self::at("/amodal/touch_rays");
+    /// [`TactileContacts`](crate::TactileContacts) of a hand that explores the surface that the camera did not see.
+    pub const AMODAL_TOUCH_EXPLORATION: Self = Self::at("/amodal/touch_exploration");
     /// [`Clutter`]: what surrounds the body; every amodal sample has one.
     pub const CLUTTER: Self = Self::at("/amodal/clutter");
 }

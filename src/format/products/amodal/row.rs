@@ -5,6 +5,7 @@ use crate::{ArrayFormat, ChannelFormat, Cloud, Coverage, Depth, Implicit, Noun, 
 
 const PAIR_SCHEMAS: &[u8] = include_bytes!("../../generated/graspmill.bin");
 const CLUTTER_SCHEMAS: &[u8] = include_bytes!("../../generated/amodal.bin");
+const TOUCH_SCHEMAS: &[u8] = include_bytes!("../../generated/touch_in_clutter.bin");
 
 /// The row of amodal pairs in the table of products.
 pub static FORMAT: ProductFormat = ProductFormat {
@@ -23,7 +24,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
     files: &[],
 };
 
-const CHANNELS: [ChannelFormat; 8] = [
+const CHANNELS: [ChannelFormat; 10] = [
     ChannelFormat::new(
         "/amodal/pair",
         "graspmill.VoxelPair",
@@ -94,6 +95,47 @@ const CHANNELS: [ChannelFormat; 8] = [
         &[
             ArrayFormat::new("others_seen", "(N, N, N) bits", "cells that hold a measured point of anything else"),
             ArrayFormat::new("others_solid", "(N, N, N) bits", "cells that meet another body, container or table"),
+        ],
+    ),
+    ChannelFormat::new(
+        "/amodal/touch_rays",
+        "graspmill.ClutterContacts",
+        TOUCH_SCHEMAS,
+        &[
+            ArrayFormat::new(
+                "contacts",
+                "(contacts, ...)",
+                "where rays from behind met the body: point [m], outward normal, distance [m], which ray, seen or not",
+            ),
+            ArrayFormat::new(
+                "blocked",
+                "(blocked, ...)",
+                "where rays met something else first: which ray, what it is, point [m]",
+            ),
+            ArrayFormat::new("tactile", "(N, N, N) bits", "cells that hold a contact, same grid"),
+        ],
+    ),
+    ChannelFormat::new(
+        "/amodal/touch_exploration",
+        "graspmill.ClutterContacts",
+        TOUCH_SCHEMAS,
+        &[
+            ArrayFormat::new(
+                "contacts",
+                "(contacts, ...)",
+                "where a hand that felt its way over the hidden side touched the body: point [m], outward normal, which approach, \
+                 seen or not; link, force [N], gap [m]",
+            ),
+            ArrayFormat::new(
+                "blocked",
+                "(blocked, ...)",
+                "where the hand or a finger met something else: which approach, what it is, point [m]",
+            ),
+            ArrayFormat::new(
+                "approaches",
+                "(approaches, ...)",
+                "where each ended: pose of the hand, joint values, why it ended",
+            ),
         ],
     ),
 ];

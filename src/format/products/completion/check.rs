@@ -21,7 +21,7 @@ impl CheckSample for PairCheck {
         match channel {
             Channel::PAIR => self.check_pair(payload),
             Channel::OCCLUSION => check_occlusion(payload),
-            touch => self.check_touch(touch, payload),
+            touch => check_touch(touch, payload, self.pair.as_ref()),
         }
     }
 }
@@ -40,20 +40,25 @@ impl PairCheck {
         }
         Ok(checked)
     }
+}
 
-    fn check_touch(&mut self, channel: Channel, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
-        let touch = TactileContacts::decode_of(channel, payload)?;
-        let mut checked = CheckedRecord::of(touch.sample);
-        let Some(pair) = self.pair.as_ref().filter(|pair| pair.sample == touch.sample) else { return Ok(checked) };
-        touch.check_beside(pair)?;
-        let cells = touch.contacts.iter().filter_map(|contact| contact.cell);
-        let outside = cells.filter(|cell| !pair.complete.get(*cell)).count();
-        if outside > 0 {
-            let what = format!("{outside} contacts stand in cells that are not in complete");
-            checked.broken_rules.push(BrokenRule { rule: PARTIAL_INSIDE_COMPLETE, what });
-        }
-        Ok(checked)
+/// Checks a record of touch, and beside the pair of its sample where that is known.
+pub(in crate::products) fn check_touch(
+    channel: Channel,
+    payload: &[u8],
+    pair: Option<&VoxelPair>,
+) -> Result<CheckedRecord, RecordError> {
+    let touch = TactileContacts::decode_of(channel, payload)?;
+    let mut checked = CheckedRecord::of(touch.sample);
+    let Some(pair) = pair.filter(|pair| pair.sample == touch.sample) else { return Ok(checked) };
+    touch.check_beside(pair)?;
+    let cells = touch.contacts.iter().filter_map(|contact| contact.cell);
+    let outside = cells.filter(|cell| !pair.complete.get(*cell)).count();
+    if outside > 0 {
+        let what = format!("{outside} contacts stand in cells that are not in complete");
+        checked.broken_rules.push(BrokenRule { rule: PARTIAL_INSIDE_COMPLETE, what });
     }
+    Ok(checked)
 }
 
 fn check_occlusion(payload: &[u8]) -> Result<CheckedRecord, RecordError> {

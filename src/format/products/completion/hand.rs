@@ -1,6 +1,6 @@
 //! Record of what a hand felt: forces and gaps of its contacts, and where it stood when each of its approaches ended.
 
-use super::TouchContact;
+use super::{BlockedProbe, TouchContact};
 use crate::codec::{
     RecordError,
     fields::{floats, lengthy, pose, ranged},
@@ -62,11 +62,14 @@ pub enum ApproachEnd {
     Unstable,
     /// A contact pressed harder than the hand's fingertips bear: what was felt is not kept.
     Overloaded,
+    /// Something else than the object was in the way of the coming hand, in a scene.
+    Blocked,
 }
 
 impl ApproachEnd {
     /// Every end, in the order of their numbers on disk.
-    pub const ALL: [Self; 5] = [Self::AtRest, Self::TimedOut, Self::Missed, Self::Unstable, Self::Overloaded];
+    pub const ALL: [Self; 6] =
+        [Self::AtRest, Self::TimedOut, Self::Missed, Self::Unstable, Self::Overloaded, Self::Blocked];
 
     /// The name in tables.
     pub fn name(self) -> &'static str {
@@ -76,6 +79,7 @@ impl ApproachEnd {
             Self::Missed => "missed",
             Self::Unstable => "unstable",
             Self::Overloaded => "overloaded",
+            Self::Blocked => "blocked",
         }
     }
 
@@ -107,11 +111,12 @@ impl HandTouch {
 
     /// Reads and checks what a hand adds to these contacts; `None` where no hand made them.
     pub(super) fn decode(
-        message: &proto::HandContacts,
+        message: &proto::ClutterContacts,
         probes: u32,
         contacts: &[TouchContact],
+        blocked: &[BlockedProbe],
     ) -> Result<Option<Self>, RecordError> {
-        let proto::HandContacts { hand, links, joints, link, forces, gaps, joint_values, ends, .. } = message;
+        let proto::ClutterContacts { hand, links, joints, link, forces, gaps, joint_values, ends, .. } = message;
         let poses = &message.camera_from_hand;
         let names = hand.len() + links.len() + joints.len();
         if names + link.len() + forces.len() + gaps.len() + joint_values.len() + ends.len() + poses.len() == 0 {
@@ -144,7 +149,7 @@ impl HandTouch {
                 message: MESSAGE,
                 field: "ends",
                 value: f64::from(*byte),
-                allowed: "0 to 3",
+                allowed: "0 to 5",
             })?;
             let camera_from_hand = pose(MESSAGE, "camera_from_hand", &poses[12 * index..][..12])?;
             let joints = joint_values[joints.len() * index..][..joints.len()].to_vec();
@@ -153,6 +158,15 @@ impl HandTouch {
         let barren = contacts.iter().find(|contact| !approaches[contact.probe as usize].end.has_contacts());
         let value = barren.map_or(0.0, |contact| f64::from(contact.probe));
         ranged(MESSAGE, "probe", value, barren.is_none(), "an approach that did not miss or blow up")?;
+        // Fingers can be stopped where the hand was not.
+        let stops = |end: ApproachEnd| end.has_contacts() || end == ApproachEnd::Blocked;
+        let stray = blocked.iter().find(|blocked| !stops(approaches[blocked.probe as usize].end));
+        let value = stray.map_or(0.0, |blocked| f64::from(blocked.probe));
+        ranged(MESSAGE, "blocked_probe", value, stray.is_none(), "an approach that did not miss or blow up")?;
+        let is_said = |probe: usize| blocked.iter().any(|blocked| blocked.probe as usize == probe);
+        let unsaid = (0..count).find(|probe| approaches[*probe].end == ApproachEnd::Blocked && !is_said(*probe));
+        let value = unsaid.map_or(0.0, |probe| probe as f64);
+        ranged(MESSAGE, "ends", value, unsaid.is_none(), "5 where a row of blocked_probe says what was in the way")?;
         let (hand, links, joints) = (hand.clone(), links.clone(), joints.clone());
         Ok(Some(Self { hand, links, joints, felt, approaches }))
     }

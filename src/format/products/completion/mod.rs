@@ -15,9 +15,9 @@ mod tests;
 mod touch;
 
 pub use channels::{Cloud, Coverage, Implicit, Tsdf, Visibility};
-pub(super) use check::CHECKS;
 pub use check::PARTIAL_INSIDE_COMPLETE;
-pub use contact::TouchContact;
+pub(super) use check::{CHECKS, check_touch};
+pub use contact::{BlockedProbe, TouchContact};
 pub use facts::PairFacts;
 pub use hand::{Approach, ApproachEnd, Felt, HandTouch};
 pub use occlusion::{Occlusion, OcclusionFacts, PixelMask};
@@ -27,6 +27,12 @@ pub use sample::TouchedPair;
 pub use touch::TactileContacts;
 
 use crate::{Channel, Product};
+
+/// Message of touch of a body in clutter.
+const CLUTTER_CONTACTS: &str = "graspmill.ClutterContacts";
+
+/// Messages of touch.
+const TOUCH_MESSAGES: [&str; 3] = ["graspmill.TactileContacts", "graspmill.HandContacts", CLUTTER_CONTACTS];
 
 impl Product {
     /// Pairs of occupancy grids: the part of an object that one camera saw, and the solid object.
@@ -59,11 +65,16 @@ impl Channel {
 
     /// Whether messages are [`TactileContacts`]; each kind of touch has a channel of its own.
     pub fn is_touch(self) -> bool {
-        self == Self::TOUCH_RAYS || self.is_touch_by_hand()
+        TOUCH_MESSAGES.contains(&self.message)
     }
 
     /// Whether messages are [`TactileContacts`] with a [`HandTouch`].
     pub fn is_touch_by_hand(self) -> bool {
-        self == Self::TOUCH_EXPLORATION || self == Self::TOUCH_GRASP
+        self.is_touch() && self.name() != Self::TOUCH_RAYS.name()
+    }
+
+    /// Whether messages are [`TactileContacts`] that say which probes something else stopped than the object.
+    pub fn is_touch_in_clutter(self) -> bool {
+        self.message == CLUTTER_CONTACTS
     }
 }

@@ -1,11 +1,13 @@
 //! Contacts of one kind of touch with an object, and the cells of the pair's grid that hold them.
 
+use std::collections::BTreeSet;
+
 use nalgebra::Vector3;
 use prost::Message;
 
-use super::{HandTouch, TouchContact, VoxelPair};
+use super::{BlockedProbe, HandTouch, TouchContact, VoxelPair};
 use crate::{
-    Channel,
+    Channel, SceneImage,
     codec::{
         RecordError,
         fields::{broken, floats, lengthy, ranged, resolution, triples},
@@ -33,8 +35,11 @@ pub struct TactileContacts {
     pub probes: u32,
     /// In the order of the probes.
     pub contacts: Vec<TouchContact>,
-    /// Where each probe started that touched nothing, in their order, in `CameraCv` [m]; of a hand, its palm.
+    /// Where each probe started that touched nothing and that nothing stopped, in their order, in `CameraCv` [m]; of a hand, its
+    /// palm.
     pub misses: Vec<[f32; 3]>,
+    /// Probes that something else stopped, in their order; none of a lone object.
+    pub blocked: Vec<BlockedProbe>,
     /// Further measurements of a hand; `None` where something else touched.
     pub hand: Option<HandTouch>,
 }
@@ -42,7 +47,8 @@ pub struct TactileContacts {
 impl TactileContacts {
     /// No contact, to be filled.
     pub fn none(sample: SampleId) -> Self {
-        Self { sample, resolution: 1, probes: 0, contacts: Vec::new(), misses: Vec::new(), hand: None }
+        let (contacts, misses, blocked) = (Vec::new(), Vec::new(), Vec::new());
+        Self { sample, resolution: 1, probes: 0, contacts, misses, blocked, hand: None }
     }
 
     /// Cells that hold a contact, on the pair's grid.
@@ -80,6 +86,10 @@ impl TactileContacts {
         wire::uint32(out, 10, self.outside());
         wire::triples(out, 11, self.misses.iter().copied());
         self.hand.iter().for_each(|hand| hand.encode(out));
+        let blocked = self.blocked.iter();
+        wire::uint32s(out, 21, blocked.clone().map(|blocked| blocked.probe));
+        wire::bytes_of(out, 22, blocked.clone().map(|blocked| blocked.by));
+        wire::triples(out, 23, blocked.map(|blocked| blocked.position));
     }
 
     /// Reads and checks a payload.
@@ -88,8 +98,8 @@ impl TactileContacts {
     /// When lengths do not fit each other, a number is out of range or not finite, a normal is not of unit length, the pose
     /// of a hand is no rigid motion, or an approach that missed or blew up has a contact.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
-        // What a hand adds has numbers of its own: the fields up to 11 are those of TactileContacts.
-        let mut touch = proto::HandContacts::decode(payload).map_err(broken(MESSAGE))?;
+        // The fields up to 11 are those of TactileContacts, the ones up to 20 those of HandContacts.
+        let mut touch = proto::ClutterContacts::decode(payload).map_err(broken(MESSAGE))?;
         let sample = sample_from_proto(MESSAGE, touch.sample.take())?;
         let n = resolution(MESSAGE, touch.resolution)?;
         let probes = touch.probes;
@@ -107,13 +117,11 @@ impl TactileContacts {
             lengthy(MESSAGE, field, positions.len(), found)?;
         }
         let mut contacts = Vec::with_capacity(positions.len());
-        let mut touching = 0;
         for (index, position) in positions.into_iter().enumerate() {
             let (probe, number) = (touch.probe[index], touch.cells[index]);
             let before = index.checked_sub(1).map(|before| touch.probe[before]);
             let ascends = probe < probes && before.is_none_or(|before| before <= probe);
             ranged(MESSAGE, "probe", f64::from(probe), ascends, "below the count of probes, and ascend")?;
-            touching += usize::from(before != Some(probe));
             let length = Vector3::from(normals[index].map(f64::from)).norm();
             ranged(MESSAGE, "normals", length, (length - 1.0).abs() < 1e-5, "of unit length")?;
             let distance = distances[index];
@@ -130,10 +138,17 @@ impl TactileContacts {
                 cell: (number < n.pow(3)).then(|| [number / n / n, number / n % n, number % n]),
             });
         }
+        let blocked = blocked_probes(&touch, &sample)?;
+        let hand = HandTouch::decode(&touch, probes, &contacts, &blocked)?;
+        let touching: BTreeSet<u32> = contacts.iter().map(|contact| contact.probe).collect();
+        // A ray ends once; a hand can touch with one finger and be stopped at another.
+        let both = blocked.iter().find(|blocked| hand.is_none() && touching.contains(&blocked.probe));
+        let value = both.map_or(0.0, |blocked| f64::from(blocked.probe));
+        ranged(MESSAGE, "blocked_probe", value, both.is_none(), "a ray without a contact")?;
         let misses = triples(MESSAGE, "misses", &touch.misses)?;
-        lengthy(MESSAGE, "misses", probes as usize - touching, misses.len())?;
-        let hand = HandTouch::decode(&touch, probes, &contacts)?;
-        let read = Self { sample, resolution: n, probes, contacts, misses, hand };
+        let stopped = blocked.iter().map(|blocked| blocked.probe).chain(touching).collect::<BTreeSet<u32>>().len();
+        lengthy(MESSAGE, "misses", probes as usize - stopped, misses.len())?;
+        let read = Self { sample, resolution: n, probes, contacts, misses, blocked, hand };
         if read.outside() != touch.outside {
             let (stated, counted) = (touch.outside, read.outside());
             return Err(RecordError::Count { message: MESSAGE, field: "outside", stated, counted });
@@ -152,6 +167,10 @@ impl TactileContacts {
             Some(hand) if !channel.is_touch_by_hand() => {
                 let (expected, found) = (0, hand.approaches.len());
                 Err(RecordError::Length { message: MESSAGE, field: "ends", expected, found })
+            }
+            _ if !read.blocked.is_empty() && !channel.is_touch_in_clutter() => {
+                let (expected, found) = (0, read.blocked.len());
+                Err(RecordError::Length { message: MESSAGE, field: "blocked_probe", expected, found })
             }
             _ => Ok(read),
         }
@@ -179,4 +198,25 @@ impl TactileContacts {
         }
         Ok(())
     }
+}
+
+/// Reads and checks the rows of probes that something else stopped than the body of a sample.
+fn blocked_probes(touch: &proto::ClutterContacts, sample: &SampleId) -> Result<Vec<BlockedProbe>, RecordError> {
+    let proto::ClutterContacts { probes, blocked_probe, blocked_by, blocked_positions, .. } = touch;
+    let positions = triples(MESSAGE, "blocked_positions", blocked_positions)?;
+    for (field, found) in [("blocked_by", blocked_by.len()), ("blocked_positions", positions.len())] {
+        lengthy(MESSAGE, field, blocked_probe.len(), found)?;
+    }
+    let mut before = 0;
+    let mut blocked = Vec::with_capacity(positions.len());
+    for ((probe, by), position) in blocked_probe.iter().copied().zip(blocked_by.iter().copied()).zip(positions) {
+        let ascends = (before..*probes).contains(&probe);
+        ranged(MESSAGE, "blocked_probe", f64::from(probe), ascends, "below the count of probes, and ascend")?;
+        before = probe;
+        let is_body = (1..=SceneImage::MAX_BODIES).contains(&usize::from(by)) && u32::from(by) != sample.instance;
+        let is_thing = is_body || by == SceneImage::CONTAINER || by == SceneImage::TABLE;
+        ranged(MESSAGE, "blocked_by", f64::from(by), is_thing, "another body, 254 the container or 255 the table")?;
+        blocked.push(BlockedProbe { probe, by, position });
+    }
+    Ok(blocked)
 }

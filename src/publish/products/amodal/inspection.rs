@@ -9,6 +9,7 @@ use crate::{
     inspection::{InspectionHeader, evenly, open_of},
     scene_objects::ScenesObject,
     tally::{Spread, SpreadRow, Tally},
+    touch::TouchFacts,
 };
 use format::{
     AmodalFacts, Product,
@@ -48,6 +49,9 @@ pub struct AmodalInspection {
     pub purity: Spread,
     /// Cells that meet another body, container or table.
     pub others_solid_cells: Spread,
+    /// Facts of touch; `None` without touch.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub touch: Option<TouchFacts>,
     /// One row per object, sorted by name.
     pub objects: Vec<ScenesObject>,
 }
@@ -71,7 +75,7 @@ const STRATA: [(f64, &str); 5] = [
     (f64::INFINITY, "seen by 90 % or more"),
 ];
 
-/// The facts of a finished dataset of amodal pairs: reads tables and ledgers.
+/// The facts of a finished dataset of amodal pairs: reads tables and ledgers; with touch some samples.
 ///
 /// # Errors
 /// When the dataset is not finished or of another product, or a file is missing or damaged.
@@ -147,6 +151,7 @@ impl AmodalSurvey {
             solid_share: tallies.solid.spread(),
             purity: tallies.purity.spread(),
             others_solid_cells: tallies.others.spread(),
+            touch: TouchFacts::of(reader)?,
             objects: ScenesObject::all(reader)?,
         };
         Ok(Self { facts, shown: evenly(&kept, SHOWN) })
@@ -199,6 +204,9 @@ impl fmt::Display for AmodalInspection {
         )?;
         for row in self.spread_rows() {
             writeln!(f, "{row}")?;
+        }
+        if let Some(touch) = &self.touch {
+            writeln!(f, "{touch}")?;
         }
         ScenesObject::write_all(&self.objects, f)?;
         if let Some(speed) = &self.header.notes.speed {

@@ -30,6 +30,8 @@ pub(crate) struct AmodalPage<'a> {
     /// Words, bodies, kept pairs and share.
     strata: Vec<[String; 4]>,
     spreads: Vec<Vec<String>>,
+    /// Facts of touch, as `inspect` prints them.
+    touch: Option<String>,
     cards: Vec<CardView>,
     /// Name and split.
     objects: Vec<[String; 2]>,
@@ -67,7 +69,13 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &AmodalSurvey) -> Result<Vec
     for index in &survey.shown {
         let Some(sample) = reader.sample(*index)? else { continue };
         let (pictures, pair, clutter) = PairPictures::of(&sample, SIDE)?;
-        let panel = |picture: &Picture, name, hint| PanelView::square(picture, SHOWN_SIDE, name, hint);
+        let panel = |picture: &Picture, name, hint: &str| PanelView::square(picture, SHOWN_SIDE, name, hint);
+        let touch = pictures.touch.as_ref().map(|touch| {
+            [
+                panel(&touch.cells, "Partial and touch, from behind", touch.cells_hint.as_str()),
+                panel(&touch.points, "Touch points, from behind", touch.points_hint.as_str()),
+            ]
+        });
         let split = reader.splits().of(&sample.id).map_or("", Split::name).replace('_', " ");
         cards.push(CardView {
             title: format!("{}, body {} in view {}", ScenesObject::name_of(&survey.facts.objects, clutter.object), sample.id.instance, sample.id.item),
@@ -84,14 +92,19 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &AmodalSurvey) -> Result<Vec
                 pair.grid.cell_size * 1e3,
                 percent(clutter.purity()),
             ),
-            pictures: vec![
+            pictures: [
                 panel(&pictures.seen, "Seen", "blue the body, grey anything else"),
                 panel(&pictures.whole, "Whole body", "orange is not seen"),
                 panel(&pictures.behind, "Whole body, from behind", "orange is not seen"),
+            ]
+            .into_iter()
+            .chain(touch.into_iter().flatten())
+            .chain([
                 panel(&pictures.slices.front, "Slice across the view", "x right, y down"),
                 panel(&pictures.slices.side, "Slice from the side", "z right, y down"),
                 panel(&pictures.slices.top, "Slice from above", "x right, z up"),
-            ],
+            ])
+            .collect(),
         });
     }
     Ok(cards)
@@ -124,6 +137,7 @@ impl<'a> AmodalPage<'a> {
             bodies: (facts.kept > 0).then(|| bar_chart("Pairs by how much of the body is seen", &bars)),
             strata: facts.stratum_rows(),
             spreads: facts.spread_rows().into_iter().map(SpreadRow::into_cells).collect(),
+            touch: facts.touch.as_ref().map(|touch| touch.to_string().trim_start().to_owned()),
             objects: ScenesObject::rows(&facts.objects),
             cards,
             job,

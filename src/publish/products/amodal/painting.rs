@@ -4,6 +4,7 @@ use crate::{
     chart::percent,
     picture::{Eye, Panel, Picture, Slices, VoxelPainter, centre_of_mass},
     scene_samples::ScenePanel,
+    touch_pictures::TouchPictures,
 };
 use format::{
     Clutter, VoxelPair,
@@ -21,6 +22,8 @@ pub(super) struct PairPictures {
     pub behind: Picture,
     /// Cuts, with what is solid around the body.
     pub slices: Slices,
+    /// Touch, where there is any.
+    pub touch: Option<TouchPictures>,
 }
 
 impl PairPictures {
@@ -39,6 +42,7 @@ impl PairPictures {
             whole: front.draw(Some(partial), Some(complete)).with_few_colours(),
             behind: behind.draw(Some(partial), Some(complete)).with_few_colours(),
             slices: Slices::among(grids, free.as_ref(), centre_of_mass(complete), zoom),
+            touch: sample.touched()?.map(|touched| TouchPictures::of(&touched, &behind)),
         };
         Ok((pictures, pair, clutter))
     }
@@ -52,12 +56,14 @@ impl PairPictures {
     /// The pictures as panels.
     pub fn panels(self) -> Vec<Panel> {
         let panel = |caption: &str, picture| Panel { caption: caption.to_owned(), picture };
-        vec![
+        let mut panels = vec![
             panel("what is seen", self.seen),
             panel("whole body", self.whole),
             panel("from behind", self.behind),
             panel("cut, others grey", self.slices.front),
-        ]
+        ];
+        panels.extend(self.touch.map(|touch| panel("touch from behind", touch.points)));
+        panels
     }
 }
 

@@ -17,6 +17,7 @@ use crate::{
     scene_objects::ScenesObject,
     scene_samples::{ScenePanel, SceneSample},
     templates::page_values,
+    touch::TouchFacts,
 };
 use format::{
     AmodalFacts, Product,
@@ -79,6 +80,7 @@ impl Survey for AmodalSurvey {
             numbers.rows.push(NumberRow::new(format!("pairs of bodies {words}"), grouped(*kept)));
         }
         numbers.rows.push(NumberRow::new("pairs of bodies that reach out of the image", grouped(facts.truncated)));
+        numbers.rows.extend(facts.touch.iter().flat_map(TouchFacts::number_rows));
         numbers.spreads = facts.spread_rows();
     }
 

@@ -10,12 +10,12 @@ use crate::{
     markup::Markup,
     page::{ImageView, StripCard},
     picture::{
-        Colour, DepthRange, Eye, Panel, Picture, Slices, VoxelPainter, centre_of_mass, colour_bar, depth_picture,
-        height_map,
+        DepthRange, Eye, Panel, Picture, Slices, VoxelPainter, centre_of_mass, colour_bar, depth_picture, height_map,
     },
+    touch_pictures::{TouchPictures, touch_points},
 };
 use format::{
-    Channel, TactileContacts, TouchContact, TouchedPair, VoxelPair,
+    VoxelPair,
     dataset::{DatasetError, Sample},
 };
 use kernel::{geom::DepthCrop, words::Split};
@@ -123,7 +123,11 @@ fn panels(sample: &Sample, pair: &VoxelPair) -> Result<Vec<PanelView>, DatasetEr
     let grids = grids.map(|(picture, name, hint)| PanelView::new(&picture.with_few_colours(), name, hint));
     let mut panels = Vec::from(grids);
     if let Some(touched) = sample.touched()? {
-        panels.extend(touch_panels(&touched, &behind));
+        let TouchPictures { cells, cells_hint, points, points_hint } = TouchPictures::of(&touched, &behind);
+        panels.extend([
+            PanelView::new(&cells, "Partial and touch, from behind", cells_hint),
+            PanelView::new(&points, TOUCH_POINTS, points_hint),
+        ]);
     }
     let zoom = (SIDE / pair.grid.resolution).max(1);
     let slices = Slices::new(partial, complete, free.as_ref(), centre_of_mass(complete), zoom);
@@ -173,56 +177,6 @@ pub(crate) fn sample_panels(sample: &Sample, side: u32) -> Result<Vec<Panel>, Da
         panels.push(Panel { caption: "touch from behind".to_owned(), picture: touch_points(&touched, &behind) });
     }
     Ok(panels)
-}
-
-/// The whole solid from behind, a dot at each contact.
-fn touch_points(touched: &TouchedPair, behind: &VoxelPainter) -> Picture {
-    let pair = &touched.pair;
-    let mut points = behind.draw(Some(&pair.partial), Some(&pair.complete));
-    let (lower, cell) = (pair.grid.lower_corner(), pair.grid.cell_size);
-    let point =
-        |contact: &TouchContact| std::array::from_fn(|axis| (f64::from(contact.position[axis]) - lower[axis]) / cell);
-    for (channel, TactileContacts { contacts, .. }) in &touched.touch {
-        behind.dot(&mut points, dot_meaning(*channel).colour, contacts.iter().map(point));
-    }
-    points
-}
-
-/// Panels of touch, from behind: touched cells beside the seen ones, and contacts on the whole solid.
-fn touch_panels(touched: &TouchedPair, behind: &VoxelPainter) -> [PanelView; 2] {
-    let TouchedPair { pair, touch, tactile, .. } = touched;
-    let cells = behind.draw_touched(&pair.partial, None, tactile);
-    let points = touch_points(touched, behind);
-    let mut kinds = Vec::new();
-    for (channel, TactileContacts { contacts, .. }) in touch {
-        let DotMeaning { colour_name: colour, word, .. } = dot_meaning(*channel);
-        kinds.push(format!("{} {word} ({colour})", contacts.len()));
-    }
-    let count: usize = touch.iter().map(|(_, contacts)| contacts.contacts.len()).sum();
-    // A lone kind needs no word for its colour.
-    let counts = if kinds.len() == 1 { format!("{count} contacts") } else { kinds.join(", ") };
-    let [cells, points] = [cells, points].map(Picture::with_few_colours);
-    [
-        PanelView::new(&cells, "Partial and touch, from behind", format!("green: {} touched cells", tactile.count())),
-        PanelView::new(&points, TOUCH_POINTS, format!("{counts} on the solid")),
-    ]
-}
-
-/// Dots of one kind of touch.
-struct DotMeaning {
-    colour: Colour,
-    colour_name: &'static str,
-    /// Origin of the contacts, in words.
-    word: &'static str,
-}
-
-fn dot_meaning(channel: Channel) -> DotMeaning {
-    let (colour, colour_name, word) = match channel {
-        Channel::TOUCH_EXPLORATION => (Colour::EXPLORED, "light blue", "by exploration"),
-        Channel::TOUCH_GRASP => (Colour::HELD, "red", "by the grasp"),
-        _ => (Colour::TOUCHED, "green", "by rays"),
-    };
-    DotMeaning { colour, colour_name, word }
 }
 
 /// Where a card's depth comes from.

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::touch::TouchFacts;
-use crate::{inspection::InspectionHeader, tally::Spread};
+use crate::{inspection::InspectionHeader, tally::Spread, touch::TouchFacts};
 use kernel::{ids::ObjectId, words::Split};
 
 /// Content of a dataset of completion. `Display` is for people; serialised, it is for machines.

@@ -9,12 +9,10 @@ mod row;
 mod survey;
 mod templates;
 mod text;
-mod touch;
 
 pub use inspection::{CompletionInspection, ObjectFacts, Setup, SplitFacts};
 pub use row::PAGES;
 pub use survey::inspect_completion;
-pub use touch::{HandFacts, TouchFacts, TouchKind};
 
 #[cfg(test)]
 pub(super) use self::{card::CardView, page::CompletionPage, survey::CompletionSurvey, templates::PAGE_TEMPLATE};

@@ -9,7 +9,6 @@ use super::{
     charts,
     inspection::{CompletionInspection, ObjectFacts},
     survey::CompletionSurvey,
-    touch::TouchFacts,
 };
 use crate::{
     chart::{Figure, grouped, percent, short},
@@ -17,6 +16,7 @@ use crate::{
     page::{DatasetView, SpeedView, StripPicture},
     picture::{Colour, SLICE_COLOURS},
     tally::SpreadRow,
+    touch::TouchFacts,
 };
 use format::{
     ArrayFormat,

@@ -7,7 +7,6 @@ use super::{
     page::{CompletionPage, cards},
     survey::CompletionSurvey,
     templates::TEMPLATES,
-    touch::TouchFacts,
 };
 use crate::{
     asset::{AssetKind, AssetUse},
@@ -93,11 +92,7 @@ impl Survey for CompletionSurvey {
             numbers.rows.push(NumberRow::new("stored with less than 99 % of the solid inside the grid", share));
         }
         if let Some(touch) = &facts.touch {
-            numbers.rows.extend(touch.kinds.iter().map(|kind| {
-                let each = TouchFacts::share(kind.contacts, touch.samples);
-                let what = format!("contacts per sample, {}", kind.channel.replace('_', " "));
-                NumberRow::new(what, format!("{each:.1}"))
-            }));
+            numbers.rows.extend(touch.number_rows());
         }
         numbers.spreads = vec![
             SpreadRow::new("partial cells", 0, &facts.partial_cells),

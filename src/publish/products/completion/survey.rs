@@ -7,11 +7,11 @@ use serde_json::{Map, Value};
 use super::{
     gallery::{Candidates, Pick},
     inspection::{CompletionInspection, ObjectFacts, Setup, SplitFacts},
-    touch::TouchFacts,
 };
 use crate::{
     inspection::{InspectionHeader, job_table, open_of},
     tally::Tally,
+    touch::TouchFacts,
 };
 use format::{
     Channel, PairFacts, Product,

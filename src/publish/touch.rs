@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     chart::{grouped, percent},
+    numbers::NumberRow,
     tally::Spread,
 };
 use format::{
@@ -40,6 +41,9 @@ pub struct TouchKind {
     pub visible: u64,
     /// Contacts outside the grid.
     pub outside: u64,
+    /// Probes that something else stopped; `None` of lone objects.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub blocked: Option<u64>,
     /// Forces and gaps that a hand felt; `None` where no hand touched.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hand: Option<HandFacts>,
@@ -67,17 +71,27 @@ struct KindSums {
 }
 
 impl KindSums {
+    fn of_channel(channel: Channel) -> Self {
+        let blocked = channel.is_touch_in_clutter().then_some(0);
+        Self { facts: TouchKind { blocked, ..TouchKind::default() }, ..Self::default() }
+    }
+
     fn add(&mut self, touch: &TactileContacts) {
         let Self { facts, forces, gaps } = self;
         facts.probes += u64::from(touch.probes);
         facts.contacts += touch.contacts.len() as u64;
         facts.visible += u64::from(touch.visible());
         facts.outside += u64::from(touch.outside());
+        if let Some(blocked) = &mut facts.blocked {
+            *blocked += touch.blocked.len() as u64;
+        }
         let Some(hand) = &touch.hand else { return };
         forces.extend(hand.felt.iter().map(|felt| f64::from(felt.force)));
         gaps.extend(hand.felt.iter().map(|felt| f64::from(felt.gap)));
-        let none = || ApproachEnd::ALL.map(|end| (end.name().to_owned(), 0)).into();
-        let of_hand = facts.hand.get_or_insert_with(|| HandFacts { ends: none(), ..HandFacts::default() });
+        // Nothing is in the way of a lone object.
+        let ends = ApproachEnd::ALL.into_iter().filter(|end| *end != ApproachEnd::Blocked || facts.blocked.is_some());
+        let none = ends.map(|end| (end.name().to_owned(), 0)).collect();
+        let of_hand = facts.hand.get_or_insert_with(|| HandFacts { ends: none, ..HandFacts::default() });
         of_hand.hand.clone_from(&hand.hand);
         for approach in &hand.approaches {
             *of_hand.ends.entry(approach.end.name().to_owned()).or_default() += 1;
@@ -98,7 +112,8 @@ impl TouchFacts {
     /// Reads the samples of a dataset; `None` where no touch is stored.
     pub(crate) fn of(reader: &DatasetReader) -> Result<Option<Self>, DatasetError> {
         let channels = reader.manifest().channels().into_iter().filter(|channel| channel.is_touch());
-        let mut sums: BTreeMap<Channel, KindSums> = channels.map(|channel| (channel, KindSums::default())).collect();
+        let mut sums: BTreeMap<Channel, KindSums> =
+            channels.map(|channel| (channel, KindSums::of_channel(channel))).collect();
         if sums.is_empty() {
             return Ok(None);
         }
@@ -129,6 +144,14 @@ impl TouchFacts {
         self.kinds.iter().map(|kind| kind.contacts).sum()
     }
 
+    /// Contacts per sample of each kind.
+    pub(crate) fn number_rows(&self) -> impl Iterator<Item = NumberRow> {
+        self.kinds.iter().map(|kind| {
+            let what = format!("contacts per sample, {}", kind.channel.replace('_', " "));
+            NumberRow::new(what, format!("{:.1}", Self::share(kind.contacts, self.samples)))
+        })
+    }
+
     /// A count as a share of another; 0 of nothing.
     pub fn share(count: u64, of: u64) -> f64 {
         if of > 0 { count as f64 / of as f64 } else { 0.0 }
@@ -141,13 +164,16 @@ impl fmt::Display for TouchFacts {
         let each = |count: u64| Self::share(count, *samples);
         let share = |count: u64, of: u64| percent(Self::share(count, of));
         writeln!(f, "\ntouch, over {} samples", grouped(*samples))?;
-        for TouchKind { channel, probes, contacts, visible, outside, hand } in kinds {
+        for TouchKind { channel, probes, contacts, visible, outside, blocked, hand } in kinds {
             let by = hand.as_ref().map_or_else(String::new, |hand| format!(" by {}", hand.hand));
             let word = if hand.is_some() { "approaches" } else { "probes" };
             write!(f, "  {channel}{by}: {:.1} contacts of {:.1} {word} per sample", each(*contacts), each(*probes))?;
             match hand {
                 Some(_) => writeln!(f, ", {:.1} per approach", Self::share(*contacts, *probes))?,
                 None => writeln!(f)?,
+            }
+            if let Some(blocked) = blocked {
+                writeln!(f, "    {:.1} per sample stopped by something else than the body", each(*blocked))?;
             }
             let hidden = contacts - visible;
             write!(f, "    {} of the contacts in sight of the camera, ", share(*visible, *contacts))?;
@@ -171,10 +197,11 @@ impl HandFacts {
         write!(f, "    forces {:.2} N in the median, {:.2} at most; ", force.median, force.max)?;
         writeln!(f, "gaps {median} mm in the median, from {deepest} to {widest}")?;
         // In the order of their numbers, not of their names.
-        let ended = ApproachEnd::ALL.map(|end| {
-            let count = ends.get(end.name()).copied().unwrap_or(0);
-            format!("{} {}", grouped(count), end.name().replace('_', " "))
+        let ended = ApproachEnd::ALL.into_iter().filter_map(|end| {
+            let none = (end != ApproachEnd::Blocked).then_some(0);
+            let count = ends.get(end.name()).copied().or(none)?;
+            Some(format!("{} {}", grouped(count), end.name().replace('_', " ")))
         });
-        writeln!(f, "    approaches: {}", ended.join(", "))
+        writeln!(f, "    approaches: {}", ended.collect::<Vec<String>>().join(", "))
     }
 }

@@ -5,96 +5,58 @@
 //! with equal chance, and meets the mesh. With [`RayTarget::Cells`], as in the thesis, it runs along a column of the
 //! complete grid, drawn with equal chance and with replacement, from the last cell towards the camera, and stops at the
 //! lower corner of the first occupied cell.
-
-use std::sync::Arc;
+//!
+//! Among other things a ray with [`RayTarget::Mesh`] ends at whatever it meets first. It starts a little behind the box, so that there is room
+//! for what touches: of a side that lies on a table or against a neighbour nothing is touched. In front of the box it has
+//! missed.
 
 use nalgebra::{Point3, Unit, Vector3};
 
-use super::settings::{RandomRays, RayTarget};
-use format::{TactileContacts, TouchContact, VoxelPair};
+use super::{
+    seen::SeenSurface,
+    settings::{RandomRays, RayTarget},
+};
+use format::{BlockedProbe, TactileContacts, TouchContact, VoxelPair};
 use kernel::{
-    geom::{CameraCv, GridPlacement, Object, Pose, Ray, RenderMesh, SimdLevel, TriMesh, TriangleTree},
+    geom::{GridPlacement, Ray},
     seed::Stream,
 };
 
-/// Surface nearer than this to a contact does not hide it [m]: the triangle itself, and what rounding makes of its
-/// neighbours.
-const CLEARANCE: f64 = 1e-6;
+/// Room behind the object's box that a ray needs among other things [m].
+const ROOM: f64 = 1e-3;
 
-/// An object's surface for rays.
-pub struct TouchSurface {
-    tree: Arc<TriangleTree>,
-    level: SimdLevel,
-}
-
-/// The surface as a view has it.
-pub(super) struct SeenSurface<'a> {
-    /// Closed and wound outward: what faces away from the camera is hidden by the object itself.
-    closed: bool,
-    surface: &'a TouchSurface,
-    camera_from_object: &'a Pose<CameraCv, Object>,
-    object_from_camera: Pose<Object, CameraCv>,
-}
-
-impl TouchSurface {
-    /// Kernels at this level, or at the best one that the machine has.
-    pub fn new(mesh: &TriMesh, level: SimdLevel) -> Self {
-        Self::of_tree(&Arc::new(TriangleTree::new(mesh)), level)
-    }
-
-    /// The surface of a mesh whose tree has been built already.
-    pub fn of_tree(tree: &Arc<TriangleTree>, level: SimdLevel) -> Self {
-        Self { tree: Arc::clone(tree), level: level.usable() }
-    }
-
-    /// Sends random rays at the object of a pair. `render` is the same mesh; `stream` is the sample's own of the name
-    /// `touch`; `drop_index_zero` is the quirk of the pair's grids: a contact in a cell with index 0 on any axis counts as
-    /// outside.
+impl SeenSurface<'_> {
+    /// Sends random rays at the object of a pair. `stream` is the sample's own of the name `touch`; `drop_index_zero` is the
+    /// quirk of the pair's grids: a contact in a cell with index 0 on any axis counts as outside.
     pub fn random_rays(
         &self,
-        render: &RenderMesh,
         rays: RandomRays,
         pair: &VoxelPair,
         drop_index_zero: bool,
         stream: &mut Stream,
         out: &mut TactileContacts,
     ) {
-        let camera_from_object = &pair.camera_from_object;
-        let seen = self.seen(render, camera_from_object);
         (out.sample, out.resolution, out.probes) = (pair.sample, pair.grid.resolution, rays.count);
         out.contacts.clear();
         out.misses.clear();
+        out.blocked.clear();
         out.hand = None;
         match rays.target {
-            RayTarget::Mesh => {
-                let reach = render.reach(self.level, camera_from_object);
-                seen.meet_mesh(rays.count, reach, &pair.grid, drop_index_zero, stream, out);
-            }
-            RayTarget::Cells => seen.meet_cells(rays.count, pair, stream, out),
+            RayTarget::Mesh => self.meet_mesh(rays.count, &pair.grid, drop_index_zero, stream, out),
+            RayTarget::Cells => self.meet_cells(rays.count, pair, stream, out),
         }
     }
 
-    /// The surface as a view has it; `render` is the same mesh.
-    pub(super) fn seen<'a>(
-        &'a self,
-        render: &RenderMesh,
-        camera_from_object: &'a Pose<CameraCv, Object>,
-    ) -> SeenSurface<'a> {
-        let object_from_camera = camera_from_object.inverse();
-        SeenSurface { closed: render.culls_back_faces(), surface: self, camera_from_object, object_from_camera }
-    }
-}
-
-impl SeenSurface<'_> {
     fn meet_mesh(
         &self,
         count: u32,
-        [[left, right], [top, bottom], [near, far]]: [[f64; 2]; 3],
         grid: &GridPlacement,
         drop_index_zero: bool,
         stream: &mut Stream,
         out: &mut TactileContacts,
     ) {
+        let reach = self.render.reach(self.surface.level(), self.camera_from_object);
+        let [[left, right], [top, bottom], [near, far]] = reach;
         // Clear of the box: a flat back lies on the very plane that rays are counted from.
         let margin = far - near + 1e-3;
         let towards_camera = Unit::new_unchecked(-Vector3::z());
@@ -102,14 +64,20 @@ impl SeenSurface<'_> {
         for probe in 0..count {
             let (x, y) = (stream.uniform(left, right), stream.uniform(top, bottom));
             let start = self.object_from_camera.point(&Point3::new(x, y, far + margin));
-            let tree = &self.surface.tree;
-            let hit = tree.first_hit(self.surface.level, &Ray::new(&start, &direction), f64::INFINITY);
-            // A triangle without area is never met.
-            let Some((hit, normal)) = hit.and_then(|hit| Some((hit, tree.normal(&hit)?))) else {
+            let hit = self.surface.first_hit(&Ray::new(&start, &direction));
+            let hit = hit.map(|(distance, normal)| ((distance - margin).max(0.0), normal));
+            // What the ray meets before the object, or before it leaves the box.
+            let way = hit.map_or(far - near, |(distance, _)| distance);
+            let behind = Point3::new(x, y, far + ROOM);
+            if let Some(met) = self.around.first_met(&behind, &towards_camera, ROOM + way) {
+                let position = single(&(behind + towards_camera.into_inner() * met.distance));
+                out.blocked.push(BlockedProbe { probe, by: met.number, position });
+                continue;
+            }
+            let Some((distance, normal)) = hit else {
                 out.misses.push(single(&Point3::new(x, y, far)));
                 continue;
             };
-            let distance = (hit.distance - margin).max(0.0);
             let normal = self.camera_from_object.rotation() * normal.into_inner();
             // The side that a ray from outside comes to is the outer one, however the triangle is wound.
             let normal = if normal.z < 0.0 { -normal } else { normal };
@@ -146,21 +114,6 @@ impl SeenSurface<'_> {
                 cell: Some([x, y, z]),
             });
         }
-    }
-
-    /// Whether the camera sees a point of the surface, both in `CameraCv`: it does not see what faces away on a closed surface.
-    pub fn sees(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> bool {
-        // A ray that enters a closed surface has to leave it before it comes to the camera.
-        !(self.closed && normal.dot(&point.coords) > 0.0) && self.is_visible(point)
-    }
-
-    /// Whether no surface stands between the camera and a point in `CameraCv`.
-    fn is_visible(&self, point: &Point3<f64>) -> bool {
-        let towards_camera = self.object_from_camera.rotation() * -point.coords;
-        let length = towards_camera.norm();
-        let start = self.object_from_camera.point(point) + towards_camera * (CLEARANCE / length);
-        let ray = Ray::new(&start, &Unit::new_unchecked(towards_camera / length));
-        !self.surface.tree.blocks(self.surface.level, &ray, length - CLEARANCE)
     }
 }
 

@@ -2,9 +2,12 @@
 //!
 //! An exploration goes to cells of the surface that the camera did not see and that its partial grid does not hold: of many
 //! approaches those are taken that are [forecast](Forecast) to touch most of such cells and least of what is in sight. The hand
-//! stops where it touches first; then each finger curls until it has its own contact or its limit. With [`ExplorationTarget::FacingAway`], as in the thesis, it goes to points that face away from
-//! the camera, along their inward normals, opened. The tactile grasp comes along the image plane to the middle of the object's
-//! box, the fingers closing across the optical axis. Fingers give way to a contact that presses with more than a fingertip bears.
+//! stops where it touches first; then each finger curls until it has its own contact or its limit. With [`ExplorationTarget::FacingAway`],
+//! as in the thesis, it goes to points that face away from the camera, along their inward normals, opened. The tactile grasp comes
+//! along the image plane to the middle of the object's box, the fingers closing across the optical axis. Fingers give way to a
+//! contact that presses with more than a fingertip bears.
+//!
+//! Among things that stand still, a hand that meets one of these on its way is blocked, and a finger that does stops there.
 
 use std::{collections::BTreeSet, f64::consts::PI, sync::Arc};
 
@@ -12,18 +15,20 @@ use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Translation3, Unit, 
 
 use super::{
     forecast::Forecast,
+    rays::{cell_of, single},
+    seen::SeenSurface,
     settings::{Exploration, ExplorationTarget, TouchByHand},
-    touch::{SeenSurface, cell_of, single},
+    still::StillAround,
 };
 use crate::{ProduceError, job::JobHand};
-use format::{Approach, Channel, Felt, HandTouch, TactileContacts, TouchContact, VoxelPair};
+use format::{Approach, BlockedProbe, Channel, Felt, HandTouch, TactileContacts, TouchContact, VoxelPair};
 use kernel::{
     contact::ContactSurface,
     geom::{CameraCv, Object, Pose, farthest_first, rotation_towards},
     object::PreparedObject,
     seed::Stream,
 };
-use sim::{ApproachEnd, Effort, HandApproach, HandModel, HandSim, HandWorker};
+use sim::{ApproachEnd, Effort, HandApproach, HandModel, HandSim, HandWorker, ThingTouch};
 
 /// Points of the surface that are drawn to choose from.
 const DRAWN: u32 = 256;
@@ -44,7 +49,7 @@ const FACES_AWAY: f64 = 0.1;
 const BEYOND: f64 = 0.02;
 
 /// A job's hand, read once per thread.
-pub(super) struct TouchingHand {
+pub struct TouchingHand {
     model: HandModel,
     scene: String,
 }
@@ -66,8 +71,16 @@ impl TouchingHand {
     /// When the mesh has no surface, or the hand cannot touch true meshes.
     pub fn on_object(&self, object: &PreparedObject) -> Result<HandOnObject, ProduceError> {
         let surface = object.contact_surface().map_err(|error| ProduceError::unusable(&self.scene, error))?;
-        let sim =
-            HandSim::with_mesh(&self.model, surface).map_err(|error| ProduceError::unusable(&self.scene, error))?;
+        self.among(surface, StillAround::default())
+    }
+
+    /// With an object to touch among things that stand still.
+    ///
+    /// # Errors
+    /// When the hand cannot touch true meshes, or a pose is not finite.
+    pub fn among(&self, surface: &Arc<ContactSurface>, around: StillAround) -> Result<HandOnObject, ProduceError> {
+        let sim = HandSim::with_mesh_among(&self.model, surface, &around.things);
+        let sim = sim.map_err(|error| ProduceError::unusable(&self.scene, error))?;
         let bounds = surface.bounds();
         let hand = sim.hand();
         let foremost = hand.foremost_share();
@@ -82,15 +95,17 @@ impl TouchingHand {
             max_force,
             worker: HandWorker::new(&Arc::new(sim)),
             surface: Arc::clone(surface),
+            around,
             scene: self.scene.clone(),
         })
     }
 }
 
 /// One thread's hand and the object that it touches.
-pub(super) struct HandOnObject {
+pub struct HandOnObject {
     worker: HandWorker,
     surface: Arc<ContactSurface>,
+    around: StillAround,
     /// The middle of the object's box, in `Object`.
     centre: Point3<f64>,
     /// So far from any point of the object the hand is clear of it [m].
@@ -154,9 +169,13 @@ impl HandOnObject {
             let (approach, start) = self.approach(planned, &pair.camera_from_object);
             let camera_from_object = pair.camera_from_object.isometry();
             let felt = self.worker.feel(&approach).map_err(|error| ProduceError::unusable(&self.scene, error))?;
-            // Approach without any touch: its start is recorded as a miss.
-            if felt.touches.is_empty() {
+            // Approach without any touch: its start is recorded as a miss, or what was in its way.
+            if felt.touches.is_empty() && felt.stops.is_empty() {
                 out.misses.push(single(&start));
+            }
+            for ThingTouch { thing, point, .. } in &felt.stops {
+                let position = single(&(camera_from_object * point));
+                out.blocked.push(BlockedProbe { probe: probe as u32, by: self.around.numbers[*thing], position });
             }
             // Contacts, transformed to camera axes: voxel cell, visibility from the camera, and force and gap of the touch.
             for touch in &felt.touches {
@@ -231,12 +250,19 @@ impl HandOnObject {
             // A sheet that is seen all over: straight from behind.
             targets.push((camera_from_object.point(&self.centre), Vector3::z()));
         }
-        // Movements to them: from behind or along the inward normal, opened, half closed or with the fingertips foremost.
+        // Movements to them: from behind or along the inward normal, in a scene also from above; opened, half closed or with the
+        // fingertips foremost.
+        let down = self.around.down.map(|down| camera_from_object.rotation() * down);
+        let ways = if down.is_some() { 3 } else { 2 };
         let candidates: Vec<PlannedTouch> = (0..CANDIDATES)
             .map(|index| {
                 let (target, normal) = targets[index % targets.len()];
-                let ahead = if index % 2 == 0 { -target.coords.normalize() } else { -normal };
-                let closed = self.foremost * POSTURES[index / 2 % POSTURES.len()];
+                let ahead = match (index % ways, down) {
+                    (0, _) => -target.coords.normalize(),
+                    (2, Some(down)) => down,
+                    _ => -normal,
+                };
+                let closed = self.foremost * POSTURES[index / ways % POSTURES.len()];
                 let rotation = rotation_towards(&ahead, stream.uniform(-PI, PI));
                 PlannedTouch { target, rotation, closed, effort: Effort::FEEL }
             })
@@ -246,7 +272,7 @@ impl HandOnObject {
             .map(|planned| {
                 let (approach, _) = self.approach(planned, camera_from_object);
                 let HandApproach { object_from_start, distance, closed, .. } = &approach;
-                let touches = self.forecast.touches(&self.surface, object_from_start, *distance, *closed);
+                let touches = self.forecast.touches(&self.surface, &self.around, object_from_start, *distance, *closed);
                 let touches: Vec<_> = touches.into_iter().map(view).collect();
                 let in_sight = touches.iter().filter(|(point, normal)| seen.sees(point, normal)).count();
                 (touches.iter().filter_map(unknown).collect(), in_sight as f64)
@@ -329,5 +355,6 @@ fn recorded(end: ApproachEnd) -> format::ApproachEnd {
         ApproachEnd::Missed => Recorded::Missed,
         ApproachEnd::Unstable => Recorded::Unstable,
         ApproachEnd::Overloaded => Recorded::Overloaded,
+        ApproachEnd::Blocked => Recorded::Blocked,
     }
 }

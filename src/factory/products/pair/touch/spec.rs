@@ -1,9 +1,11 @@
-//! The keys of touch beside completion pairs.
+//! The keys of touch beside pairs.
+
+use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::settings::{ExplorationTarget, RayTarget};
+use super::settings::{Exploration, ExplorationTarget, RandomRays, RayTarget, Touch, TouchByHand};
 use crate::job::spec::HandSpec;
 
 /// Touch that goes with each pair, of what the camera did not see.
@@ -37,4 +39,23 @@ pub struct TouchSpec {
     /// With `exploration` or `grasp`: the hand.
     #[schemars(extend("examples" = [{ "scene": "../scenes/barrett_bh8_280.xml" }]))]
     pub hand: Option<HandSpec>,
+}
+
+impl TouchSpec {
+    /// Writes the kinds of touch into keys that hold the defaults; those of kinds that are not asked for stay. With a folder the
+    /// hand's file is named relative to it, otherwise by content alone.
+    pub fn write(&mut self, touch: &Touch, folder: Option<&Path>) {
+        // Digests of jobs without an exploration do not know the key.
+        self.exploration_target = None;
+        if let Some(RandomRays { count, target }) = touch.random_rays {
+            (self.random_rays, self.rays, self.ray_target) = (true, count, target);
+        }
+        if let Some(TouchByHand { hand, exploration, grasp }) = &touch.by_hand {
+            (self.exploration, self.grasp) = (exploration.is_some(), *grasp);
+            if let Some(Exploration { approaches, target }) = exploration {
+                (self.approaches, self.exploration_target) = (*approaches, Some(*target));
+            }
+            self.hand = Some(hand.spec(folder));
+        }
+    }
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
+use super::still::StillAround;
 use kernel::contact::ContactSurface;
 use robot::hand::Hand;
 
@@ -53,10 +54,11 @@ impl Forecast {
 
     /// Points of an object's surface that a hand comes to touch, with outward normals, expressed in the object's frame: it comes
     /// along the z axis of its approach frame with its fingers a share of their way closed, stops where it touches first, and each
-    /// finger closes until it touches. None where it goes by.
+    /// finger closes until it touches. None where it goes by, or through what stands around the object.
     pub(super) fn touches(
         &self,
         surface: &ContactSurface,
+        around: &StillAround,
         object_from_start: &IsometryMatrix3<f64>,
         distance: f64,
         closed: f64,
@@ -72,10 +74,15 @@ impl Forecast {
             let near = |index: usize| surface.approximate_distance(&place(first, index, travelled));
             let clearance = (0..self.points[first].len()).map(near).fold(f64::INFINITY, f64::min);
             touched = clearance < TOUCHES;
+            let free = |index: usize| around.approximate_distance(&place(first, index, travelled));
+            let free = (0..self.points[first].len()).map(free).fold(f64::INFINITY, f64::min);
+            if free < 0.0 {
+                return Vec::new();
+            }
             if touched || travelled > distance {
                 break;
             }
-            travelled += (clearance - TOUCHES / 2.0).max(SHORTEST);
+            travelled += (clearance - TOUCHES / 2.0).min(free).max(SHORTEST);
         }
         if !touched {
             return Vec::new();
