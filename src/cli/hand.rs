@@ -392,8 +392,14 @@ impl Report {
     /// Writes which jobs can use the hand, and why others cannot: settings of one reason together.
     fn write_uses(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let settings = |refusal: Option<&String>| {
-            let alike = self.uses.iter().filter(|row| row.refusal.as_ref() == refusal).map(|row| row.setting);
-            alike.collect::<Vec<_>>().join(", ")
+            let mut alike: Vec<&str> = Vec::new();
+            for row in self.uses.iter().filter(|row| row.refusal.as_ref() == refusal) {
+                // Jobs of two products may have one setting.
+                if !alike.contains(&row.setting) {
+                    alike.push(row.setting);
+                }
+            }
+            alike.join(", ")
         };
         match settings(None).as_str() {
             "" => writeln!(f, "\nno job can use this hand")?,

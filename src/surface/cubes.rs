@@ -194,19 +194,19 @@ pub(crate) mod tests {
 
     #[test]
     #[ignore = "slow: make test-slow"]
-    fn ten_thousand_volumes_give_closed_manifold_meshes_wound_outward() {
-        let mut draw = Stream::of_job(11, b"", "volumes");
+    fn ten_thousand_fields_give_closed_manifold_meshes_wound_outward() {
+        let mut draw = Stream::of_job(11, b"", "fields");
         let mut empty = 0;
         for number in 0..10_000 {
             let field = drawn_field(number, &mut draw);
             let mesh = marching_cubes(&field, 0.5, 0.0, in_cells);
             assert_closed_and_manifold(&mesh);
             let has_inside = field.values().iter().any(|value| *value > 0.5);
-            assert_eq!(mesh.triangles.is_empty(), !has_inside, "volume {number}");
-            assert!(!has_inside || mesh.signed_volume() > 0.0, "volume {number}: {}", mesh.signed_volume());
+            assert_eq!(mesh.triangles.is_empty(), !has_inside, "field {number}");
+            assert!(!has_inside || mesh.signed_volume() > 0.0, "field {number}: {}", mesh.signed_volume());
             empty += u32::from(!has_inside);
         }
-        assert!((500..5000).contains(&empty), "{empty} empty volumes");
+        assert!((500..5000).contains(&empty), "{empty} empty fields");
     }
 
     proptest! {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Outcome, SEED};
+use super::outcome::{Outcome, SEED};
 use crate::{completion_args::DetailName, completion_method::CompletionMethod};
 use measure::{Interval, Scores, SurfaceComparison};
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::Outcome;
+use super::outcome::Outcome;
 use crate::{completion_method::CompletionMethod, exit::Failure, stored_samples::StoredSample};
 use format::dataset::DatasetReader;
 use kernel::ids::{ObjectId, SampleIndex};
