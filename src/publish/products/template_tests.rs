@@ -318,6 +318,7 @@ fn scenes_page(name: &str, is_full: bool) -> Page {
         "bodies": 20, "gone": 1, "by_bodies": if is_full { json!({ "5": 4 }) } else { json!({}) },
         "contacts": SPREAD, "rest_time": SPREAD, "depth_bodies": SPREAD, "depth_container": SPREAD, "drift": SPREAD,
         "objects": [{ "name": name, "object": object(), "split": "training", "mass": 0.3 }],
+        "imported": is_full.then(|| json!({ "too_deep": 1, "moved": 2 })),
     });
     let mut facts =
         serde_json::to_value(header(name, Product::SCENES, usize::from(is_full), is_full)).expect("plain data");
