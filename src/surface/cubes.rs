@@ -178,7 +178,7 @@ pub(crate) mod tests {
                 let width = 1 + draw.below(4) as usize;
                 field_of(side, |centre| {
                     let blocks: usize = centre.iter().map(|value| *value as usize / width).sum();
-                    f64::from(u8::from(blocks % 2 == 0))
+                    f64::from(u8::from(blocks.is_multiple_of(2)))
                 })
             }
             3 => {

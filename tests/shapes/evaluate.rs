@@ -1,6 +1,6 @@
 //! Measures against trimesh and SciPy; `graspmill evaluate completion` and `graspmill complete` on a dataset.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use graspmill::{
     geom::{GridPlacement, OccupancyGrid, TriMesh},
@@ -88,7 +88,7 @@ fn geodesics_are_those_of_libigl_and_volumes_overlap_as_trimesh_says() {
     let workspace = Workspace::new();
     let names = ["can-01@1k", "bottle-01@1k", "mug-01@1k", "box-01@1k"];
     let meshes = names.map(built_in_mesh);
-    let paths = (0..).zip(&meshes).map(|(index, mesh)| workspace.write(&format!("{index}.ply"), write_ply(mesh, &[])));
+    let paths = (0..).zip(&meshes).map(|(index, mesh)| workspace.write(format!("{index}.ply"), write_ply(mesh, &[])));
     let run = Program::python_lines(EXACT).arg("40000").args(paths.collect::<Vec<_>>());
     let exact: Value = run.succeed().json();
     for (index, mesh) in meshes.iter().enumerate() {
@@ -239,16 +239,8 @@ fn models_and_baselines_stand_in_one_table() {
     assert_eq!((report["rows"][1]["name"].as_str(), of_row(1, "surface_mm")), (Some("truth, off"), off));
     let less = of_row(1, "surface_over_first_mm");
     assert!((less - (off - of_row(0, "surface_mm"))).abs() < 1e-9 && less < -0.5, "{report}");
-    // Geodesics are compared where they are asked for: of the true grids' surface little more than the truth's own draws.
     assert!(report["rows"][0]["geodesic_divergence"].is_null());
-    let run_of_geodesics =
-        Program::new("evaluate").arg("completion").arg(&data).args(["--method", "truth", "--geodesics"]);
-    let run_of_geodesics = run_of_geodesics.args(["--method", "extrude", "--limit", "3", "--surface-samples", "400"]);
-    let report: Value = run_of_geodesics.arg("--json").succeed().json();
-    let of_row = |row: usize, name: &str| number_at(&report, &format!("/rows/{row}/{name}/mean"));
-    let (floor, truth, extruded) =
-        (of_row(0, "geodesic_floor"), of_row(0, "geodesic_divergence"), of_row(1, "geodesic_divergence"));
-    assert!(0.0 < floor && truth < extruded && extruded < 1.0, "{floor} {truth} {extruded}");
+    assert_geodesics(&data);
     // What is seen is a shell: as a completion it adds nothing, and drawn out along the rays it comes nearer to the truth.
     assert_eq!(number_at(row("partial"), "/unseen_iou/mean"), 0.0);
     assert!(number_at(row("extrude"), "/iou/mean") > number_at(row("partial"), "/iou/mean") + 0.1, "{report}");
@@ -263,9 +255,33 @@ fn models_and_baselines_stand_in_one_table() {
     ] {
         assert!(said.contains(words), "{words}: {said}");
     }
-    // The page has the table, and pictures of three samples of each method; the same bytes by any count of threads.
+    assert_pages(&workspace, run);
+    for (option, value, says) in [
+        ("--method", "magic", "one of partial, extrude"),
+        ("--split", "all", "no such split"),
+        ("--model", "docs", "model.json"),
+    ] {
+        let said = run("1").option(option, value).expect_code(2).stderr;
+        assert!(said.contains(says), "{says}: {said}");
+    }
+}
+
+/// Geodesics of the true grids' surface differ little more from the truth's than other points of the truth do.
+fn assert_geodesics(data: &Path) {
+    let run_of_geodesics =
+        Program::new("evaluate").arg("completion").arg(data).args(["--method", "truth", "--geodesics"]);
+    let run_of_geodesics = run_of_geodesics.args(["--method", "extrude", "--limit", "3", "--surface-samples", "400"]);
+    let report: Value = run_of_geodesics.arg("--json").succeed().json();
+    let of_row = |row: usize, name: &str| number_at(&report, &format!("/rows/{row}/{name}/mean"));
+    let (floor, truth, extruded) =
+        (of_row(0, "geodesic_floor"), of_row(0, "geodesic_divergence"), of_row(1, "geodesic_divergence"));
+    assert!(0.0 < floor && truth < extruded && extruded < 1.0, "{floor} {truth} {extruded}");
+}
+
+/// The page has the table, and pictures of three samples of each method; the same bytes by any count of threads.
+fn assert_pages(workspace: &Workspace, run: impl Fn(&str) -> Program) {
     let pages = ["1", "2"].map(|threads| {
-        let page = workspace.path(&format!("page-{threads}.html"));
+        let page = workspace.path(format!("page-{threads}.html"));
         let said = run(threads).option("--out", &page).succeed().stdout;
         assert!(said.contains(&format!("page: {}", page.display())), "{said}");
         std::fs::read_to_string(page).expect("a page")
@@ -278,14 +294,6 @@ fn models_and_baselines_stand_in_one_table() {
     let nowhere = workspace.path("nowhere/page.html");
     let said = run("1").option("--out", &nowhere).expect_code(74).stderr;
     assert!(said.contains("nowhere/page.html"), "{said}");
-    for (option, value, says) in [
-        ("--method", "magic", "one of partial, extrude"),
-        ("--split", "all", "no such split"),
-        ("--model", "docs", "model.json"),
-    ] {
-        let said = run("1").option(option, value).expect_code(2).stderr;
-        assert!(said.contains(says), "{says}: {said}");
-    }
 }
 
 #[test]

@@ -595,8 +595,8 @@ mod tests {
             let foot = run.walls.expect("walls").foot;
             let moved = run.pose(2).translation.vector - Vector3::z() * foot;
             assert!(moved.norm() < 1e-5, "{moved:?}");
-            for index in 0..2 {
-                let centre = run.pose(index) * bodies[index].solid.centre;
+            for (index, body) in bodies.iter().enumerate() {
+                let centre = run.pose(index) * body.solid.centre;
                 assert!(centre.x.abs().max(centre.y.abs()) < walls.inner[0] / 2.0, "{centre}");
             }
         }

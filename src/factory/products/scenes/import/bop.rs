@@ -108,7 +108,7 @@ impl BopFolder<'_> {
         let (poses, cameras) = match (poses, cameras) {
             (Ok(poses), Ok(cameras)) => (poses, cameras),
             (poses, cameras) => {
-                errors.extend(poses.err().into_iter().chain(cameras.err()));
+                errors.extend(poses.err().into_iter().chain(cameras.err()).map(|error| *error));
                 return (scenes, errors);
             }
         };
@@ -164,7 +164,7 @@ impl BopFolder<'_> {
     }
 
     /// Entries of a file by image.
-    fn entries<T: DeserializeOwned>(&self, file: usize, content: &str) -> Result<BTreeMap<u32, T>, FormError> {
+    fn entries<T: DeserializeOwned>(&self, file: usize, content: &str) -> Result<BTreeMap<u32, T>, Box<FormError>> {
         let text = self.texts[file];
         let read: Result<ByImage<T>, serde_json::Error> = serde_json::from_str(text);
         read.map(|ByImage(entries)| entries).map_err(|error| {
@@ -172,7 +172,7 @@ impl BopFolder<'_> {
             let at = before + error.column().saturating_sub(1);
             let expected = format!("a {} of BOP: {content}", FILES[file]);
             let location = Source::new(self.labels[file], text).location(&(at..at + 1));
-            mistake(location, KEY, expected, error.to_string(), None)
+            Box::new(mistake(location, KEY, expected, error.to_string(), None))
         })
     }
 }
