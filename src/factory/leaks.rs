@@ -83,7 +83,7 @@ pub fn find_leaks(folder: &Path, table: &SetTable, run: &RunContext<'_>) -> Resu
             }
         }
         if reader.manifest().entries().contains_key(SHAPES) {
-            // The meshes stand in the order of the rows; the reader has compared the two.
+            // Meshes stand in the order of the rows: both are sorted by content.
             for (index, row) in rows.into_iter().enumerate() {
                 meshes.entry(row.object).or_insert((shapes.len(), index, row));
             }

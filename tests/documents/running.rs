@@ -34,6 +34,7 @@ enum Reason {
 const NOT_RUN: &[(&str, Reason)] = &[
     ("make quickstart", Reason::Network),
     ("make test", Reason::Network),
+    ("make model-quick", Reason::Network),
     ("pip install ./python", Reason::Network),
     ("pip install torch", Reason::Network),
     ("graspmill submit jobs/release-608.toml --out /data/release --backend slurm", Reason::Cluster),
@@ -46,7 +47,6 @@ const NOT_RUN: &[(&str, Reason)] = &[
     ("seq 32 | parallel -N0 -j 4 graspmill run JOB --out DIR --task env/32", Reason::Cluster),
     ("python python/examples/completion.py datasets/mugs", Reason::PyTorch),
     ("import torch", Reason::PyTorch),
-    ("make model-quick", Reason::PyTorch),
     (
         "python -m graspmill.train completion-quick --data datasets/model-quick --out datasets/model-quick-run",
         Reason::PyTorch,
@@ -77,6 +77,7 @@ const SMALL: &[(&str, &[&str])] = &[
     ("jobs/grasps-quick.toml", &["annealing.steps=1500", "keep.space=force"]),
     ("jobs/everything-quick.toml", &["grasps:annealing.steps=1500", "grasps:keep.space=force"]),
     ("jobs/clutter-grasps-quick.toml", &["grasps.seeds=1"]),
+    ("jobs/model-quick.toml", &["views={ even = 4 }"]),
     ("jobs/picks-quick.toml", &["picks.candidates=40", "picks.trials=1"]),
 ];
 
@@ -95,6 +96,7 @@ const GIVEN: &[(&str, &[Given])] = &[
         ],
     ),
     ("docs/tables.md", &[Given::Dataset("grasps-quick", "jobs/grasps-quick.toml")]),
+    ("docs/training.md", &[Given::Dataset("model-quick", "jobs/model-quick.toml")]),
     (
         "docs/releases.md",
         &[Given::TourFile("mugs.toml"), Given::TourFile("about.toml"), Given::Dataset("mugs", "mugs.toml")],
