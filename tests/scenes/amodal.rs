@@ -27,6 +27,7 @@ use graspmill::{
 };
 use serde_json::Value;
 
+use super::alike::{make_alike, make_scalar};
 use crate::support::{
     files::{FULL_CHECK, assert_intact, copy_folder, flip_bit, list_shards, read_json, repository_path},
     jobs::NO_SPLIT,
@@ -102,19 +103,8 @@ print(json.dumps([len(data), float(shares.min()), sorted(set(data.column('split'
 #[test]
 fn threads_and_tasks_change_nothing_and_splits_are_those_of_the_scenes() {
     let workspace = with_views("");
-    let two = workspace.make_dataset("two", &amodal_job("views", ""), &[]);
-    assert_intact(&two, FULL_CHECK);
-    Program::on("verify", &two).option("--regenerate", "1000").succeed();
-    Program::run_job(workspace.path("two.toml"), workspace.path("one")).option("--threads", "1").succeed();
-    assert_eq!(print_root(&two), print_root(workspace.path("one")));
-    for task in ["0/3", "2/3", "1/3"] {
-        workspace.run_job("two", "tasks").option("--task", task).succeed();
-    }
-    Program::on("merge", workspace.path("tasks")).succeed();
-    assert_eq!(print_root(&two), print_root(workspace.path("tasks")));
-    let scalar = Program::run_job(workspace.path("two.toml"), workspace.path("scalar"));
-    scalar.env("GRASPMILL_SIMD", "scalar").succeed();
-    assert_eq!(print_root(&two), print_root(workspace.path("scalar")));
+    let two = make_alike(&workspace, &amodal_job("views", ""), "1000");
+    assert_eq!(print_root(&two), print_root(make_scalar(&workspace)));
 
     // Every body of every view is a sample, of the scene's split, and its object is on that side in all three datasets.
     let (scenes, views) = (reader(&workspace.path("scenes")), reader(&workspace.path("views")));

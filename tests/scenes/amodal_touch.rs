@@ -16,6 +16,7 @@ use graspmill::{
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 use serde_json::Value;
 
+use super::alike::{make_alike, make_scalar};
 use super::amodal::{BINS, SHELL, amodal_job, samples, views_job};
 use crate::support::{
     files::{FULL_CHECK, assert_intact, read_json, repository_path},
@@ -136,19 +137,8 @@ fn threads_and_tasks_change_no_touch_and_touch_changes_nothing_else() {
     workspace.make_dataset("scenes", BINS, &[]);
     workspace.make_dataset("views", &views_job("scenes", SHELL, ""), &[]);
     let plain = workspace.make_dataset("plain", &amodal_job("views", ""), &[]);
-    let two = workspace.make_dataset("two", &amodal_job("views", TOUCH), &[]);
-    assert_intact(&two, FULL_CHECK);
-    Program::on("verify", &two).option("--regenerate", "1000").succeed();
-    Program::run_job(workspace.path("two.toml"), workspace.path("one")).option("--threads", "1").succeed();
-    assert_eq!(print_root(&two), print_root(workspace.path("one")));
-    for task in ["0/3", "2/3", "1/3"] {
-        workspace.run_job("two", "tasks").option("--task", task).succeed();
-    }
-    Program::on("merge", workspace.path("tasks")).succeed();
-    assert_eq!(print_root(&two), print_root(workspace.path("tasks")));
-    let scalar = Program::run_job(workspace.path("two.toml"), workspace.path("scalar"));
-    scalar.env("GRASPMILL_SIMD", "scalar").succeed();
-    assert_eq!(print_root(&two), print_root(workspace.path("scalar")));
+    let two = make_alike(&workspace, &amodal_job("views", TOUCH), "1000");
+    assert_eq!(print_root(&two), print_root(make_scalar(&workspace)));
 
     // The pairs are what they are without it, and so is the job.
     assert_eq!(payloads(&plain), payloads(&two));

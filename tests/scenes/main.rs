@@ -1,6 +1,7 @@
 //! Scenes from the job file to the reader: equal on any number of threads, one more mesh changes only the scenes that draw it,
 //! mistakes are said with their keys.
 
+mod alike;
 mod amodal;
 mod amodal_touch;
 mod imported;

@@ -22,10 +22,11 @@ use graspmill::{
 };
 use nalgebra::{IsometryMatrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 
+use super::alike::{make_alike, make_scalar};
 use crate::support::{
-    files::{FULL_CHECK, assert_intact, repository_path},
+    files::repository_path,
     jobs::NO_SPLIT,
-    program::{Program, print_root},
+    program::Program,
     robots::{BARRETT, GRIPPER, open_hand},
     workspace::Workspace,
 };
@@ -121,25 +122,15 @@ print(json.dumps([counts.tolist(), [int(data.column(name).sum()) for name in los
 fn threads_tasks_and_other_objects_change_nothing() {
     let workspace = with_inputs(PHYSICS);
     let job = picks_job("trials = 2");
-    let two = workspace.make_dataset("two", &job, &[]);
-    assert_intact(&two, FULL_CHECK);
-    Program::on("verify", &two).option("--regenerate", "1000").succeed();
-    Program::run_job(workspace.path("two.toml"), workspace.path("one")).option("--threads", "1").succeed();
-    assert_eq!(print_root(&two), print_root(workspace.path("one")));
-    for task in ["0/3", "2/3", "1/3"] {
-        workspace.run_job("two", "tasks").option("--task", task).succeed();
-    }
-    Program::on("merge", workspace.path("tasks")).succeed();
-    assert_eq!(print_root(&two), print_root(workspace.path("tasks")));
+    let two = make_alike(&workspace, &job, "1000");
 
     // Exact numbers are those of any machine.
-    let scalar = Program::run_job(workspace.path("two.toml"), workspace.path("scalar"));
-    scalar.env("GRASPMILL_SIMD", "scalar").succeed();
+    let scalar = make_scalar(&workspace);
     let payloads = |folder: &Path| -> BTreeMap<SampleId, PickCandidates> {
         samples(folder).iter().map(|sample| (sample.id, candidates(sample))).collect()
     };
     let found = payloads(&two);
-    assert_eq!(found, payloads(&workspace.path("scalar")));
+    assert_eq!(found, payloads(&scalar));
 
     // A body without a stored grasp is rejected with its reason; a fourth object of the grasps changes no other.
     let scenes: BTreeMap<ObjectId, Scene> = (samples(&workspace.path("scenes")).iter())

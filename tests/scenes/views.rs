@@ -14,10 +14,11 @@ use graspmill::{
     words::Split,
 };
 
+use super::alike::make_alike;
 use crate::support::{
     files::{FULL_CHECK, assert_intact, read_json, repository_path},
     jobs::NO_SPLIT,
-    program::{Program, print_root},
+    program::Program,
     workspace::Workspace,
 };
 
@@ -86,16 +87,7 @@ print(json.dumps([len(data), worst, min(found), sorted(set(data.column('split').
 #[test]
 fn threads_and_tasks_change_nothing_and_every_mask_is_the_body_alone() {
     let workspace = with_scenes();
-    let two = workspace.make_dataset("two", &job(&[SHELL, OVERHEAD], ""), &[]);
-    assert_intact(&two, FULL_CHECK);
-    Program::on("verify", &two).option("--regenerate", "16").succeed();
-    Program::run_job(workspace.path("two.toml"), workspace.path("one")).option("--threads", "1").succeed();
-    assert_eq!(print_root(&two), print_root(workspace.path("one")));
-    for task in ["0/3", "2/3", "1/3"] {
-        workspace.run_job("two", "tasks").option("--task", task).succeed();
-    }
-    Program::on("merge", workspace.path("tasks")).succeed();
-    assert_eq!(print_root(&two), print_root(workspace.path("tasks")));
+    let two = make_alike(&workspace, &job(&[SHELL, OVERHEAD], ""), "16");
 
     // Each body rendered alone by the renderer of single objects: its mask to the bit, and its depth where it is seen.
     let shapes = Shapes::open(&two).expect("meshes");
