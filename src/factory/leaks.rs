@@ -107,11 +107,11 @@ pub fn find_leaks(folder: &Path, table: &SetTable, run: &RunContext<'_>) -> Resu
     let pool = run.parallelism.pool()?;
     let described: Vec<(ObjectId, ShapeDescriptor)> =
         pool.install(|| meshes.par_iter().with_max_len(1).map(describe).collect::<Result<_, RunError>>())?;
-    let descriptors: Vec<ShapeDescriptor> = described.iter().map(|(_, shape)| shape.clone()).collect();
+    let (objects, descriptors): (Vec<ObjectId>, Vec<ShapeDescriptor>) = described.into_iter().unzip();
     for group in twins(&descriptors, TWIN_LIKENESS) {
         for (at, one) in group.iter().enumerate() {
             for other in &group[at + 1..] {
-                let [one, other] = [one, other].map(|index| sides.get(&described[*index].0).map(Vec::as_slice));
+                let [one, other] = [one, other].map(|index| sides.get(&objects[*index]).map(Vec::as_slice));
                 leaks.extend(leak(one.unwrap_or_default(), other.unwrap_or_default(), true));
             }
         }
