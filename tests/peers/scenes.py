@@ -71,29 +71,44 @@ def spec_of(sample, meshes, facts):
     )
 
 
+def motion(sample, meshes, facts, seconds):
+    """How far each centre of mass moves [m] when the bodies are stepped from their poses, at rest."""
+    model = mujoco.MjModel.from_xml_string(spec_of(sample, meshes, facts))
+    state = mujoco.MjData(model)
+    mujoco.mj_forward(model, state)
+    before = state.xipos[1:].copy()
+    for _ in range(round(seconds / model.opt.timestep)):
+        mujoco.mj_step(model, state)
+    return np.linalg.norm(state.xipos[1:] - before, axis=1)[: len(sample.objects)]
+
+
+class Meshes(dict):
+    """Meshes by the digest of their object, read out of a folder with a file NAME.* per object when they are asked for."""
+
+    def __init__(self, folder, facts):
+        super().__init__()
+        self.files = {path.stem: path for path in folder.rglob("*") if path.suffix in (".stl", ".ply", ".obj", ".off")}
+        self.facts = facts
+
+    def __missing__(self, object_id):
+        row = self.facts[object_id]
+        mesh = trimesh.load(self.files[row["name"]], force="mesh", process=False)
+        # Frame and unit must be the dataset's, or nothing below means anything.
+        off = np.abs(mesh.bounds[0] - row["lower"]).max()
+        assert off < 1e-5, f"{row['name']}: {off} m off"
+        self[object_id] = mesh
+        return mesh
+
+
 def main():
     folder, meshes_folder, count, seconds = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), float(sys.argv[4])
     data = graspmill.Dataset(folder, graspmill.SceneSample)
     facts = {row["object"]: row for row in data.folder.objects()}
-    files = {path.stem: path for path in meshes_folder.rglob("*") if path.suffix in (".stl", ".ply", ".obj", ".off")}
-    meshes = {}
+    meshes = Meshes(meshes_folder, facts)
     results = []
     for index in np.linspace(0, len(data) - 1, min(count, len(data))).round().astype(int):
         sample = data[int(index)]
-        for object_id in sample.objects:
-            if object_id not in meshes:
-                mesh = trimesh.load(files[facts[object_id]["name"]], force="mesh", process=False)
-                # Frame and unit must be the dataset's, or nothing below means anything.
-                off = np.abs(mesh.bounds[0] - facts[object_id]["lower"]).max()
-                assert off < 1e-5, f"{facts[object_id]['name']}: {off} m off"
-                meshes[object_id] = mesh
-        model = mujoco.MjModel.from_xml_string(spec_of(sample, meshes, facts))
-        state = mujoco.MjData(model)
-        mujoco.mj_forward(model, state)
-        before = state.xipos[1:].copy()
-        for _ in range(round(seconds / model.opt.timestep)):
-            mujoco.mj_step(model, state)
-        moved = np.linalg.norm(state.xipos[1:] - before, axis=1)[: len(sample.objects)]
+        moved = motion(sample, meshes, facts, seconds)
         results.append({"sample": int(sample.index), "moved": moved.tolist()})
         print(json.dumps(results[-1]), file=sys.stderr, flush=True)
     moved = np.concatenate([result["moved"] for result in results])
