@@ -111,14 +111,18 @@ impl JobObjects {
     }
 
     /// The objects as `[[objects]]`: one entry per package, one for files, one for built-in shapes; several where size limits
-    /// differ. Files are named relative to `folder`.
+    /// differ, or where a file is an object in several sizes. Files are named relative to `folder`.
     fn specs(&self, folder: &Path) -> Vec<ObjectsSpec> {
-        let mut entries: BTreeMap<(Origin<'_>, [u64; 2]), Vec<&JobObject>> = BTreeMap::new();
+        let mut entries: BTreeMap<(Origin<'_>, [u64; 2], usize), Vec<&JobObject>> = BTreeMap::new();
+        let mut times: BTreeMap<(Origin<'_>, String), usize> = BTreeMap::new();
         for object in &self.list {
             let limits = [object.source.size.min.to_bits(), object.source.size.max.to_bits()];
-            entries.entry((Origin::of(object), limits)).or_default().push(object);
+            let origin = Origin::of(object);
+            let times = times.entry((origin, file_of(object, folder))).or_default();
+            entries.entry((origin, limits, *times)).or_default().push(object);
+            *times += 1;
         }
-        entries.into_iter().map(|((origin, _), objects)| entry(origin, &objects, folder)).collect()
+        entries.into_iter().map(|((origin, ..), objects)| entry(origin, &objects, folder)).collect()
     }
 
     /// The objects by name, content and group, with the rules of their split: everything that decides who trains and who tests.

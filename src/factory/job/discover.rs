@@ -98,13 +98,16 @@ pub(super) fn discover(
         kept.truncate(entry.first.map_or(usize::MAX, |first| first as usize));
         for candidate in kept {
             let row = row_of(&rows, &candidate);
-            long_names.push(row.name.clone().unwrap_or_else(|| candidate.relative.clone()));
+            let long_name = row.name.clone().unwrap_or_else(|| candidate.relative.clone());
             let (found_mesh, has_stray_wall) = mesh(entry, package, candidate, row);
             if has_stray_wall {
                 let because = "a mesh of it has a `wall` and no `material`";
                 checker.missing(path.key("material"), because);
             }
-            found.meshes.push(found_mesh);
+            for factor in entry.sizes.as_deref().unwrap_or(&[1.0]) {
+                long_names.push(sized_name(&long_name, *factor));
+                found.meshes.push(sized(found_mesh.clone(), *factor));
+            }
         }
     }
     name_apart(&mut found.meshes, &long_names);
@@ -145,11 +148,19 @@ fn check_entry(checker: &mut Checker, entry: &ObjectsSpec, path: &Path) {
         checker.contradiction(path.key("triangles"), path.key(given[0]), because);
     }
     if entry.built_in.is_some() {
-        let files_only = [("include", entry.include.is_some()), ("exclude", entry.exclude.is_some())];
+        let files_only = [
+            ("include", entry.include.is_some()),
+            ("exclude", entry.exclude.is_some()),
+            ("sizes", entry.sizes.is_some()),
+        ];
         for (key, _) in scales.iter().chain(&files_only).filter(|(_, given)| *given) {
             let because = "built-in shapes are in metres and chosen by name";
             checker.contradiction(path.key(key), path.key("built_in"), because);
         }
+    }
+    let sizes = entry.sizes.as_deref().unwrap_or_default();
+    if let Some(twice) = (1..sizes.len()).find(|index| sizes[..*index].contains(&sizes[*index])) {
+        checker.invalid(path.key("sizes").index(twice), "each factor once", sizes[twice].to_string());
     }
     if let Some(limits) = entry.limits {
         let rule = entry.size_rule();
@@ -356,6 +367,28 @@ fn mesh(entry: &ObjectsSpec, package: Option<&MeshPackage>, candidate: Candidate
         pinned: row.object.as_deref().and_then(Digest::from_hex).map(ObjectId),
     };
     (found, has_stray_wall)
+}
+
+/// A mesh in another size.
+fn sized(mut mesh: FoundMesh, factor: f64) -> FoundMesh {
+    mesh.source.name = sized_name(&mesh.source.name, factor);
+    mesh.source.scale = match mesh.source.scale {
+        ScaleRule::MetresPerUnit(metres) => ScaleRule::MetresPerUnit(metres * factor),
+        ScaleRule::LongestSide(side) => ScaleRule::LongestSide(side * factor),
+    };
+    let KnownObject { mass, made_of, .. } = &mut mesh.known;
+    if let Some(mass) = mass {
+        mass.kilograms *= factor.powi(3);
+    }
+    if let Some(wall) = made_of.as_mut().and_then(|made_of| made_of.wall.as_mut()) {
+        *wall *= factor;
+    }
+    mesh
+}
+
+/// Name of a mesh in another size.
+fn sized_name(name: &str, factor: f64) -> String {
+    if factor == 1.0 { name.to_owned() } else { format!("{name}-x{factor}") }
 }
 
 /// Gives meshes of the same name different ones: their paths below the folder, then a number.

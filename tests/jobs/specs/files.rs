@@ -391,6 +391,33 @@ fn folders_lists_and_tables_name_their_meshes() {
     let names: Vec<&str> = draft.sources().map(|source| source.name.as_str()).collect();
     assert_eq!(names, ["a/mug.stl", "b/mug.stl"]);
 
+    // A mesh in several sizes is as many objects, and a resolved job names each.
+    let text = "[[objects]]\nfolder = \"../meshes/a\"\nunit = \"mm\"\nsizes = [0.5, 1, 1.2]\nmaterial = \"steel\"\nwall = 0.004\n\
+                meshes = { mug = { mass = 0.8 } }";
+    let draft = read_from(text, "jobs").unwrap_or_else(|errors| panic!("{}", errors.render()));
+    let job = resolve(draft);
+    let again = read_from(&job.to_toml(&root.join("out/data")), "out/data").expect("a job");
+    assert_same_job(&resolve(again), &job);
+    let found: Vec<(&str, &ScaleRule, Option<f64>, Option<f64>)> = job
+        .objects()
+        .iter()
+        .map(|object| {
+            let mass = object.known.mass.as_ref().map(|mass| mass.kilograms);
+            (object.source.name.as_str(), &object.source.scale, mass, object.known.made_of.and_then(|of| of.wall))
+        })
+        .collect();
+    let expected = [
+        ("mug", &ScaleRule::MetresPerUnit(0.001), Some(0.8), Some(0.004)),
+        ("mug-x0.5", &ScaleRule::MetresPerUnit(0.001 * 0.5), Some(0.8 * 0.125), Some(0.002)),
+        ("mug-x1.2", &ScaleRule::MetresPerUnit(0.001 * 1.2), Some(0.8 * 1.2f64.powi(3)), Some(0.004 * 1.2)),
+    ];
+    assert_eq!(found, expected);
+    let wrong = "objects = [{ folder = \"../meshes/a\", sizes = [1, 0.5, 1] }, { built_in = 2, sizes = [1, 2] }]";
+    let errors = read_from(wrong, "jobs").expect_err("a size twice, and sizes of built-in shapes").render();
+    for part in ["objects.0.sizes.2", "each factor once", "objects.1.sizes", "built-in shapes are in metres"] {
+        assert!(errors.contains(part), "{part} is not in\n{errors}");
+    }
+
     workspace.write("jobs/t.csv", "name,group\nmgu,cups\n");
     let wrong =
         "objects = [{ folder = \"../meshes\", table = \"t.csv\", meshes = { lon = { unit = \"mm\", scale = 2 } } }]";

@@ -54,6 +54,10 @@ pub struct ObjectsSpec {
     /// Each object is scaled so that its longest side is this long.
     #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.25]))]
     pub size: Option<f64>,
+    /// Sizes in which each mesh is an object of its own, as factors of the size that the other keys say. Known masses scale with
+    /// their cubes, walls with the factors themselves. The names of other sizes than 1 end in the factor: `mug-x0.8`.
+    #[schemars(length(min = 1, max = 100), inner(range(min = 0.01, max = 100)), extend("examples" = [[0.8, 0.9, 1.0]]))]
+    pub sizes: Option<Vec<f64>>,
     /// Which longest sides pass after scaling; an object outside is refused, since its unit is most likely wrong.
     pub limits: Option<LimitsSpec>,
     /// Category or family of all objects of this entry, for `split.by_group`.
