@@ -100,11 +100,12 @@ pub fn check<'a>(
         threads: parallelism.threads,
     };
     let mut report = check_dataset(folder, options, |_| {}).map_err(damage)?;
-    // The shards of a small dataset do not say how large they might have been; its job does.
-    if let (Some(draft), Ok(Some(mark))) = (&draft, read_mark(folder))
-        && mark.shard_samples != draft.work.shard_samples
+    // The shards of a small dataset do not say how large they might have been; its job does, wherever the data are that it is about.
+    let stated = text.as_ref().ok().and_then(JobText::shard_samples);
+    if let (Some(stated), Ok(Some(mark))) = (stated, read_mark(folder))
+        && i64::from(mark.shard_samples) != stated
     {
-        let what = format!("it says shards of {} samples, job.toml {}", mark.shard_samples, draft.work.shard_samples);
+        let what = format!("it says shards of {} samples, job.toml {stated}", mark.shard_samples);
         report.problems.push(Problem {
             file: layout::RUN.to_owned(),
             shard: None,

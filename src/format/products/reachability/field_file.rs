@@ -56,7 +56,7 @@ pub fn write_field(
     header: &FieldHeader,
     shards: &[PathBuf],
 ) -> Result<(), DatasetError> {
-    let labels = labels_of(shards, &header.grid)?;
+    let labels = labels_of(shards, header)?;
     let distances = header.distances(&labels);
     let field = ReachabilityField { header: header.clone(), labels, distances };
     let mut payload = Vec::new();
@@ -109,9 +109,10 @@ fn write_mcap(
     writer.finish().map(|_| ())
 }
 
-/// The labels of all positions, out of the blocks, one chunk of a shard in memory at a time.
-pub(super) fn labels_of(shards: &[PathBuf], grid: &PoseGrid) -> Result<Vec<PoseLabel>, DatasetError> {
-    let (cells, positions) = (grid.cells(), grid.positions() as u64);
+/// The labels of all positions, out of the blocks, one chunk of a shard in memory at a time. Blocks are of the header's planning
+/// group and of its grid.
+pub(super) fn labels_of(shards: &[PathBuf], header: &FieldHeader) -> Result<Vec<PoseLabel>, DatasetError> {
+    let (cells, positions) = (header.grid.cells(), header.grid.positions() as u64);
     let mut labels = Vec::with_capacity(cells);
     let mut next = 0;
     for path in shards {
@@ -132,6 +133,11 @@ pub(super) fn labels_of(shards: &[PathBuf], grid: &PoseGrid) -> Result<Vec<PoseL
                         "sample {index} is position {item} with {found} cells, expected position {next} of {positions} \
                          with {cells} cells in all"
                     );
+                    return Err(invalid(&shard.path, problem));
+                }
+                if block.joints as usize != header.joints.len() {
+                    let (found, expected) = (block.joints, header.joints.len());
+                    let problem = format!("sample {index} has witnesses of {found} joints, the field names {expected}");
                     return Err(invalid(&shard.path, problem));
                 }
                 labels.extend_from_slice(&block.labels);
