@@ -7,6 +7,7 @@ use std::{
 
 use graspmill::{
     assets::{MeshCheckReport, ScaleRule, SizeRule, check_report},
+    format::dataset::DatasetReader,
     geom::TriMesh,
     seed::Stream,
 };
@@ -14,7 +15,10 @@ use graspmill::{
 use crate::{
     meshes::{join, reversed, scaled, sheet, shrunk},
     support::{
+        files::{FULL_CHECK, assert_intact},
+        jobs::NO_SPLIT,
         meshes::{block, bumpy, round, write_stl},
+        program::Program,
         workspace::Workspace,
     },
 };
@@ -358,6 +362,31 @@ fn no_draw_of_loose_triangles_is_a_solid() {
             assert_eq!(problem, None);
         }
     }
+}
+
+/// Bodies of a scene may be any mesh that is accepted, whatever its defects: a scene of them is kept, or rejected with its reason.
+#[test]
+#[ignore = "slow: make test-slow"]
+fn scenes_of_meshes_with_defects_are_kept_or_rejected() {
+    const SCENES: u64 = 120;
+    let workspace = Workspace::new();
+    std::fs::create_dir(workspace.path("meshes")).expect("a folder");
+    let kinds = kinds();
+    for (number, (_, mesh, _)) in kinds.iter().enumerate() {
+        write_stl(&workspace.path(format!("meshes/{number:03}.stl")), mesh);
+    }
+    let job = format!(
+        "product = \"scenes\"\nseed = 3\nmode = \"bin\"\ncount = {{ min = 1, max = 4 }}\nscenes = {{ training = {SCENES} }}\n\
+         [[objects]]\nfolder = \"meshes\"\nsizes = [0.5, 1.0]\nbodies = \"join\"\n{NO_SPLIT}"
+    );
+    let (file, out) = (workspace.write("job.toml", job), workspace.path("scenes"));
+    // Some of the meshes are refused, and the scenes made of the others.
+    Program::run_job(file, &out).expect_code(3);
+    assert_intact(&out, FULL_CHECK);
+    let counts = DatasetReader::open(&out).expect("a dataset").manifest().counts.clone();
+    println!("{} meshes, {} scenes kept, rejected {:?}", 2 * kinds.len(), counts.kept, counts.rejected);
+    assert_eq!(counts.kept + counts.rejected.values().sum::<u64>(), SCENES);
+    assert!(counts.kept > SCENES / 4, "{counts:?}");
 }
 
 /// The union is counted in cells of 1/256 of the longest side, so it may be wrong by their share of the surface.

@@ -4,6 +4,7 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
+    sync::LazyLock,
 };
 
 use graspmill::{
@@ -56,12 +57,15 @@ pub(super) fn amodal_job(views: &str, more: &str) -> String {
     format!("product = \"amodal\"\nseed = 3\n{more}\n[views]\ndataset = \"{views}\"\n[shards]\nsamples = 10\n")
 }
 
-/// A workspace with bins and views of them.
-fn with_views(more: &str) -> Workspace {
-    let workspace = Workspace::new();
-    workspace.make_dataset("scenes", BINS, &[]);
-    workspace.make_dataset("views", &views_job("scenes", SHELL, more), &[]);
-    workspace
+/// A workspace with bins and views of them, which are made once.
+fn with_views() -> Workspace {
+    static MADE: LazyLock<Workspace> = LazyLock::new(|| {
+        let made = Workspace::kept("scenes-amodal");
+        made.make_dataset("scenes", BINS, &[]);
+        made.make_dataset("views", &views_job("scenes", SHELL, ""), &[]);
+        made
+    });
+    Workspace::copy_of(&MADE)
 }
 
 fn reader(folder: &Path) -> DatasetReader {
@@ -102,7 +106,7 @@ print(json.dumps([len(data), float(shares.min()), sorted(set(data.column('split'
 
 #[test]
 fn threads_and_tasks_change_nothing_and_splits_are_those_of_the_scenes() {
-    let workspace = with_views("");
+    let workspace = with_views();
     let two = make_alike(&workspace, &amodal_job("views", ""), "1000");
     assert_eq!(print_root(&two), print_root(make_scalar(&workspace)));
 
@@ -321,7 +325,7 @@ fn trimesh_finds_every_point_on_its_body_and_the_same_solids() {
 
 #[test]
 fn depth_that_views_store_in_steps_is_made_again_to_the_bit() {
-    let workspace = with_views("");
+    let workspace = with_views();
     let steps = workspace.make_dataset("steps", &amodal_job("views", ""), &[]);
     workspace.make_dataset("floats-views", &views_job("scenes", SHELL, ""), &["views.depth_step=0"]);
     let floats = workspace.make_dataset("floats", &amodal_job("floats-views", ""), &[]);
@@ -413,7 +417,7 @@ fn bodies_that_are_hidden_outside_or_without_a_view_are_rejected_and_counted() {
 
 #[test]
 fn mistakes_of_amodal_pairs_are_said_with_key_and_remedy() {
-    let workspace = with_views("");
+    let workspace = with_views();
     let said = |text: &str, code: i32| {
         let file = workspace.write("job.toml", text);
         let out = workspace.path("none");

@@ -26,6 +26,7 @@ use graspmill::{
 use support::{
     files::{FULL_CHECK, assert_intact, read_json, repository_path},
     jobs::NO_SPLIT,
+    meshes::{round, write_stl},
     program::{Program, print_root},
     workspace::Workspace,
 };
@@ -194,6 +195,22 @@ fn an_object_larger_than_its_bin_is_announced_and_its_scenes_rejected() {
     assert!(fates.contains(&Err("too_large".to_owned())), "{fates:?}");
     let reader = DatasetReader::open(&out).expect("a dataset");
     assert!(reader.splits().objects.iter().all(|row| row.split == Split::Training));
+}
+
+/// Twenty balls are as many bodies as a scene may have, and all of them roll.
+#[test]
+#[ignore = "slow: make test-slow"]
+fn twenty_balls_come_to_rest_or_are_rejected() {
+    let workspace = Workspace::new();
+    let balls = "mode = \"bin\"\ncount = 20\nscenes = { training = 10 }\n[[objects]]\nfolder = \"meshes\"\nsizes = [0.5, 0.52, \
+                 0.54, 0.56, 0.58, 0.6, 0.62, 0.64, 0.66, 0.68, 0.7, 0.72, 0.74, 0.76, 0.78, 0.8, 0.82, 0.84, 0.86, 0.88]\n";
+    std::fs::create_dir(workspace.path("meshes")).expect("a folder");
+    write_stl(&workspace.path("meshes/ball.stl"), &round(40, |_, _| 0.05));
+    let data = workspace.make_dataset("balls", &format!("product = \"scenes\"\nseed = 1\n{balls}{NO_SPLIT}"), &[]);
+    let kept: Vec<Scene> = scenes(&data).into_iter().flatten().collect();
+    println!("{} of 10 scenes of 20 balls are kept", kept.len());
+    assert!(kept.len() >= 5);
+    assert!(kept.iter().all(|scene| scene.bodies.len() == 20 && scene.depths[0] <= 0.5e-3));
 }
 
 /// Contacts that are not ours: MuJoCo's rigid flexes of the meshes' own triangles, stepped from the stored poses.

@@ -5,6 +5,7 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     f64::consts::TAU,
     path::Path,
+    sync::LazyLock,
 };
 
 use graspmill::{
@@ -58,12 +59,17 @@ fn picks_job(picks: &str) -> String {
     )
 }
 
-/// A workspace with scenes and grasps.
-fn with_inputs(physics: &str) -> Workspace {
-    let workspace = Workspace::new();
-    workspace.make_dataset("scenes", &format!("{BINS}{NO_SPLIT}"), &[]);
-    workspace.make_dataset("grasps", &grasps_job(&GRASPED, physics), &[]);
-    workspace
+/// A workspace with scenes, and grasps that were tried or not, which are made once.
+fn with_inputs(tried: bool) -> Workspace {
+    static UNTRIED: LazyLock<Workspace> = LazyLock::new(|| made("scenes-picks", ""));
+    static TRIED: LazyLock<Workspace> = LazyLock::new(|| made("scenes-picks-tried", PHYSICS));
+    fn made(name: &str, physics: &str) -> Workspace {
+        let made = Workspace::kept(name);
+        made.make_dataset("scenes", &format!("{BINS}{NO_SPLIT}"), &[]);
+        made.make_dataset("grasps", &grasps_job(&GRASPED, physics), &[]);
+        made
+    }
+    Workspace::copy_of(if tried { &TRIED } else { &UNTRIED })
 }
 
 fn reader(folder: &Path) -> DatasetReader {
@@ -120,7 +126,7 @@ print(json.dumps([counts.tolist(), [int(data.column(name).sum()) for name in los
 
 #[test]
 fn threads_tasks_and_other_objects_change_nothing() {
-    let workspace = with_inputs(PHYSICS);
+    let workspace = with_inputs(true);
     let job = picks_job("trials = 2");
     let two = make_alike(&workspace, &job, "1000");
 
@@ -211,7 +217,7 @@ fn surroundings(scene: &Scene, shapes: &BTreeMap<ObjectId, TriMesh>) -> Surround
 
 #[test]
 fn every_row_follows_from_the_stored_scene_and_grasp() {
-    let workspace = with_inputs("");
+    let workspace = with_inputs(false);
     let picks = workspace.make_dataset("picks", &picks_job("trials = 0\nrolls = 8"), &[]);
     assert!(!reader(&picks).manifest().channels().iter().any(|channel| channel.topic == "/picks/trials"));
     let scenes: BTreeMap<ObjectId, Scene> = (samples(&workspace.path("scenes")).iter())
@@ -297,7 +303,7 @@ fn by_index(by: PickObstacle) -> usize {
 
 #[test]
 fn stored_grasps_are_taken_by_their_verdicts_and_labels() {
-    let workspace = with_inputs(PHYSICS);
+    let workspace = with_inputs(true);
     let runs: Vec<Sample> = samples(&workspace.path("grasps"));
     let count = |take: &str, sample: &Sample| -> usize {
         let (run, trials) = (sample.grasp_run().expect("a run"), sample.grasp_trials().expect("readable"));
@@ -331,7 +337,7 @@ fn stored_grasps_are_taken_by_their_verdicts_and_labels() {
 
 #[test]
 fn mistakes_of_picks_are_said_with_key_and_remedy() {
-    let workspace = with_inputs("");
+    let workspace = with_inputs(false);
     workspace.make_dataset("others", &grasps_job(&["bowl-01"], ""), &[]);
     let said = |text: &str| {
         let file = workspace.write("job.toml", text);

@@ -4,6 +4,7 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::Path,
+    sync::LazyLock,
 };
 
 use graspmill::{
@@ -48,12 +49,20 @@ fn volumes_job(fusion: &str) -> String {
     )
 }
 
-/// A workspace with bins and views of them.
-fn with_views(more: &str) -> Workspace {
-    let workspace = Workspace::new();
+/// Makes bins, and views of them.
+fn make_views(workspace: &Workspace, more: &str) {
     workspace.make_dataset("scenes", BINS, &[]);
     workspace.make_dataset("views", &views_job(SHELL, more), &[]);
-    workspace
+}
+
+/// A workspace with bins and views of them, which are made once.
+fn with_views() -> Workspace {
+    static MADE: LazyLock<Workspace> = LazyLock::new(|| {
+        let made = Workspace::kept("scenes-volumes");
+        make_views(&made, "");
+        made
+    });
+    Workspace::copy_of(&MADE)
 }
 
 fn reader(folder: &Path) -> DatasetReader {
@@ -99,7 +108,7 @@ print(json.dumps([len(data), sorted(set(data.column('split').tolist())), column(
 
 #[test]
 fn threads_and_tasks_change_nothing_and_splits_are_those_of_the_scenes() {
-    let workspace = with_views("");
+    let workspace = with_views();
     let two = make_alike(&workspace, &volumes_job(""), "1000");
     assert_eq!(print_root(&two), print_root(make_scalar(&workspace)));
 
@@ -151,7 +160,8 @@ fn check_by_peers(program: Program, workspace: &Workspace, rule: &str, count: &s
 #[test]
 fn numpy_fuses_the_same_distances_and_libigl_finds_the_same_bodies() {
     // With a sensor: holes, noise, and depths between two surfaces.
-    let workspace = with_views("sensor = { profile = \"kinect-v1\" }");
+    let workspace = Workspace::new();
+    make_views(&workspace, "sensor = { profile = \"kinect-v1\" }");
     workspace.make_dataset("volumes", &volumes_job(""), &[]);
     let found = check_by_peers(Program::python(), &workspace, "numpy", "12");
     assert!(found["occupied"].as_u64().expect("a count") > 12 * 300, "{found}");
@@ -200,7 +210,7 @@ fn scenes_without_enough_views_or_without_a_body_in_the_cube_are_rejected_and_co
 
 #[test]
 fn mistakes_of_volumes_are_said_with_key_and_remedy() {
-    let workspace = with_views("");
+    let workspace = with_views();
     let said = |text: &str| {
         let file = workspace.write("job.toml", text);
         let out = workspace.path("none");
@@ -308,7 +318,7 @@ print(json.dumps([count, worst, len(rows), near, occupied, size]))
 
 #[test]
 fn vgn_and_giga_read_the_exports_of_views_and_volumes() {
-    let workspace = with_views("");
+    let workspace = with_views();
     let volumes = workspace.make_dataset("volumes", &volumes_job(""), &[]);
     let views = workspace.path("views");
     let export = |dataset: &Path, name: &str, set: &[&str]| {
@@ -349,7 +359,7 @@ fn vgn_and_giga_read_the_exports_of_views_and_volumes() {
 #[test]
 fn a_regenerated_volume_is_that_of_its_own_number() {
     // One more view of every scene changes what may be drawn, and nothing else: a volume of all views has that one, too.
-    let workspace = with_views("");
+    let workspace = with_views();
     let all = volumes_job("").replace("views = [1, 4]", "views = [4, 4]").replace("fusions = 3", "fusions = 1");
     let volumes = samples(&workspace.make_dataset("volumes", &all, &[]));
     assert_eq!(volumes.len(), 6);

@@ -7,7 +7,10 @@ use std::{
 
 use tempfile::TempDir;
 
-use super::{files::read_text, program::Program};
+use super::{
+    files::{copy_folder, read_text},
+    program::Program,
+};
 
 /// A folder that a test works in.
 pub struct Workspace {
@@ -30,6 +33,13 @@ impl Workspace {
         _ = fs::remove_dir_all(&folder);
         fs::create_dir_all(&folder).expect("a folder");
         Self { folder, _temporary: None }
+    }
+
+    /// A folder that is removed with the workspace, with a copy of everything in another.
+    pub fn copy_of(other: &Self) -> Self {
+        let copy = Self::new();
+        copy_folder(other.folder(), copy.folder());
+        copy
     }
 
     pub fn folder(&self) -> &Path {
