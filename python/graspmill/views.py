@@ -70,6 +70,11 @@ class ViewSample(Sample):
         return image
 
     @content
+    def colour(self) -> npt.NDArray[np.uint8]:
+        """(height, width, 3) red, green, blue (channel ``colour``)."""
+        return as_array(self.message("colour")["rgb"], "u1", self.camera.height, self.camera.width, 3)
+
+    @content
     def instances(self) -> npt.NDArray[np.uint8]:
         """(height, width): what each pixel sees of the true scene: 0 nothing, from 1 a body, ``CONTAINER``, ``TABLE``."""
         return as_array(self.message("image")["instances"], "u1", self.camera.height, self.camera.width)

@@ -49,7 +49,7 @@ pub use products::{
         CONTAINER, Scene, SceneBody, SceneContact, SceneContainer, SceneFacts, SceneImport, SceneMode, SceneOverview,
         SceneSupport,
     },
-    views::{SceneImage, SceneInstance, ViewFacts},
+    views::{SceneColour, SceneImage, SceneInstance, ViewFacts},
     volumes::{FusedView, SceneVolume, VolumeFacts, VolumeTruth},
 };
 

@@ -1,4 +1,4 @@
-//! Colour images of one object by MuJoCo's renderer, headless.
+//! Colour images of one object, or of a scene, by MuJoCo's renderer, headless.
 
 use mujoco_rs::{mujoco_c::mjtLightType, wrappers::mj_visualization::MjvScene};
 use nalgebra::{Unit, Vector3};
@@ -10,7 +10,7 @@ use super::{
     gl::GlView,
     model::{LIGHTS, PixelBox},
 };
-use kernel::geom::{CameraCv, Intrinsics, Object, Pose};
+use kernel::geom::{CameraCv, Intrinsics, Object, Pose, World};
 
 /// Lights and paint of an object. Colours are shares of full brightness, 0 to 1: red, green, blue.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,21 +54,25 @@ impl Default for Appearance {
 /// Part of an image: left and top pixel, width and height [px].
 pub type Window = [u32; 4];
 
-/// Lights and paints a scene that was made for this pose.
-pub(super) fn apply(scene: &mut MjvScene, appearance: &Appearance, world_from_object: &nalgebra::Matrix3<f64>) {
+/// Distance of the lights from the origin of a scene, from where their shadows are seen [m].
+const FAR: f64 = 20.0;
+
+/// Lights a scene that was made for this pose of the object.
+fn light(scene: &mut MjvScene, appearance: &Appearance, world_from_object: &Pose<World, Object>, has_shadows: bool) {
     let mut far = appearance.lights.iter();
     for light in scene.lights_mut() {
         (light.castshadow, light.specular) = (0, [0.1; 3]);
         if light.headlight != 0 {
             (light.ambient, light.diffuse) = (appearance.ambient, appearance.headlight);
         } else if let Some(Light { direction, colour }) = far.next() {
-            let direction = world_from_object * direction.into_inner();
+            let direction = world_from_object.rotation() * direction.into_inner();
+            let position = world_from_object.translation() - direction * FAR;
+            let single = |vector: Vector3<f64>| [vector.x, vector.y, vector.z].map(|part| part as f32);
             light.type_ = mjtLightType::mjLIGHT_DIRECTIONAL as i32;
-            light.dir = [direction.x, direction.y, direction.z].map(|part| part as f32);
+            (light.dir, light.pos, light.castshadow) = (single(direction), single(position), has_shadows.into());
             (light.ambient, light.diffuse) = ([0.0; 3], *colour);
         }
     }
-    ffi::paint(scene, appearance.object);
 }
 
 impl SimWorker {
@@ -98,12 +102,45 @@ impl SimWorker {
         &mut self,
         camera: &Intrinsics,
         camera_from_object: &Pose<CameraCv, Object>,
-        [left, top, width, height]: Window,
+        window: Window,
         appearance: &Appearance,
         behind: &dyn Fn(u32, u32) -> [u8; 3],
         rgb: &mut Vec<[u8; 3]>,
     ) -> Result<(), SimError> {
-        let world_from_object = *self.object_in_world(camera_from_object)?.rotation().matrix();
+        self.gl_painted(camera, camera_from_object, window, (appearance, &[appearance.object]), behind, rgb)
+    }
+
+    /// Colours of a whole image of a scene by `mjr_render` over EGL, row-major from the top: red, green, blue, each pixel the mean of
+    /// four. Both lights throw shadows. The model must be one of [`super::SimModel::of_scene`], whose parts have these colours;
+    /// directions of lights are in its world.
+    ///
+    /// # Errors
+    /// When the pose is not finite, or OpenGL does not work here.
+    pub fn gl_scene_colours(
+        &mut self,
+        camera: &Intrinsics,
+        camera_from_world: &Pose<CameraCv, World>,
+        appearance: &Appearance,
+        parts: &[[f32; 3]],
+        rgb: &mut Vec<[u8; 3]>,
+    ) -> Result<(), SimError> {
+        let camera_from_object = Pose::from_isometry(*camera_from_world.isometry());
+        let window = [0, 0, camera.width, camera.height];
+        self.gl_painted(camera, &camera_from_object, window, (appearance, parts), &|_, _| appearance.background, rgb)
+    }
+
+    /// Draws a window of an image, with the geoms in these colours.
+    fn gl_painted(
+        &mut self,
+        camera: &Intrinsics,
+        camera_from_object: &Pose<CameraCv, Object>,
+        [left, top, width, height]: Window,
+        (appearance, paints): (&Appearance, &[[f32; 3]]),
+        behind: &dyn Fn(u32, u32) -> [u8; 3],
+        rgb: &mut Vec<[u8; 3]>,
+    ) -> Result<(), SimError> {
+        let world_from_object = self.object_in_world(camera_from_object)?;
+        let has_shadows = self.model.has_shadows;
         let pixels = PixelBox { left, top, right: left + width, bottom: top + height };
         rgb.clear();
         rgb.resize(width as usize * height as usize, appearance.background);
@@ -114,7 +151,10 @@ impl SimWorker {
             Some(view) => self.gl.insert(view),
             None => self.gl.insert(GlView::new()?),
         };
-        let lit = |scene: &mut MjvScene| apply(scene, appearance, &world_from_object);
+        let lit = |scene: &mut MjvScene| {
+            light(scene, appearance, &world_from_object, has_shadows);
+            ffi::paint(scene, paints);
+        };
         view.draw_colours(&self.model, &mut self.data, camera, &pixels, lit, behind, rgb)?;
         Ok(())
     }
@@ -188,6 +228,44 @@ mod tests {
         worker.gl_colours(&camera(), &before_the_camera(), [310, 230, 20, 10], &appearance, &mut part).expect("EGL");
         let same = part.iter().enumerate().all(|(k, pixel)| *pixel == rgb[(30 + k / 20) * 80 + 30 + k % 20]);
         assert!(same);
+    }
+
+    /// Two plates, one above the other, seen from above: the parts have their own colours, and the light from above throws the upper
+    /// one's shadow where its outline lies on the lower one.
+    #[test]
+    fn parts_of_a_scene_have_their_colours_and_throw_shadows() {
+        let (plate, floor) = (plate(), Pose::<World, Object>::identity());
+        let raised = Pose::from_xyz_rpy([0.0, 0.0, 0.3, 0.0, 0.0, 0.0]);
+        let wide: Vec<_> = plate.vertices.iter().map(|[x, y, z]| [8.0 * x, 8.0 * y, *z]).collect();
+        let wide = TriMesh { vertices: wide, triangles: plate.triangles.clone() };
+        let model = SimModel::of_scene([(&wide, floor), (&plate, raised)], 1.0).expect("a model");
+        let mut worker = SimWorker::new(&Arc::new(model));
+        // Light at 45 degrees along x.
+        let slanted = Light { direction: Unit::new_normalize(Vector3::new(1.0, 0.0, -1.0)), colour: [0.6; 3] };
+        let dark = Light { direction: -Vector3::z_axis(), colour: [0.0; 3] };
+        let appearance =
+            Appearance { ambient: [0.4; 3], headlight: [0.0; 3], lights: [slanted, dark], ..Appearance::default() };
+        let camera = camera();
+        // Straight down from 2 m: x to the right, y up.
+        let world_from_camera: Pose<World, CameraCv> =
+            Pose::from_rows(&[1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 2.0]);
+        let mut rgb = Vec::new();
+        let paints = [[0.2, 0.9, 0.2], [0.9, 0.2, 0.2]];
+        worker.gl_scene_colours(&camera, &world_from_camera.inverse(), &appearance, &paints, &mut rgb).expect("EGL");
+        let at = |x: f64, y: f64, z: f64| {
+            let (u, v) = camera.project(&world_from_camera.inverse().point(&nalgebra::Point3::new(x, y, z)));
+            rgb[v as usize * camera.width as usize + u as usize]
+        };
+        let [red, green, _] = at(0.0, 0.0, 0.31);
+        assert!(red > 3 * green, "{:?}", at(0.0, 0.0, 0.31));
+        let lit = at(-0.5, 0.3, 0.01);
+        assert!(lit[1] > 3 * lit[0], "{lit:?}");
+        // The raised plate lies from 0.29 to 0.31 m, and the upper side of the lower one at 0.01 m: the shadow reaches from
+        // 0.18 to 0.4 m.
+        for (x, shaded) in [(0.17, false), (0.23, true), (0.3, true), (0.37, true), (0.43, false)] {
+            let level = f64::from(at(x, 0.0, 0.01)[1]) / f64::from(lit[1]);
+            assert_eq!(level < 0.8, shaded, "at {x} m: {level}");
+        }
     }
 
     /// A light from the left makes a tilted plate brighter than one from the right; depth is as it was before.

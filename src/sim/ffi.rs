@@ -492,11 +492,13 @@ fn open(egl: &Egl, display: egl::Display) -> Result<egl::Context, egl::Error> {
     Ok(context)
 }
 
-/// Paints every geom of a scene in one colour.
-pub(super) fn paint(scene: &mut MjvScene, rgb: [f32; 3]) {
+/// Paints the geoms of a scene by their numbers in the model; those past the last colour have that one.
+pub(super) fn paint(scene: &mut MjvScene, colours: &[[f32; 3]]) {
     // SAFETY: only colour and shine change, and the renderer takes any numbers for these.
     #[expect(unsafe_code, reason = "other fields of a geom are indices that MuJoCo trusts")]
     for geom in unsafe { scene.geoms_mut() } {
+        let own = usize::try_from(geom.objid).ok().and_then(|number| colours.get(number));
+        let rgb = own.or(colours.last()).copied().unwrap_or_default();
         geom.rgba = [rgb[0], rgb[1], rgb[2], 1.0];
         (geom.specular, geom.shininess, geom.emission) = (0.2, 0.3, 0.0);
     }

@@ -23,6 +23,8 @@ use kernel::geom::Intrinsics;
 const FAR: f64 = 100.0;
 /// Samples along each side of a pixel in colour.
 const SAMPLES: u32 = 2;
+/// Room in a scene for geoms that are not the model's.
+const SPARE_GEOMS: usize = 3;
 
 /// A GL context and what MuJoCo keeps in it for one model. Fields are dropped in this order: GL objects first.
 pub(super) struct GlView {
@@ -99,8 +101,8 @@ impl GlView {
     ) -> Result<(), GlError> {
         let (width, height) = (SAMPLES * pixels.width(), SAMPLES * pixels.height());
         let Uploaded { context, scene, .. } = self.prepare(model, data, camera, pixels, SAMPLES)?;
-        // Neither shadow nor sky: the scene has no shadow map.
-        set_flags(scene, &[]);
+        // No sky, and shadows where the scene has a map of them.
+        set_flags(scene, if model.has_shadows { &[mjtRndFlag::mjRND_SHADOW] } else { &[] });
         lit(scene);
         let viewport = MjrRectangle::new(0, 0, width as i32, height as i32);
         scene.render(&viewport, context);
@@ -155,7 +157,7 @@ impl Drop for GlView {
 impl Uploaded {
     fn new(gl: &GlContext, model: &MjModel) -> Result<Self, GlError> {
         let context = ffi::upload(gl, model)?;
-        let scene = MjvScene::new(model, 4);
+        let scene = MjvScene::new(model, model.geom_bodyid().len() + SPARE_GEOMS);
         let size = [context.ffi().offWidth, context.ffi().offHeight].map(|side| u32::try_from(side).unwrap_or(0));
         Ok(Self { context, scene, size })
     }

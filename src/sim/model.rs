@@ -6,13 +6,13 @@ use mujoco_rs::{
     mujoco_c::mjtMeshInertia,
     wrappers::{
         mj_data::MjData,
-        mj_editing::{MjSpec, MjsBody, MjsMesh, SpecItem},
+        mj_editing::{MjSpec, MjsBody, MjsGeom, MjsMesh, SpecItem},
         mj_model::{MjModel, MjtGeomBase, MjtObjBase},
     },
 };
 use nalgebra::Point3;
 
-use super::{convert::pose_from, error::SimError, ffi};
+use super::{convert::pose_from, error::SimError, ffi, hand_sim::quaternion};
 use kernel::geom::{CameraCv, CameraGl, Intrinsics, Object, Pose, TriMesh, World};
 
 /// The scene travels in the program, so that a job needs no file beside it.
@@ -20,6 +20,9 @@ const SCENE: &str = include_str!("../../scenes/single_view.xml");
 
 /// Lights beside the one at the camera.
 pub const LIGHTS: usize = 2;
+
+/// Pixels along each side of the map of a light's shadows.
+const SHADOW_PIXELS: i32 = 4096;
 
 /// Method by which MuJoCo finds the inertial frame that it moves a mesh into. Depth does not depend on it; mass does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -39,6 +42,8 @@ pub struct SimModel {
     vertices: Option<Vec<[f32; 3]>>,
     pub(super) world_from_camera: Pose<World, CameraCv>,
     pub(super) camera: usize,
+    /// Whether lights throw shadows.
+    pub(super) has_shadows: bool,
 }
 
 impl SimModel {
@@ -59,17 +64,41 @@ impl SimModel {
         Self::filled(mesh, inertia, add_lights)
     }
 
+    /// Compiles meshes that stand still in one world as one object, whose frame is that world, with lights that throw shadows within
+    /// `reach` [m] of its origin, for [`super::SimWorker::gl_scene_colours`]. Parts are painted in their order.
+    ///
+    /// # Errors
+    /// When MuJoCo cannot use one of the meshes.
+    pub fn of_scene<'m>(
+        parts: impl IntoIterator<Item = (&'m TriMesh, Pose<World, Object>)>,
+        reach: f64,
+    ) -> Result<Self, SimError> {
+        let parts: Vec<_> = parts.into_iter().collect();
+        parts.iter().try_for_each(|(mesh, _)| check(mesh))?;
+        let mut model = Self::compile(|spec| {
+            add_lights(spec);
+            let visual = spec.visual_mut();
+            visual.quality.shadowsize = SHADOW_PIXELS;
+            visual.map.shadowclip = reach as f32;
+            for (number, (mesh, world_from_part)) in parts.iter().enumerate() {
+                let name = format!("part{number}");
+                add_mesh(spec, &name, mesh, Inertia::Shell);
+                let geom = object_body(spec).add_geom();
+                show_mesh(geom, &name);
+                *geom.pos_mut() = (*world_from_part.translation()).into();
+                *geom.quat_mut() = quaternion(world_from_part.isometry());
+            }
+        })?;
+        model.has_shadows = true;
+        Ok(model)
+    }
+
     fn filled(mesh: &TriMesh, inertia: Inertia, more: impl FnOnce(&mut MjSpec)) -> Result<Self, SimError> {
         check(mesh)?;
         let mut model = Self::compile(|spec| {
             more(spec);
             add_mesh(spec, "object", mesh, inertia);
-            let geom = object_body(spec).add_geom();
-            geom.set_type(MjtGeomBase::mjGEOM_MESH);
-            geom.set_meshname("object");
-            // Without contacts no convex hull is made.
-            geom.set_contype(0);
-            geom.set_conaffinity(0);
+            show_mesh(object_body(spec).add_geom(), "object");
         })?;
         model.vertices = Some(mesh.vertices.clone());
         Ok(model)
@@ -88,7 +117,7 @@ impl SimModel {
         data.forward();
         let world_from_camera: Pose<World, CameraGl> = pose_from(&data.cam_xpos()[camera], &data.cam_xmat()[camera]);
         let world_from_camera = world_from_camera * Pose::cv_from_gl().inverse();
-        Ok(Self { model, vertices: None, world_from_camera, camera })
+        Ok(Self { model, vertices: None, world_from_camera, camera, has_shadows: false })
     }
 
     /// The part of the image that the object's vertices project into, a pixel wider on every side; the whole image
@@ -136,6 +165,15 @@ pub(super) fn add_mesh<'a>(spec: &'a mut MjSpec, name: &str, mesh: &TriMesh, ine
     let faces: Vec<i32> = mesh.triangles.as_flattened().iter().map(|&vertex| vertex as i32).collect();
     asset.set_userface(&faces);
     asset
+}
+
+/// Makes a geom one of a mesh, for the eye alone.
+fn show_mesh(geom: &mut MjsGeom, name: &str) {
+    geom.set_type(MjtGeomBase::mjGEOM_MESH);
+    geom.set_meshname(name);
+    // Without contacts no convex hull is made.
+    geom.set_contype(0);
+    geom.set_conaffinity(0);
 }
 
 /// The body that the object hangs on.

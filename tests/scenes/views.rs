@@ -1,7 +1,11 @@
 //! Views of scenes from the job file to the reader: equal on any number of threads and tasks, masks that are exact, cameras that
 //! change no other's draws.
 
-use std::path::{Path, PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::LazyLock,
+};
 
 use graspmill::{
     format::{
@@ -11,12 +15,12 @@ use graspmill::{
     },
     geom::{DepthCrop, RenderMesh, SimdLevel},
     render::Rasteriser,
-    words::Split,
+    words::{NumberClass, Split},
 };
 
 use super::alike::make_alike;
 use crate::support::{
-    files::{FULL_CHECK, assert_intact, read_json, repository_path},
+    files::{FULL_CHECK, assert_intact, read_json, read_text, repository_path},
     jobs::NO_SPLIT,
     program::Program,
     workspace::Workspace,
@@ -42,11 +46,14 @@ fn job(cameras: &[&str], more: &str) -> String {
     )
 }
 
-/// A workspace with scenes.
+/// A workspace with scenes, which are made once.
 fn with_scenes() -> Workspace {
-    let workspace = Workspace::new();
-    workspace.make_dataset("scenes", &format!("{BINS}{NO_SPLIT}"), &[]);
-    workspace
+    static MADE: LazyLock<Workspace> = LazyLock::new(|| {
+        let made = Workspace::kept("scenes-views");
+        made.make_dataset("scenes", &format!("{BINS}{NO_SPLIT}"), &[]);
+        made
+    });
+    Workspace::copy_of(&MADE)
 }
 
 fn samples(folder: &Path) -> Vec<Sample> {
@@ -348,6 +355,66 @@ fn rays_of_mujoco_see_the_same_bodies() {
     assert_eq!((&found["views"], &found["wrong"]), (&3.into(), &0.into()));
     assert!(found["differ"].as_u64().expect("a count") <= 10, "{found}");
     assert!(found["worst_depth"].as_f64().expect("a depth") < 1e-5, "{found}");
+}
+
+/// Pixels of a body, away from its outline, in the mean colour that the Python package reads, in shares of its brightest channel.
+const MEAN_COLOURS: &str = "\
+import json, sys, graspmill, numpy as np
+found = []
+for view in graspmill.Dataset(sys.argv[1], graspmill.ViewSample):
+    for body, digest in enumerate(view.objects, 1):
+        own = view.instances == body
+        inner = own[1:-1, 1:-1] & own[:-2, 1:-1] & own[2:, 1:-1] & own[1:-1, :-2] & own[1:-1, 2:]
+        if inner.sum() >= 200:
+            mean = view.colour[1:-1, 1:-1][inner].astype(float).mean(0)
+            found.append([digest, (mean / mean.max()).tolist()])
+print(json.dumps(found))
+";
+
+#[test]
+fn colours_are_of_the_bodies_that_the_instances_name_and_change_nothing_else() {
+    let workspace = with_scenes();
+    let camera =
+        "{ shell = { radius = [0.4, 0.6], polar_deg = [0, 60] }, views = 2, width = 320, height = 240, fx = 300.0 }";
+    let job = job(&[camera], "");
+    let colour = workspace.make_dataset("colour", &job, &["render.colour=true"]);
+    assert_intact(&colour, FULL_CHECK);
+    let one = workspace.path("one");
+    let colours = ["render.colour=true"];
+    Program::run_job(workspace.path("colour.toml"), &one).set(colours).option("--threads", "1").succeed();
+    let plain = workspace.make_dataset("plain", &job, &[]);
+    let random = workspace.make_dataset("random", &job, &["render.colour=true", "render.randomise=true"]);
+    let manifest = |folder: &Path| DatasetReader::open(folder).expect("a dataset").manifest().clone();
+    assert_eq!(manifest(&one), manifest(&colour), "every file");
+    let exact = |folder: &Path| manifest(folder).classes[&NumberClass::Exact];
+    assert_eq!((exact(&colour), exact(&random)), (exact(&plain), exact(&plain)));
+    let drawn = |folder: &Path| manifest(folder).classes[&NumberClass::Colour];
+    assert_ne!(drawn(&colour), drawn(&random));
+    assert!(!manifest(&plain).classes.contains_key(&NumberClass::Colour));
+
+    // White light changes the brightness of a paint and not its hue, but for a little shine.
+    let python = Program::python_lines(MEAN_COLOURS).arg(&colour).env("PYTHONPATH", repository_path("python"));
+    let found: Vec<(String, [f64; 3])> = python.succeed().json();
+    assert!(found.len() >= 8, "{}", found.len());
+    for (object, mean) in &found {
+        let byte = |channel: usize| u8::from_str_radix(&object[2 * channel..][..2], 16).expect("a digest");
+        let paint = [0, 1, 2].map(|channel| 0.2 + 0.7 * f64::from(byte(channel)) / 255.0);
+        let brightest = paint.iter().copied().fold(0.0, f64::max);
+        let off = mean.iter().zip(paint).map(|(mean, paint)| (mean - paint / brightest).abs()).fold(0.0, f64::max);
+        assert!(off < 0.08, "{object}: {mean:?}, painted {paint:?}");
+    }
+    // BOP's layout has the images as they are.
+    let out = workspace.path("bop");
+    Program::on("export", &colour).option("--to", "bop").option("--out", &out).succeed();
+    let first = samples(&colour)[0].view_colour().expect("readable").expect("stored");
+    let file = fs::read(out.join("train_pbr/000000/rgb/000000.png")).expect("an image");
+    let mut png = png::Decoder::new(std::io::Cursor::new(file)).read_info().expect("a PNG");
+    let mut rgb = vec![0; png.output_buffer_size().expect("a size")];
+    png.next_frame(&mut rgb).expect("a frame");
+    assert!(rgb == first.rgb.as_flattened());
+    assert!(read_text(out.join("train_pbr/000000/scene_gt_coco.json")).contains("\"rgb/000000.png\""));
+    Program::on("report", &colour).succeed();
+    assert!(read_text(colour.join("report.html")).contains("the image in colour"));
 }
 
 /// A reader of BOP's layout that knows nothing of ours draws models, masks and boxes again.

@@ -1,8 +1,9 @@
 //! The products, one folder each: keys of their jobs, producers, and their row in the table. What several of them share stands
-//! beside them: how a pair of grids is made, what surrounds the bodies of a scene, and how a dataset is read that a job is about, among them one
-//! of settled scenes and one of views.
+//! beside them: how a pair of grids is made, what surrounds the bodies of a scene, lights and colours, and how a dataset is read that a job is
+//! about, among them one of settled scenes and one of views.
 
 pub mod amodal;
+pub mod appearance;
 pub mod completion;
 pub mod grasps;
 pub mod input;

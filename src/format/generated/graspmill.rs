@@ -1568,6 +1568,21 @@ pub struct TrialOutcome {
     #[prost(uint32, tag = "15")]
     pub warnings: u32,
 }
+/// Topic /views/colour, where the job asks for it. The image in colour, lit by two lights that throw shadows.
+#[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
+pub struct SceneColour {
+    /// that of the SceneImage
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// px, of the camera's image
+    #[prost(uint32, tag = "2")]
+    pub width: u32,
+    #[prost(uint32, tag = "3")]
+    pub height: u32,
+    /// (height, width, 3) u8: red, green, blue, row-major
+    #[prost(bytes = "vec", tag = "4")]
+    pub rgb: ::prost::alloc::vec::Vec<u8>,
+}
 /// Topic /views/image. A settled scene as one camera sees it; its depth is the graspmill.Depth of topic /views/depth.
 /// SampleId.subject is the digest of the scene (Scene.scene), SampleId.item the number of the view, SampleId.camera the entry of
 /// the job's cameras. Instances are numbered from 1 in the order of the scene's bodies. Lengths in m, pixels from the top left.

@@ -18,7 +18,7 @@ use super::{
     target::Target,
 };
 use format::{
-    Noun, Product, SceneImage, SceneInstance,
+    Noun, Product, SceneColour, SceneImage, SceneInstance,
     dataset::{AssetRow, DatasetReader},
     products::grasps::Shapes,
 };
@@ -46,8 +46,8 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
         layout: |_| {
             "models/obj_ID.ply in mm about the centre of the object's box, with models_info.json and objects.json (name, digest, \
              centre of the box in the object's own frame); train_pbr, val_holdout, val and test: a folder per scene with \
-             scene_camera.json, scene_gt.json, scene_gt_info.json, scene_gt_coco.json, depth (16 bit, 0.1 mm), mask and \
-             mask_visib; pixel centres are whole numbers"
+             scene_camera.json, scene_gt.json, scene_gt_info.json, scene_gt_coco.json, depth (16 bit, 0.1 mm), rgb where the views \
+             are in colour, mask and mask_visib; pixel centres are whole numbers"
         },
         write,
     }],
@@ -82,6 +82,7 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
     selected.each(|sample, names| {
         let (image, depth) = (sample.scene_image()?, sample.view_depth()?);
         let depth = depth.map_or_else(DepthCrop::default, |depth| depth.crop);
+        let colour = sample.view_colour()?;
         let folder = match &current {
             Some((scene, folder)) if *scene == names.id.subject => folder.clone(),
             _ => {
@@ -94,7 +95,7 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
                 folder
             }
         };
-        write_image(&mut texts, &folder, &image, &depth, &models, target)
+        write_image(&mut texts, &folder, (&image, &depth, colour.as_ref()), &models, target)
     })?;
     finish_scene(&mut texts, current.as_ref().map(|(_, folder)| folder.as_str()), &models, target)?;
     Ok(Written::selection(selected.count(), "views", selection))
@@ -190,8 +191,7 @@ fn diameter(mesh: &TriMesh) -> f64 {
 fn write_image(
     texts: &mut SceneTexts,
     folder: &str,
-    image: &SceneImage,
-    depth: &DepthCrop,
+    (image, depth, colour): (&SceneImage, &DepthCrop, Option<&SceneColour>),
     models: &BTreeMap<ObjectId, Model>,
     target: &mut Target,
 ) -> Result<(), ExportError> {
@@ -214,10 +214,16 @@ fn write_image(
         if (1.0..=65_535.0).contains(&steps) { steps as u16 } else { 0 }
     });
     let bytes: Vec<u8> = steps.flat_map(u16::to_be_bytes).collect();
-    let png = grey_png([width, height], png::BitDepth::Sixteen, &bytes);
+    let png = png_file([width, height], (png::ColorType::Grayscale, png::BitDepth::Sixteen), &bytes);
     target.write(&format!("{folder}/depth/{number:06}.png"), &png)?;
+    if let Some(colour) = colour {
+        let kind = (png::ColorType::Rgb, png::BitDepth::Eight);
+        let png = png_file([width, height], kind, colour.rgb.as_flattened());
+        target.write(&format!("{folder}/rgb/{number:06}.png"), &png)?;
+    }
+    let shown = if colour.is_some() { "rgb" } else { "depth" };
     texts.images.push(json!({
-        "id": number, "file_name": format!("depth/{number:06}.png"), "width": width, "height": height,
+        "id": number, "file_name": format!("{shown}/{number:06}.png"), "width": width, "height": height,
     }));
     let (mut poses, mut infos) = (Vec::new(), Vec::new());
     for (index, body) in image.bodies.iter().enumerate() {
@@ -229,7 +235,7 @@ fn write_image(
         infos.push(info(body, alone.iter().zip(&whole).filter(|(own, depth)| **own && !depth.is_nan()).count()));
         for (kind, mask) in [("mask", &alone), ("mask_visib", &seen)] {
             let bytes: Vec<u8> = mask.iter().map(|own| if *own { 255 } else { 0 }).collect();
-            let png = grey_png([width, height], png::BitDepth::Eight, &bytes);
+            let png = png_file([width, height], (png::ColorType::Grayscale, png::BitDepth::Eight), &bytes);
             target.write(&format!("{folder}/{kind}/{number:06}_{index:06}.png"), &png)?;
         }
         if body.pixels_visible > 0 {
@@ -322,11 +328,11 @@ fn pretty(value: &Value) -> String {
     format!("{{\n{}\n}}\n", lines.join(",\n"))
 }
 
-/// An image of grey levels as PNG; numbers of 16 bits are big-endian.
-fn grey_png([width, height]: [u32; 2], depth: png::BitDepth, bytes: &[u8]) -> Vec<u8> {
+/// An image of this kind as PNG; numbers of 16 bits are big-endian.
+fn png_file([width, height]: [u32; 2], (colour, depth): (png::ColorType, png::BitDepth), bytes: &[u8]) -> Vec<u8> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width, height);
-    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_color(colour);
     encoder.set_depth(depth);
     encoder.set_filter(if depth == png::BitDepth::Sixteen { png::Filter::Sub } else { png::Filter::NoFilter });
     let written = encoder.write_header().and_then(|mut writer| {

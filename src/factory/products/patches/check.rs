@@ -4,7 +4,7 @@ use std::path::Path as FilePath;
 
 use super::{
     grasps_reader::{InvalidGrasps, WantedGrasps, read_grasps},
-    settings::{FoundGrasps, PatchColours, PatchJob, PatchLabel, PatchSettings},
+    settings::{FoundGrasps, PatchJob, PatchLabel, PatchSettings},
     spec::{PatchCameraSpec, PatchesSpec},
 };
 use crate::{job::read_hand, products::input::InputSection};
@@ -97,10 +97,6 @@ fn settings(checker: &mut Checker, spec: &PatchesSpec) -> Option<PatchSettings> 
     if let Some(index) = (1..3).find(|index| tips[..*index].contains(&tips[*index])) {
         checker.invalid("patches.tips", "three different contacts", format!("{} twice", tips[index]));
     }
-    if spec.render.randomise && !spec.render.colour {
-        let because = "depth has neither lights nor colours";
-        checker.contradiction("render.randomise", "render.colour = false", because);
-    }
     Some(PatchSettings {
         types: spec.grasps.types,
         side,
@@ -115,6 +111,6 @@ fn settings(checker: &mut Checker, spec: &PatchesSpec) -> Option<PatchSettings> 
         point_focal_length,
         image: spec.images.full,
         heatmap_angle: spec.images.heatmaps.then_some(spec.images.heatmap_angle),
-        colour: spec.render.colour.then_some(PatchColours { randomise: spec.render.randomise }),
+        colour: spec.render.check(checker),
     })
 }

@@ -1,33 +1,25 @@
 //! Patches in colour, drawn by MuJoCo.
 
-use std::{f64::consts::PI, sync::Arc};
-
-use nalgebra::{Unit, Vector3};
+use std::sync::Arc;
 
 use super::{
     resample::area_mean,
-    settings::PatchColours,
     tabletop::{PaintedTabletop, ShadowCaster, TablePaint, Tabletop},
 };
-use crate::{Cause, ProduceError, SampleWriter};
+use crate::{
+    ProduceError, SampleWriter,
+    products::appearance::{Colours, no_renderer, random_appearance},
+};
 use format::{Channel, HeatmapPatch, PatchColour, PatchImageColour, PatchMetric, PatchPoint, PatchTable};
 use kernel::{
     geom::{SimdLevel, TriMesh},
     seed::Stream,
 };
-use sim::{Appearance, Inertia, Light, SimModel, SimWorker, Window, gl_facts};
-
-/// Whether colours can be drawn here.
-///
-/// # Errors
-/// When OpenGL does not work without a window, with the remedy.
-pub fn check_colours() -> Result<(), ProduceError> {
-    gl_facts().map(drop).map_err(failed)
-}
+use sim::{Appearance, Inertia, SimModel, SimWorker, Window};
 
 /// Colour renderer of one thread.
 pub(super) struct ColourView {
-    settings: PatchColours,
+    settings: Colours,
     seed: u64,
     level: SimdLevel,
     /// The object as it throws a shadow, where it stands on a table.
@@ -44,12 +36,7 @@ pub(super) struct ColourView {
 
 impl ColourView {
     /// `with_image`: whether whole images are drawn besides the patches.
-    pub fn new(
-        settings: PatchColours,
-        with_image: bool,
-        (seed, level): (u64, SimdLevel),
-        record: &HeatmapPatch,
-    ) -> Self {
+    pub fn new(settings: Colours, with_image: bool, (seed, level): (u64, SimdLevel), record: &HeatmapPatch) -> Self {
         let image = PatchImageColour {
             sample: record.sample,
             left: 0,
@@ -77,7 +64,7 @@ impl ColourView {
     /// Switches to an object.
     pub fn use_mesh(&mut self, mesh: &TriMesh, on_table: bool) -> Result<(), ProduceError> {
         self.shadow = on_table.then(|| ShadowCaster::new(mesh, self.level));
-        let model = Arc::new(SimModel::with_lights(mesh, Inertia::Shell).map_err(failed)?);
+        let model = Arc::new(SimModel::with_lights(mesh, Inertia::Shell).map_err(no_renderer)?);
         self.worker.get_or_insert_with(|| Box::new(SimWorker::new(&model))).use_model(&model);
         Ok(())
     }
@@ -158,7 +145,7 @@ impl ColourView {
         let worker = self.worker.as_mut().expect("an object is loaded before it is rendered");
         let (camera, pose) = (&patch.camera, &patch.camera_from_object);
         let (Some(table), Some(shadow)) = (table, &self.shadow) else {
-            return worker.gl_colours(camera, pose, window, appearance, &mut self.window).map_err(failed);
+            return worker.gl_colours(camera, pose, window, appearance, &mut self.window).map_err(no_renderer);
         };
         let [left, top, width, height] = window;
         let tabletop = Tabletop::new(table, camera);
@@ -168,29 +155,6 @@ impl ColourView {
         self.behind.clear();
         self.behind.extend(pixels.map(|pixel| painted.colour_at(pixel)));
         let behind = |column: u32, row: u32| self.behind[((row - top) * width + column - left) as usize];
-        worker.gl_colours_before(camera, pose, window, appearance, &behind, &mut self.window).map_err(failed)
+        worker.gl_colours_before(camera, pose, window, appearance, &behind, &mut self.window).map_err(no_renderer)
     }
-}
-
-fn failed(cause: impl Into<Cause>) -> ProduceError {
-    ProduceError::NoRenderer { renderer: "colours cannot be drawn", cause: cause.into() }
-}
-
-/// Lights from above, of any brightness, and colours of object and background.
-fn random_appearance(stream: &mut Stream) -> Appearance {
-    let mut colour = |low: f64, high: f64| [(); 3].map(|()| stream.uniform(low, high) as f32);
-    let object = colour(0.15, 0.95);
-    let background = colour(0.0, 255.0).map(|level| level as u8);
-    let (ambient, headlight) = (stream.uniform(0.1, 0.4), stream.uniform(0.05, 0.4));
-    let mut light = || {
-        // Uniform over the directions that point down.
-        let (down, turn) = (stream.uniform(0.05, 1.0), stream.uniform(-PI, PI));
-        let (sin, cos) = libm::sincos(turn);
-        let level = libm::sqrt(1.0 - down * down);
-        let brightness = stream.uniform(0.0, 0.6);
-        let colour = [(); 3].map(|()| (brightness * stream.uniform(0.85, 1.0)) as f32);
-        Light { direction: Unit::new_normalize(Vector3::new(level * cos, level * sin, -down)), colour }
-    };
-    let lights = [light(), light()];
-    Appearance { object, background, ambient: [ambient as f32; 3], headlight: [headlight as f32; 3], lights }
 }

@@ -6,7 +6,10 @@ use super::{
     settings::{PatchJob, PatchSettings},
     spec::{PatchCameraSpec, PatchesSpec},
 };
-use crate::job::{keys_of, relative_to, with_slashes, without};
+use crate::{
+    job::{keys_of, relative_to, with_slashes, without},
+    products::appearance::RenderSpec,
+};
 
 impl PatchJob {
     /// Keys of the job file beside shards. With a folder, the dataset and the hand's file are named relative to it, otherwise
@@ -46,8 +49,7 @@ impl PatchJob {
             near: camera.near,
             point_focal_length: *point_focal_length,
         };
-        spec.render.colour = colour.is_some();
-        spec.render.randomise = colour.is_some_and(|colour| colour.randomise);
+        spec.render = RenderSpec::of(*colour);
         (spec.images.full, spec.images.heatmaps) = (*image, heatmap_angle.is_some());
         spec.images.heatmap_angle = heatmap_angle.unwrap_or(spec.images.heatmap_angle);
         let mut idle = vec!["shards"];

@@ -19,14 +19,12 @@ mod viewpoint;
 mod work;
 mod worker;
 
-pub use colour::check_colours;
 pub use grasps_reader::{InvalidGrasps, WantedGrasps, read_grasps};
 pub use hand::{NoFingertip, PatchHand};
 pub use resample::area_mean;
 pub use row::FACTORY;
 pub use settings::{
-    ChosenGrasp, FoundGrasps, GraspTable, GraspTrialEnd, GraspedObject, PatchColours, PatchJob, PatchLabel,
-    PatchSettings,
+    ChosenGrasp, FoundGrasps, GraspTable, GraspTrialEnd, GraspedObject, PatchJob, PatchLabel, PatchSettings,
 };
 pub use viewpoint::{camera_from_object, camera_over_table, corner};
 pub use worker::PatchWorker;

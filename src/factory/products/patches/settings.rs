@@ -5,7 +5,7 @@ use std::{collections::BTreeSet, path::PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::job::JobHand;
+use crate::{job::JobHand, products::appearance::Colours};
 use format::{GraspLabel, TRIAL_LABEL, TrialVerdict, trial_value};
 use kernel::{
     geom::{Approach, HandBase, Intrinsics, Object, Pose, World},
@@ -135,7 +135,7 @@ pub struct PatchSettings {
     /// Quirk of the thesis: the focal length that points are projected with [px]; `None`: the camera's.
     pub point_focal_length: Option<f64>,
     /// Colours beside depth; `None` without.
-    pub colour: Option<PatchColours>,
+    pub colour: Option<Colours>,
     /// Whether the whole image is stored beside its patches.
     pub image: bool,
     /// Truth for heatmaps over the whole image: largest angle between an approach and the camera's axis [rad]; `None` without.
@@ -181,11 +181,4 @@ impl PatchLabel {
             Self::Trial => TRIAL_LABEL,
         }
     }
-}
-
-/// Settings of colours.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PatchColours {
-    /// Whether lights and colours are drawn anew for each grasp.
-    pub randomise: bool,
 }

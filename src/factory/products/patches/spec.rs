@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::settings::PatchLabel;
-use crate::job::spec::HandSpec;
+use crate::{job::spec::HandSpec, products::appearance::RenderSpec};
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
@@ -116,17 +116,6 @@ pub struct PatchSceneSpec {
     /// Puts the object on a table, in the most likely of its resting poses in which the hand stays above it. Grasps that no
     /// table allows are rejected, and the roll in a grasp's type is that against the camera over the table.
     pub table: bool,
-}
-
-/// The images.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RenderSpec {
-    /// Colours besides depth, drawn by MuJoCo. Needs EGL (`make deps-gl`); nothing else does.
-    pub colour: bool,
-    /// With `colour`: lights and the colours of object, background and table, with a pattern of the table, are drawn anew for each
-    /// grasp, by the job's seed.
-    pub randomise: bool,
 }
 
 /// Whole images beside the patches, each on a topic of its own.

@@ -3,7 +3,6 @@
 use std::{collections::BTreeMap, path::Path};
 
 use super::{
-    colour::check_colours,
     hand::PatchHand,
     settings::{FoundGrasps, GraspedObject, PatchJob},
     worker::PatchWorker,
@@ -12,6 +11,7 @@ use crate::{
     ProduceError, RunError,
     job::{shards_section, subjects_section},
     plan::{JobSplits, SubjectItems},
+    products::appearance::check_colours,
     work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
 };
 use format::{

@@ -33,6 +33,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &ViewsSpec, folder: &FilePat
         table: spec.views.table,
         depth_step: spec.views.depth_step,
         sensor: check_sensor(checker, &spec.sensor),
+        colour: spec.render.check(checker),
     }
 }
 

@@ -17,8 +17,9 @@ pub(super) struct SceneMeshes {
     /// One per body, in order.
     pub bodies: Vec<Arc<LoadedMesh>>,
     /// The container; `None` for a plane.
-    container: Option<LoadedMesh>,
-    table: LoadedMesh,
+    pub container: Option<LoadedMesh>,
+    /// The table's top.
+    pub table: LoadedMesh,
     /// Height of the table [m].
     table_z: f64,
 }
@@ -27,8 +28,7 @@ impl SceneMeshes {
     /// The meshes of a scene on a table of these sides [m].
     pub fn new(bodies: Vec<Arc<LoadedMesh>>, container: &SceneContainer, table: [f64; 2]) -> Self {
         let Surroundings { container, table, table_z } = Surroundings::new(container, table);
-        let container = container.as_ref().map(LoadedMesh::of_mesh);
-        Self { bodies, container, table: LoadedMesh::of_mesh(&table), table_z }
+        Self { bodies, container: container.map(LoadedMesh::of_mesh), table: LoadedMesh::of_mesh(table), table_z }
     }
 
     /// The point at which cameras point: the mean of the centres of the bodies' boxes.

@@ -6,12 +6,15 @@ use super::{
     settings::{Aim, ViewCamera, ViewJob, ViewPlacement, ViewSettings},
     spec::{AimSpec, ImagesSpec, OverheadSpec, ShellSpec, ViewCameraSpec, ViewsSpec},
 };
-use crate::job::{keys_of, relative_to, spec::SensorSpec, with_slashes, without};
+use crate::{
+    job::{keys_of, relative_to, spec::SensorSpec, with_slashes, without},
+    products::appearance::RenderSpec,
+};
 
 impl ViewJob {
     /// Keys of the job file beside shards. With a folder the dataset is named relative to it, otherwise by content alone.
     pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
-        let ViewSettings { cameras, clearance, min_pixels, table, depth_step, sensor } = &self.settings;
+        let ViewSettings { cameras, clearance, min_pixels, table, depth_step, sensor, colour } = &self.settings;
         let mut spec = ViewsSpec::standard();
         spec.scenes.dataset = folder.map(|folder| with_slashes(&relative_to(&self.dataset, folder)).into());
         spec.scenes.root = Some(self.scenes.root.hex());
@@ -25,7 +28,11 @@ impl ViewJob {
         if let Some(sensor) = sensor {
             spec.sensor = SensorSpec::of(sensor);
         }
-        without(keys_of(&spec), &["shards"])
+        spec.render = RenderSpec::of(*colour);
+        // A job without colours is named as it was before there were any.
+        let idle = colour.is_none().then_some("render");
+        let idle: Vec<&str> = ["shards"].into_iter().chain(idle).collect();
+        without(keys_of(&spec), &idle)
     }
 }
 

@@ -21,36 +21,50 @@ pub(super) struct LoadedMesh {
     pub render: RenderMesh,
     /// Triangles in a tree, for distances.
     tree: Arc<TriangleTree>,
+    /// The mesh as it is, where it is drawn in colour.
+    mesh: Option<TriMesh>,
 }
 
 /// Objects that were loaded last.
-pub(super) struct LoadedMeshes(Recent<LoadedMesh>);
-
-impl Default for LoadedMeshes {
-    fn default() -> Self {
-        Self(Recent::new(KEPT))
-    }
+pub(super) struct LoadedMeshes {
+    recent: Recent<LoadedMesh>,
+    in_colour: bool,
 }
 
 impl LoadedMeshes {
+    /// Meshes to be drawn in colour, or not.
+    pub fn new(in_colour: bool) -> Self {
+        Self { recent: Recent::new(KEPT), in_colour }
+    }
+
     /// An object of the job, by its index.
     ///
     /// # Errors
     /// When it is gone or another one than when the job was resolved.
     pub fn get(&self, objects: &JobObjects, index: usize) -> Result<Arc<LoadedMesh>, ProduceError> {
-        self.0.get(index, || LoadedMesh::prepare(&objects.list[index]))
+        self.recent.get(index, || LoadedMesh::prepare(&objects.list[index], self.in_colour))
     }
 }
 
 impl LoadedMesh {
-    fn prepare(object: &JobObject) -> Result<Self, ProduceError> {
+    fn prepare(object: &JobObject, in_colour: bool) -> Result<Self, ProduceError> {
         let prepared = prepared(object)?;
-        Ok(Self { render: RenderMesh::new(prepared.mesh(), false), tree: Arc::clone(prepared.tree()) })
+        let render = RenderMesh::new(prepared.mesh(), false);
+        Ok(Self { render, tree: Arc::clone(prepared.tree()), mesh: in_colour.then(|| prepared.mesh().clone()) })
     }
 
     /// A mesh that is no object.
-    pub fn of_mesh(mesh: &TriMesh) -> Self {
-        Self { render: RenderMesh::new(mesh, false), tree: Arc::new(TriangleTree::new(mesh)) }
+    pub fn of_mesh(mesh: TriMesh) -> Self {
+        let (render, tree) = (RenderMesh::new(&mesh, false), Arc::new(TriangleTree::new(&mesh)));
+        Self { render, tree, mesh: Some(mesh) }
+    }
+
+    /// The mesh as it is.
+    ///
+    /// # Panics
+    /// When it was loaded for images without colours.
+    pub fn drawn(&self) -> &TriMesh {
+        self.mesh.as_ref().expect("meshes are kept where colours are asked for")
     }
 
     /// Whether a point in the mesh's frame is nearer to its surface than `clearance` [m], or surrounded by it: rays along all six
@@ -84,7 +98,7 @@ mod tests {
         let corner = |index: u32| [0, 1, 2].map(|axis| if index >> axis & 1 == 0 { -side } else { side } as f32);
         let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         let triangles = faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
-        let cube = LoadedMesh::of_mesh(&TriMesh { vertices: (0..8).map(corner).collect(), triangles });
+        let cube = LoadedMesh::of_mesh(TriMesh { vertices: (0..8).map(corner).collect(), triangles });
         let level = SimdLevel::Scalar;
         for (point, expected) in [
             (Point3::new(0.0, 0.0, 0.0), true),
@@ -96,7 +110,7 @@ mod tests {
             assert_eq!(cube.is_near(&point, 0.05, level), expected, "{point}");
         }
         // In an open box one is not surrounded.
-        let bin = LoadedMesh::of_mesh(&TriMesh::open_box([0.4, 0.3, 0.2], 0.02));
+        let bin = LoadedMesh::of_mesh(TriMesh::open_box([0.4, 0.3, 0.2], 0.02));
         assert!(!bin.is_near(&Point3::new(0.0, 0.0, 0.1), 0.05, level));
         assert!(bin.is_near(&Point3::new(0.0, 0.0, 0.04), 0.05, level));
     }

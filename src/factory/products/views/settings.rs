@@ -2,7 +2,10 @@
 
 use std::path::PathBuf;
 
-use crate::{job::JobObjects, products::settled::FoundScenes};
+use crate::{
+    job::JobObjects,
+    products::{appearance::Colours, settled::FoundScenes},
+};
 use kernel::{
     geom::{CameraCv, Intrinsics, Pose, World},
     render::SensorModel,
@@ -36,6 +39,8 @@ pub struct ViewSettings {
     pub depth_step: f64,
     /// The sensor; `None` for a perfect one.
     pub sensor: Option<SensorModel>,
+    /// Colours beside depth; `None` without.
+    pub colour: Option<Colours>,
 }
 
 /// A camera, and its poses.

@@ -5,7 +5,10 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{job::spec::SensorSpec, products::settled::ScenesSourceSpec};
+use crate::{
+    job::spec::SensorSpec,
+    products::{appearance::RenderSpec, settled::ScenesSourceSpec},
+};
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
@@ -19,6 +22,8 @@ pub struct ViewsSpec {
     pub views: ImagesSpec,
     /// The depth sensor. Which body a pixel sees is said of the true image, whatever the sensor makes of it.
     pub sensor: SensorSpec,
+    /// Colours of the images.
+    pub render: RenderSpec,
     /// The files of the dataset.
     pub shards: ViewShardsSpec,
 }

@@ -11,11 +11,18 @@ use crate::{
     ProduceError, RunError,
     job::{JobObject, JobObjects, shards_section},
     plan::{JobSplits, SubjectItems},
-    products::settled::{add_meshes, by_content, bytes_of_meshes},
+    products::{
+        appearance::check_colours,
+        settled::{add_meshes, by_content, bytes_of_meshes},
+    },
     work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
 };
-use format::{Product, products::grasps::ShapesWriter};
-use kernel::ids::{Digest, JobDigest};
+use format::{Channel, Product, products::grasps::ShapesWriter};
+use kernel::{
+    ids::{Digest, JobDigest},
+    words::NumberClass,
+};
+use sim::{gl_facts, sim_facts};
 
 impl Work for ViewJob {
     fn product(&self) -> Product {
@@ -47,13 +54,25 @@ impl Work for ViewJob {
     }
 
     fn tables(&self, _: Option<&JobSplits>) -> WorkTables {
-        self.scenes.tables(|_| self.settings.views())
+        let tables = self.scenes.tables(|_| self.settings.views());
+        match self.settings.colour {
+            None => tables,
+            Some(_) => WorkTables {
+                channel_classes: [(Channel::VIEW_COLOUR, NumberClass::Colour)].into(),
+                platform: sim_facts().platform(gl_facts().ok().as_ref()),
+                ..tables
+            },
+        }
     }
 
     fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
         let Opening { seed, level, .. } = opening;
+        if self.settings.colour.is_some() {
+            check_colours()?;
+        }
         let objects = self.scenes.indices_of(&self.objects)?;
-        Ok(Box::new(OpenViews(Shared { job: self, seed, level, objects, meshes: LoadedMeshes::default() })))
+        let meshes = LoadedMeshes::new(self.settings.colour.is_some());
+        Ok(Box::new(OpenViews(Shared { job: self, seed, level, objects, meshes })))
     }
 
     fn remarks(&self) -> Vec<String> {

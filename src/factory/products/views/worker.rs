@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use super::{
     cameras::world_from_camera,
+    colour::ColourView,
     image::{ImageMaker, SceneMeshes, most_seen, sees_enough},
     loaded::LoadedMeshes,
     settings::{Aim, ViewJob, ViewPlacement},
@@ -41,6 +42,8 @@ pub(super) struct Shared<'j> {
 pub struct ViewWorker<'s> {
     shared: &'s Shared<'s>,
     maker: ImageMaker,
+    /// Where the job asks for colours.
+    colours: Option<ColourView>,
     /// Index of the scene that was loaded last, and its meshes.
     loaded: Option<(usize, SceneMeshes)>,
 }
@@ -50,7 +53,8 @@ impl<'s> ViewWorker<'s> {
     pub(super) fn new(shared: &'s Shared<'s>) -> Self {
         let ViewJob { scenes, settings, .. } = shared.job;
         let (camera, scene) = (settings.cameras[0].intrinsics, &scenes.list[0]);
-        Self { shared, maker: ImageMaker::new(camera, settings.table, scene, shared.level), loaded: None }
+        let maker = ImageMaker::new(camera, settings.table, scene, shared.level);
+        Self { shared, maker, colours: settings.colour.map(ColourView::new), loaded: None }
     }
 
     fn make(
@@ -60,7 +64,7 @@ impl<'s> ViewWorker<'s> {
         item: ItemId,
         out: &mut SampleWriter<'_>,
     ) -> Result<(), ProduceError> {
-        let Self { shared: Shared { job, seed, level, .. }, maker, .. } = self;
+        let Self { shared: Shared { job, seed, level, .. }, maker, colours, .. } = self;
         let (scene, settings) = (&job.scenes.list[index], &job.settings);
         let (number, camera, view) = settings.camera_of(item.0);
         let sample = SampleId { camera: number, ..SampleId::of_object(scene.id, item) };
@@ -115,24 +119,32 @@ impl<'s> ViewWorker<'s> {
             };
             Depth::encode_parts(&sample, &maker.depth, coding, payload);
         }
+        if let (Some(colours), Some(payload)) = (colours, out.payload(Channel::VIEW_COLOUR)) {
+            colours.render(&maker.record, &mut Stream::of_sample(*seed, &key, "view colours"))?.encode(payload);
+        }
         out.keep(sample, maker.record.facts())
     }
 }
 
 impl Producer for ViewWorker<'_> {
     fn channels(&self) -> Vec<Channel> {
-        vec![Channel::VIEW_IMAGE, Channel::VIEW_DEPTH]
+        let colour = self.colours.is_some().then_some(Channel::VIEW_COLOUR);
+        [Channel::VIEW_IMAGE, Channel::VIEW_DEPTH].into_iter().chain(colour).collect()
     }
 
     fn load(&mut self, subject: usize, _: &Cancel) -> Result<(), ProduceError> {
         if self.loaded.as_ref().is_some_and(|(index, _)| *index == subject) {
             return Ok(());
         }
-        let Shared { job, objects, meshes, .. } = self.shared;
+        let Shared { job, objects, meshes: loaded, .. } = self.shared;
         let scene = &job.scenes.list[subject];
         let bodies: Result<Vec<Arc<_>>, ProduceError> =
-            scene.bodies.iter().map(|(object, _)| meshes.get(&job.objects, objects[object])).collect();
-        self.loaded = Some((subject, SceneMeshes::new(bodies?, &scene.container, job.settings.table)));
+            scene.bodies.iter().map(|(object, _)| loaded.get(&job.objects, objects[object])).collect();
+        let meshes = SceneMeshes::new(bodies?, &scene.container, job.settings.table);
+        if let Some(colours) = &mut self.colours {
+            colours.use_scene(scene, &meshes)?;
+        }
+        self.loaded = Some((subject, meshes));
         Ok(())
     }
 

@@ -1,6 +1,6 @@
 //! Checks of views, and of the meshes beside them.
 
-use super::SceneImage;
+use super::{SceneColour, SceneImage};
 use crate::{
     Channel, CheckSample, CheckedRecord, Depth, Facts, Product, ProductChecks, RecordError, codec::fields::ranged,
     products::grasps::SHAPES_CHECK,
@@ -20,6 +20,9 @@ impl CheckSample for ViewCheck {
     fn check(&mut self, channel: Channel, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
         if channel == Channel::VIEW_DEPTH {
             return self.check_depth(payload);
+        }
+        if channel == Channel::VIEW_COLOUR {
+            return self.check_colour(payload);
         }
         let image = SceneImage::decode(payload)?;
         let mut checked = CheckedRecord::of(image.sample);
@@ -46,5 +49,18 @@ impl ViewCheck {
             }
         }
         Ok(CheckedRecord::of(depth.sample))
+    }
+
+    /// Colours are of the size of the camera's image.
+    fn check_colour(&self, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
+        let colour = SceneColour::decode(payload)?;
+        if let Some(SceneImage { camera, .. }) = self.seen.as_ref().filter(|image| image.sample == colour.sample) {
+            for (field, found, wanted) in
+                [("width", colour.width, camera.width), ("height", colour.height, camera.height)]
+            {
+                ranged("SceneColour", field, f64::from(found), found == wanted, "that of the camera's image")?;
+            }
+        }
+        Ok(CheckedRecord::of(colour.sample))
     }
 }

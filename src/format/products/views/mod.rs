@@ -1,6 +1,7 @@
 //! Views: images of settled scenes, with exact silhouettes.
 
 mod check;
+mod colour;
 mod facts;
 mod image;
 mod row;
@@ -8,6 +9,7 @@ mod row;
 mod tests;
 
 pub(super) use check::CHECKS;
+pub use colour::SceneColour;
 pub use facts::ViewFacts;
 pub use image::{SceneImage, SceneInstance};
 pub use row::FORMAT;
@@ -28,6 +30,9 @@ impl Channel {
 
     /// [`Depth`]: the depth of the whole image, after the sensor.
     pub const VIEW_DEPTH: Self = Self::at("/views/depth");
+
+    /// [`SceneColour`]: the image in colour.
+    pub const VIEW_COLOUR: Self = Self::at("/views/colour");
 }
 
 impl Sample {
@@ -45,5 +50,13 @@ impl Sample {
     /// When the payload is no valid record.
     pub fn view_depth(&self) -> Result<Option<Depth>, DatasetError> {
         self.decoded(Channel::VIEW_DEPTH, Depth::decode)
+    }
+
+    /// Colours of a view; `None` in a dataset without.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn view_colour(&self) -> Result<Option<SceneColour>, DatasetError> {
+        self.decoded(Channel::VIEW_COLOUR, SceneColour::decode)
     }
 }

@@ -5,6 +5,7 @@ use crate::{ArrayFormat, ChannelFormat, ExtraFile, Noun, ProductFormat, products
 
 const SCHEMAS: &[u8] = include_bytes!("../../generated/views.bin");
 const DEPTH_SCHEMAS: &[u8] = include_bytes!("../../generated/graspmill.bin");
+const COLOUR_SCHEMAS: &[u8] = include_bytes!("../../generated/view_colours.bin");
 
 /// The row of views in the table of products.
 pub static FORMAT: ProductFormat = ProductFormat {
@@ -43,6 +44,12 @@ pub static FORMAT: ProductFormat = ProductFormat {
             "graspmill.Depth",
             DEPTH_SCHEMAS,
             &[ArrayFormat::new("depth", "(height, width)", "depth of the whole image [m]")],
+        ),
+        ChannelFormat::new(
+            "/views/colour",
+            "graspmill.SceneColour",
+            COLOUR_SCHEMAS,
+            &[ArrayFormat::new("colour", "(height, width, 3) u8", "red, green, blue of the whole image")],
         ),
     ],
     facts: &FACTS,

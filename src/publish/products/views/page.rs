@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{
     inspection::ViewSurvey,
-    painting::{depth_of_view, instance_picture, step_for, view_words},
+    painting::{colour_picture, depth_of_view, instance_picture, step_for, view_words},
 };
 use crate::{
     chart::{Bar, Ink, bar_chart, grouped, percent},
@@ -58,6 +58,7 @@ pub(crate) struct CardView {
     words: String,
     instances: ImageView,
     depth: Option<ImageView>,
+    colour: Option<ImageView>,
     /// Number, object, share seen, pixels seen and of the whole silhouette.
     bodies: Vec<[String; 4]>,
 }
@@ -84,6 +85,8 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &ViewSurvey) -> Result<Vec<C
             bodies: (1..).zip(&image.bodies).map(row).collect(),
             instances: ImageView::of(&instance_picture(&image, &depth, step), width, height),
             depth: depth_of_view(&image, &depth, step).map(|picture| ImageView::of(&picture, width, height)),
+            colour: (sample.view_colour()?)
+                .map(|colour| ImageView::of(&colour_picture(&colour, step).with_few_colours(), width, height)),
         });
     }
     Ok(cards)
@@ -95,7 +98,10 @@ impl<'a> ViewsPage<'a> {
         let facts = &survey.facts;
         let strip_card = |card: &CardView| StripCard {
             caption: card.title.clone(),
-            pictures: std::iter::once(card.instances.clone()).chain(card.depth.clone()).collect(),
+            pictures: [Some(card.instances.clone()), card.depth.clone(), card.colour.clone()]
+                .into_iter()
+                .flatten()
+                .collect(),
         };
         let bar = |(words, count): &(String, u64)| Bar { label: words.clone(), value: *count, ink: Ink::Complete };
         let bars: Vec<Bar> = facts.strata.iter().map(bar).collect();
@@ -133,6 +139,7 @@ impl CardView {
             words: "1 of 1 bodies are seen".to_owned(),
             instances: image.clone(),
             depth: Some(image),
+            colour: None,
             bodies: vec![["1".to_owned(), name.to_owned(), "100 %".to_owned(), "5 of 5".to_owned()]],
         }
     }

@@ -1,10 +1,10 @@
-//! Pictures of a view: which body each pixel sees, and depth.
+//! Pictures of a view: which body each pixel sees, depth, and colours.
 
 use crate::{
     picture::{DepthRange, FLOOR, InstanceMap, Picture, WALLS, depth_picture},
     scene_samples::ScenePanel,
 };
-use format::{Depth, SceneContainer, SceneImage};
+use format::{Depth, SceneColour, SceneContainer, SceneImage};
 use kernel::{geom::DepthCrop, words::counted};
 
 /// An image of every `step`-th pixel.
@@ -45,6 +45,12 @@ pub(super) fn depth_of_view(image: &SceneImage, depth: &Depth, step: u32) -> Opt
     DepthRange::of(&of_bodies).or_else(|| DepthRange::of(&crop)).map(|range| depth_picture(&crop, range, 1))
 }
 
+/// Colours of a view; every `step`-th pixel.
+pub(super) fn colour_picture(colour: &SceneColour, step: u32) -> Picture {
+    let pixels = thinned(&colour.rgb, colour.width, step).into_iter().map(|[red, green, blue]| [red, green, blue, 255]);
+    Picture { width: colour.width.div_ceil(step), height: colour.height.div_ceil(step), pixels: pixels.collect() }
+}
+
 /// One line about a view.
 pub(super) fn view_words(image: &SceneImage) -> String {
     let seen = image.bodies.iter().filter(|body| body.pixels_visible > 0).count();
@@ -55,8 +61,8 @@ pub(super) fn view_words(image: &SceneImage) -> String {
 /// Longest side of the pictures of a view in the first picture of a set [px].
 const SIDE: u32 = 640;
 
-/// The view in the first picture of a set: its depth, and which body each pixel sees.
-pub(super) fn view_panels(image: &SceneImage, depth: &Depth) -> Vec<ScenePanel> {
+/// The view in the first picture of a set: its depth, which body each pixel sees, and its colours where it has any.
+pub(super) fn view_panels(image: &SceneImage, depth: &Depth, colour: Option<&SceneColour>) -> Vec<ScenePanel> {
     let step = step_for(image, SIDE);
     let bodies = counted(image.bodies.len() as u64, "body");
     let seen = image.bodies.iter().filter(|body| body.pixels_visible > 0).count();
@@ -76,5 +82,9 @@ pub(super) fn view_panels(image: &SceneImage, depth: &Depth) -> Vec<ScenePanel> 
         ),
         pictures: vec![instance_picture(image, depth, step).with_few_colours()],
     };
-    of_depth.into_iter().chain([of_bodies]).collect()
+    let of_colour = colour.map(|colour| ScenePanel {
+        caption: "The same view in colour.".to_owned(),
+        pictures: vec![colour_picture(colour, step).with_few_colours()],
+    });
+    of_depth.into_iter().chain([of_bodies]).chain(of_colour).collect()
 }

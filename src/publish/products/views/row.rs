@@ -3,7 +3,7 @@
 use super::{
     inspection::ViewSurvey,
     page::{ViewsPage, cards},
-    painting::{depth_of_view, instance_picture, step_for, view_panels, view_words},
+    painting::{colour_picture, depth_of_view, instance_picture, step_for, view_panels, view_words},
     templates::TEMPLATES,
 };
 use crate::{
@@ -98,7 +98,11 @@ impl Survey for ViewSurvey {
         let step = step_for(&image, side);
         let bodies = Panel { caption: "bodies".to_owned(), picture: instance_picture(&image, &depth, step) };
         let depth = depth_of_view(&image, &depth, step);
-        Ok([bodies].into_iter().chain(depth.map(|picture| Panel { caption: "depth".to_owned(), picture })).collect())
+        let colour = sample.view_colour()?.map(|colour| colour_picture(&colour, step));
+        let panel = |caption: &str, picture: Option<Picture>| {
+            picture.map(|picture| Panel { caption: caption.to_owned(), picture })
+        };
+        Ok([bodies].into_iter().chain(panel("depth", depth)).chain(panel("colours", colour)).collect())
     }
 
     fn scene_samples(&self, reader: &DatasetReader) -> Result<Vec<SceneSample>, DatasetError> {
@@ -107,6 +111,6 @@ impl Survey for ViewSurvey {
 
     fn scene_panels(&self, _: &DatasetReader, sample: &Sample) -> Result<Vec<ScenePanel>, DatasetError> {
         let Some(depth) = sample.view_depth()? else { return Ok(Vec::new()) };
-        Ok(view_panels(&sample.scene_image()?, &depth))
+        Ok(view_panels(&sample.scene_image()?, &depth, sample.view_colour()?.as_ref()))
     }
 }
