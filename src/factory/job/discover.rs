@@ -378,7 +378,7 @@ fn sized(mut mesh: FoundMesh, factor: f64) -> FoundMesh {
     };
     let KnownObject { mass, made_of, .. } = &mut mesh.known;
     if let Some(mass) = mass {
-        mass.kilograms *= factor.powi(3);
+        mass.kilograms *= factor * factor * factor;
     }
     if let Some(wall) = made_of.as_mut().and_then(|made_of| made_of.wall.as_mut()) {
         *wall *= factor;

@@ -409,7 +409,7 @@ fn folders_lists_and_tables_name_their_meshes() {
     let expected = [
         ("mug", &ScaleRule::MetresPerUnit(0.001), Some(0.8), Some(0.004)),
         ("mug-x0.5", &ScaleRule::MetresPerUnit(0.001 * 0.5), Some(0.8 * 0.125), Some(0.002)),
-        ("mug-x1.2", &ScaleRule::MetresPerUnit(0.001 * 1.2), Some(0.8 * 1.2f64.powi(3)), Some(0.004 * 1.2)),
+        ("mug-x1.2", &ScaleRule::MetresPerUnit(0.001 * 1.2), Some(0.8 * (1.2 * 1.2 * 1.2)), Some(0.004 * 1.2)),
     ];
     assert_eq!(found, expected);
     let wrong = "objects = [{ folder = \"../meshes/a\", sizes = [1, 0.5, 1] }, { built_in = 2, sizes = [1, 2] }]";

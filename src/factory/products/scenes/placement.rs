@@ -17,11 +17,11 @@ const LIFTED: f64 = 0.002;
 /// Room between two bodies on a table, at least [m].
 const APART: f64 = 0.005;
 
-/// Positions that are tried for a body, at most.
+/// Positions that are tried for a body in one rotation, at most.
 const TRIES: u32 = 200;
 
-/// Rotations about the vertical that are tried for a packed body, at most: a long one fits beside others along an edge of the
-/// table, within some degrees of four directions.
+/// Rotations about the vertical that are tried for a body, at most: a long one fits beside others along an edge of the table,
+/// within some degrees of four directions.
 const ROTATIONS: u32 = 50;
 
 /// Room that a body takes on a table.
@@ -60,8 +60,8 @@ pub(super) fn dropped(stream: &mut Stream) -> Placement {
     Placement::Dropped { rotation, shares: [stream.unit(), stream.unit()] }
 }
 
-/// A resting pose of a body, drawn by its probability, anywhere on a table [m] beside what stands there; `None` where no position
-/// is free.
+/// A resting pose of a body, drawn by its probability, anywhere on a table [m] beside what stands there. While no position is
+/// found, it is rotated about the vertical anew; `None` where that does not help.
 pub(super) fn standing(
     object: &LoadedObject,
     size: [f64; 2],
@@ -74,18 +74,21 @@ pub(super) fn standing(
         left -= pose.probability;
         left < 0.0
     });
-    let rotation = resting(chosen.or(poses.last()), stream);
-    let [low, high] = bounds(object, &rotation);
-    let footprint = Footprint { low: [low.x, low.y], high: [high.x, high.y] };
-    for _ in 0..TRIES {
-        let position = [0, 1].map(|axis| {
-            let [from, to] = [-size[axis] / 2.0 - low[axis], size[axis] / 2.0 - high[axis]];
-            if from < to { stream.uniform(from, to) } else { f64::midpoint(from, to) }
-        });
-        let here = footprint.moved(position);
-        if taken.iter().all(|other| !here.meets(other)) {
-            taken.push(here);
-            return Some(placed(position, low.z, rotation));
+    let pose = chosen.or(poses.last());
+    for _ in 0..ROTATIONS {
+        let rotation = resting(pose, stream);
+        let [low, high] = bounds(object, &rotation);
+        let footprint = Footprint { low: [low.x, low.y], high: [high.x, high.y] };
+        for _ in 0..TRIES {
+            let position = [0, 1].map(|axis| {
+                let [from, to] = [-size[axis] / 2.0 - low[axis], size[axis] / 2.0 - high[axis]];
+                if from < to { stream.uniform(from, to) } else { f64::midpoint(from, to) }
+            });
+            let here = footprint.moved(position);
+            if taken.iter().all(|other| !here.meets(other)) {
+                taken.push(here);
+                return Some(placed(position, low.z, rotation));
+            }
         }
     }
     None
