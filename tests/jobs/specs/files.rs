@@ -414,7 +414,7 @@ fn folders_lists_and_tables_name_their_meshes() {
     assert_eq!(found, expected);
     let wrong = "objects = [{ folder = \"../meshes/a\", sizes = [1, 0.5, 1] }, { built_in = 2, sizes = [1, 2] }]";
     let errors = read_from(wrong, "jobs").expect_err("a size twice, and sizes of built-in shapes").render();
-    for part in ["objects.0.sizes.2", "each factor once", "objects.1.sizes", "built-in shapes are in metres"] {
+    for part in ["objects[0].sizes[2]", "each factor once", "objects[1].sizes", "built-in shapes are in metres"] {
         assert!(errors.contains(part), "{part} is not in\n{errors}");
     }
 
