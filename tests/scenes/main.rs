@@ -181,6 +181,7 @@ fn mistakes_are_said_with_key_and_remedy() {
         said.contains("scenes.training") && said.contains("no object twice") && said.contains("lower `count`"),
         "{said}"
     );
+    assert!(!workspace.path("none").exists(), "the folder is free for the mended job");
 }
 
 #[test]

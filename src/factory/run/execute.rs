@@ -19,8 +19,8 @@ use format::{
     Product,
     dataset::{
         Begun, DatasetError, DatasetHeader, FinishedShard, Manifest, RunMark, ShardHeader, ShardScan, ShardWriter,
-        begin_run, clear_away, clear_pending, finish_dataset, scan_shards, scan_some_shards, shards_folder,
-        write_pending,
+        abandon_run, begin_run, clear_away, clear_pending, finish_dataset, scan_shards, scan_some_shards,
+        shards_folder, write_pending,
     },
 };
 use kernel::ids::{ItemId, JobDigest, SampleIndex};
@@ -85,7 +85,12 @@ pub fn run(task: &RunTask, context: &RunContext<'_>) -> Result<RunSummary, RunEr
         let manifest = Manifest::read(task.folder)?;
         return Ok(RunSummary { finished_before: true, product, made: 0, seconds: 0.0, manifest });
     }
-    let work = task.open(context)?;
+    let work = task.open(context).inspect_err(|_| {
+        // The folder of a job that cannot be done is free for the mended one.
+        if begun == Begun::New {
+            abandon_run(task.folder);
+        }
+    })?;
     let all: Vec<&ShardPlan> = task.plan.shards.iter().collect();
     let (made, seconds) = make_missing(task, &all, &scan, work.as_ref(), context)?;
     let manifest = close(task, work.as_ref(), context)?;

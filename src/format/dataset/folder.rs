@@ -100,6 +100,14 @@ pub fn begin_run(folder: &Path, mark: &RunMark) -> Result<Begun, DatasetError> {
     Ok(Begun::New)
 }
 
+/// Takes back what [`begin_run`] made of a new folder, so that it is free for another job. What else is there stays.
+pub fn abandon_run(folder: &Path) {
+    // Whatever does not go is found by the next run, which says so.
+    _ = fs::remove_file(folder.join(RUN));
+    _ = fs::remove_dir(folder.join(SHARDS));
+    _ = fs::remove_dir(folder);
+}
+
 /// Text of the file of a mark; equal marks have equal texts.
 pub(super) fn mark_text(mark: &RunMark) -> String {
     serde_json::to_string_pretty(mark).expect("a run mark is plain data") + "\n"

@@ -52,8 +52,8 @@ pub use durable::Temporary;
 pub use error::DatasetError;
 pub use finish::{DatasetHeader, finish_dataset};
 pub use folder::{
-    BadShard, Begun, DoneShard, RunMark, ShardScan, begin_run, clear_away, listed_shards, read_mark, scan_shards,
-    scan_some_shards, shards_folder,
+    BadShard, Begun, DoneShard, RunMark, ShardScan, abandon_run, begin_run, clear_away, listed_shards, read_mark,
+    scan_shards, scan_some_shards, shards_folder,
 };
 pub use index::{Cell, ColumnKind, IndexColumn, IndexFormat, IndexWriter, index_columns};
 pub use layout::ShardName;
