@@ -44,11 +44,11 @@ pub fn solid_occupancy(mesh: &TriMesh, test: InsideTest, with_surface: bool) -> 
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
     /// A closed box wound outward, corners `low` and `high` [m].
-    pub(super) fn block(low: [f32; 3], high: [f32; 3]) -> TriMesh {
+    pub(in crate::voxel) fn block(low: [f32; 3], high: [f32; 3]) -> TriMesh {
         let vertices = (0..8)
             .map(|corner| std::array::from_fn(|axis| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] }))
             .collect();

@@ -27,46 +27,70 @@ impl Span {
         Self { low: self.low.max(other.low), high: self.high.min(other.high) }
     }
 
-    /// The closed cells that meet it, as a half-open range.
-    fn cells(self) -> (usize, usize) {
+    /// The closed cells that meet it, of so many, as a half-open range.
+    fn cells(self, side: usize) -> (usize, usize) {
         // Cell i meets it when i <= high and i + 1 >= low; casts saturate at 0.
         let first = ((self.low - SLACK).ceil() - 1.0).max(0.0) as usize;
         let end = ((self.high + SLACK).floor() + 1.0).max(0.0) as usize;
-        (first, end.min(SIDE))
+        (first, end.min(side))
     }
 }
 
 /// Marks every cell whose closed box meets a triangle.
 pub(super) fn mark_surface(triangles: impl Iterator<Item = [Ticks; 3]>, grid: &mut SolidGrid) {
-    let mut over_y = Vec::with_capacity(SIDE);
+    let mut columns = ColumnsMet::new(SIDE);
     for triangle in triangles {
-        mark_triangle(triangle.map(in_cells), &mut over_y, grid);
+        mark_triangle(triangle.map(in_cells), &mut columns, grid);
     }
 }
 
-/// A triangle and a box are apart exactly when they are apart in one of the three flat projections or the plane misses
-/// the box (separating axes: the three projections cover the box's axes and the nine edge products). In a projection
-/// the part of the triangle over one row of cells is convex, so its span along the other axis says which cells of the
-/// row it meets.
-fn mark_triangle(corners: [[f64; 3]; 3], over_y: &mut Vec<Span>, grid: &mut SolidGrid) {
-    let full = |axis: usize| {
-        let mut span = Span::EMPTY;
-        corners.iter().for_each(|corner| span.widen(corner[axis]));
-        span
-    };
-    let (y_first, y_end) = full(1).cells();
-    over_y.clear();
-    over_y.extend((y_first..y_end).map(|y| span_over(&corners, 1, y, 2)));
-    let plane = Plane::of(&corners);
-    let (x_first, x_end) = full(0).cells();
-    for x in x_first..x_end {
-        let over_x = span_over(&corners, 0, x, 2);
-        let (first, end) = span_over(&corners, 0, x, 1).cells();
-        for y in first.max(y_first)..end.min(y_end) {
-            let (low, high) = plane.over(x, y).meet(over_x).meet(over_y[y - y_first]).cells();
-            if low < high {
-                let column = (x * SIDE + y) * (SIDE / 64);
-                mark(&mut grid.words[column..column + SIDE / 64], low, high);
+fn mark_triangle(corners: [[f64; 3]; 3], columns: &mut ColumnsMet, grid: &mut SolidGrid) {
+    columns.each(&corners, |x, y, low, high| {
+        let column = (x * SIDE + y) * (SIDE / 64);
+        mark(&mut grid.words[column..column + SIDE / 64], low, high);
+    });
+}
+
+/// Cells along the columns of a grid that triangles meet; its memory is used again for every triangle.
+pub(super) struct ColumnsMet {
+    side: usize,
+    over_y: Vec<Span>,
+}
+
+impl ColumnsMet {
+    /// For a grid of so many cells along each axis.
+    pub(super) fn new(side: usize) -> Self {
+        Self { side, over_y: Vec::with_capacity(side) }
+    }
+
+    /// Calls `found` with each column (x, y) in which a closed cell meets the triangle, and the half-open range of these cells
+    /// along z. Corners are in grid coordinates [cells].
+    ///
+    /// A triangle and a box are apart exactly when they are apart in one of the three flat projections or the plane misses
+    /// the box (separating axes: the three projections cover the box's axes and the nine edge products). In a projection
+    /// the part of the triangle over one row of cells is convex, so its span along the other axis says which cells of the
+    /// row it meets.
+    #[inline]
+    pub(super) fn each(&mut self, corners: &[[f64; 3]; 3], mut found: impl FnMut(usize, usize, usize, usize)) {
+        let (side, over_y) = (self.side, &mut self.over_y);
+        let full = |axis: usize| {
+            let mut span = Span::EMPTY;
+            corners.iter().for_each(|corner| span.widen(corner[axis]));
+            span
+        };
+        let (y_first, y_end) = full(1).cells(side);
+        over_y.clear();
+        over_y.extend((y_first..y_end).map(|y| span_over(corners, 1, y, 2)));
+        let plane = Plane::of(corners);
+        let (x_first, x_end) = full(0).cells(side);
+        for x in x_first..x_end {
+            let over_x = span_over(corners, 0, x, 2);
+            let (first, end) = span_over(corners, 0, x, 1).cells(side);
+            for y in first.max(y_first)..end.min(y_end) {
+                let (low, high) = plane.over(x, y).meet(over_x).meet(over_y[y - y_first]).cells(side);
+                if low < high {
+                    found(x, y, low, high);
+                }
             }
         }
     }
@@ -168,7 +192,7 @@ mod tests {
                 _ => {}
             }
             let mut grid = SolidGrid::new(Point3::origin(), 256.0);
-            mark_triangle(corners, &mut Vec::new(), &mut grid);
+            mark_triangle(corners, &mut ColumnsMet::new(SIDE), &mut grid);
             for x in 88..118 {
                 for y in 88..118 {
                     for z in 88..118 {
@@ -185,7 +209,7 @@ mod tests {
     #[test]
     fn a_face_on_a_boundary_touches_both_sides() {
         let mut grid = SolidGrid::new(Point3::origin(), 256.0);
-        mark_triangle([[1.25, 1.25, 8.0], [1.75, 1.25, 8.0], [1.5, 1.75, 8.0]], &mut Vec::new(), &mut grid);
+        mark_triangle([[1.25, 1.25, 8.0], [1.75, 1.25, 8.0], [1.5, 1.75, 8.0]], &mut ColumnsMet::new(SIDE), &mut grid);
         assert_eq!(grid.count(), 2);
         assert!(grid.get(1, 1, 7) && grid.get(1, 1, 8));
     }
