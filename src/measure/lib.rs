@@ -13,6 +13,7 @@ mod overlap;
 mod seen_cells;
 mod seen_space;
 mod surfaces;
+mod thesis_rules;
 
 pub use baseline::Baseline;
 pub use geodesic::{TrueGeodesics, geodesic_distances};
@@ -24,3 +25,4 @@ pub use overlap::GridOverlap;
 pub use seen_cells::SeenCells;
 pub use seen_space::free_space_violation;
 pub use surfaces::{SurfaceComparison, SurfaceRule, TrueSurface};
+pub use thesis_rules::{VertexComparison, mesh_overlap_by_thesis};
