@@ -223,6 +223,16 @@ pub(crate) mod tests {
         assert!(found.maximum > 0.0080 && found.maximum < 0.00867, "the corner is 8.66 mm away: {found:?}");
         assert!((found.mean - (found.found_to_truth + found.truth_to_found) / 2.0).abs() < 1e-15);
         assert_eq!(found.f_score_percent, 0.0, "nothing is within 1 mm");
+        // All of a box 4 mm inside is within 5 mm, and what sees it from beyond its edges by up to 3 mm; nothing of one 6 mm inside.
+        let within = |gap: f64| {
+            let inner = cuboid([gap; 3], [0.1 - 2.0 * gap; 3]);
+            SurfaceComparison::new(&inner, &truth, &rule, b"inner").expect("surfaces").f_score_5mm
+        };
+        assert!((0.97..1.0).contains(&within(0.004)) && within(0.006) == 0.0, "{} {}", within(0.004), within(0.006));
+        // The parts of a face that see the inner box straight, at 5 mm, and those beside it, in metres squared.
+        let square = found.found_to_truth.powi(2);
+        assert!(found.chamfer > 2.0 * square && found.chamfer < 2.0 * square + 0.19 * 5e-5, "{found:?}");
+        assert!((2.0 * found.rms.powi(2) - found.chamfer).abs() < 1e-12, "equally many points on both: {found:?}");
         assert!((found.longest_side - 0.1).abs() < 1e-8);
         // Both orders are alike, but for what is relative to the truth.
         let back = SurfaceComparison::new(&truth, &inner, &rule, b"inner").expect("surfaces");
