@@ -6,8 +6,8 @@ use graspmill::{
     geom::{GridPlacement, OccupancyGrid, TriMesh},
     seed::Stream,
     surface::{
-        CompletedMesh, CubeField, MeshBody, OBSTACLE_THRESHOLD, SmoothingProblem, Solver, TablePlane, Volume,
-        write_mjcf, write_obj, write_ply, write_stl,
+        CompletedMesh, CubeField, LaplacianRule, MeshBody, NeighbourWeights, OBSTACLE_THRESHOLD, SmoothingProblem,
+        Solver, TablePlane, Volume, write_mjcf, write_obj, write_ply, write_stl,
     },
     voxel::{InsideTest, solid_occupancy},
 };
@@ -181,5 +181,52 @@ json.dump(dict(variables=len(bounds), scipy=float(result.fun), ours=energy(ours)
         // The thesis's 500 sweeps stop earlier.
         assert!(number("thesis") > number("ours") && apart("thesis_apart", 0) > apart("apart", 0), "{name}: {found}");
         assert!((problem.energy(&field) / number("ours") - 1.0).abs() < 1e-6, "{name}: {found}");
+    }
+}
+
+/// Six steps of uniform smoothing by trimesh, whose step goes all of the way to the mean; and by libigl's cotangents, those of the
+/// mesh at each step.
+const SMOOTHED: &str = "
+import json, sys
+import igl, numpy as np, trimesh
+
+answer = []
+for path in sys.argv[1:]:
+    mesh = trimesh.load(path, process=False)
+    vertices, faces = np.array(mesh.vertices), np.asarray(mesh.faces, np.int32)
+    operator = trimesh.smoothing.laplacian_calculation(mesh, equal_weight=True)
+    trimesh.smoothing.filter_laplacian(mesh, lamb=1.0, iterations=6, volume_constraint=False, laplacian_operator=operator)
+    for _ in range(6):
+        cotangents = igl.cotmatrix(vertices, faces)
+        vertices = vertices + (cotangents @ vertices) / -cotangents.diagonal()[:, None]
+    answer.append([np.asarray(mesh.vertices).tolist(), vertices.tolist()])
+print(json.dumps(answer))
+";
+
+#[test]
+fn smoothing_is_that_of_trimesh_and_libigl() {
+    let work = Workspace::new();
+    let grid = field_of(&grid_of("mug-01", 40));
+    // Steps of cells, which smoothing is for, and a mesh of triangles of many sizes.
+    let meshes =
+        [CompletedMesh::obstacle(&grid, &placement(40), OBSTACLE_THRESHOLD).mesh, built_in_mesh("bottle-01@1k")];
+    let paths = (0..).zip(&meshes).map(|(index, mesh)| work.write(format!("{index}.ply"), write_ply(mesh, &[])));
+    let run = Program::python_lines(SMOOTHED).args(paths.collect::<Vec<_>>());
+    let found: Vec<[Vec<[f64; 3]>; 2]> = serde_json::from_value(run.succeed().json()).expect("vertices");
+    for (mesh, theirs) in meshes.iter().zip(&found) {
+        for (weights, theirs) in [NeighbourWeights::Uniform, NeighbourWeights::Cotangent].into_iter().zip(theirs) {
+            let mut ours = mesh.clone();
+            LaplacianRule { weights, ..LaplacianRule::default() }.smooth(&mut ours);
+            assert_eq!(ours.triangles, mesh.triangles);
+            let off = ours.vertices.iter().zip(theirs);
+            let off = off.flat_map(|(ours, theirs)| (0..3).map(|axis| (f64::from(ours[axis]) - theirs[axis]).abs()));
+            let off = off.fold(0.0, f64::max);
+            let moved = ours.vertices.iter().zip(&mesh.vertices);
+            let moved =
+                moved.flat_map(|(ours, mesh)| (0..3).map(|axis| (ours[axis] - mesh[axis]).abs())).fold(0.0, f32::max);
+            println!("{weights:?}: {off} m off, moved by up to {moved} m");
+            assert!(off < 1e-7 && moved > 1e-3, "{weights:?}: {off} {moved}");
+            assert!(ours.signed_volume() > 0.0 && ours.signed_volume() < mesh.signed_volume(), "smoothing shrinks");
+        }
     }
 }
