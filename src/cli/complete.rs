@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::{
     completion_args::{CompleteArgs, DetailName, MeshFormat},
-    completion_method::baseline_of,
+    completion_method::{baseline_of, smoothed},
     contacts::read_contacts,
     exit::{Exit, Failure},
     machine,
@@ -136,7 +136,14 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
     let detail = arguments.detail.unwrap_or(DetailName::On);
     let completer = match (&arguments.model, &arguments.method) {
         (Some(folder), _) => Completer::new(CompletionModel::open(folder).map_err(refused)?, detail.into()),
-        (None, method) => Completer::by_baseline(baseline_of(method.as_deref().unwrap_or_default())?, detail.into()),
+        (None, method) => {
+            let (name, rule) = smoothed(method.as_deref().unwrap_or_default(), arguments.smoothing);
+            let completer = Completer::by_baseline(baseline_of(name)?, detail.into());
+            match rule {
+                Some(rule) => completer.with_smoothing(rule),
+                None => completer,
+            }
+        }
     };
     let open_model = milliseconds_since(began);
     let mut picture = SegmentedPicture::open(&arguments.picture)?;

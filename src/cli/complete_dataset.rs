@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{
     complete::mesh_bytes,
     completion_args::{CompleteArgs, DetailName, MeshFormat},
-    completion_method::{CompletionMethod, mesh_of},
+    completion_method::CompletionMethod,
     exit::{Exit, Failure},
     machine,
     parallel::in_parallel,
@@ -61,14 +61,14 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
     let (reader, chosen) = choose_samples(&picture.depth, arguments.split.as_deref(), arguments.limit)?;
     let method = match (&arguments.model, &arguments.method) {
         (Some(folder), _) => CompletionMethod::open(folder)?,
-        (None, name) => CompletionMethod::by_name(name.as_deref().unwrap_or_default(), &reader)?,
+        (None, name) => CompletionMethod::by_name(name.as_deref().unwrap_or_default(), arguments.smoothing, &reader)?,
     };
     let made_by = method.digest().map_or_else(|| method.name(), str::to_owned);
     let began = Instant::now();
     let work = |index: usize| -> Result<(SampleRow, TriMesh), Failure> {
         let sample = StoredSample::read(&reader, chosen[index])?;
         let answer = method.complete(&sample)?;
-        let mesh = mesh_of(&answer, &sample, detail)?;
+        let mesh = method.mesh(&answer, &sample, detail)?;
         let file = format!("{}.{}", plain(&sample.name), arguments.to.extension());
         let row = SampleRow {
             overlap: GridOverlap::new(&answer.cells(), &sample.pair.complete, &sample.pair.partial),

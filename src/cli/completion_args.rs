@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 
 use super::local_path::local_path;
-use runtime::completion::Detail;
+use runtime::completion::{Detail, LaplacianRule, NeighbourWeights};
 
 /// A depth picture, its camera, and how it is taken apart.
 #[derive(Args, Debug)]
@@ -68,7 +68,8 @@ pub struct CompleteArgs {
     /// The model's folder.
     #[arg(long, value_name = "DIR", required_unless_present = "method")]
     pub model: Option<PathBuf>,
-    /// A baseline in place of a model: partial, extrude, hull, mirror-far, mirror, mirror-shell.
+    /// A baseline in place of a model: partial, extrude, hull, mirror-far, mirror, mirror-shell, primitive. With the ending
+    /// +smooth, as in hull+smooth, its meshes are smoothed.
     #[arg(long, value_name = "NAME", conflicts_with = "model")]
     pub method: Option<String>,
     /// The object to grasp: `auto` (the one nearest to the picture's middle), `all`, its number by size from 1, a pixel (column,
@@ -92,6 +93,8 @@ pub struct CompleteArgs {
     /// Way in which a target's mesh is made; by default `on` for pictures and `off` for datasets, which may store no depth.
     #[arg(long, value_enum)]
     pub detail: Option<DetailName>,
+    #[command(flatten)]
+    pub smoothing: SmoothArgs,
     /// Form of the meshes.
     #[arg(long, value_enum, default_value_t = MeshFormat::Ply)]
     pub to: MeshFormat,
@@ -143,6 +146,48 @@ impl From<DetailName> for Detail {
     }
 }
 
+/// Smoothing of the meshes of methods with the ending `+smooth`.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct SmoothArgs {
+    /// Steps of the Laplacian smoothing of methods with the ending +smooth: in each one every vertex moves to the mean of its
+    /// neighbours.
+    #[arg(long, value_name = "N", default_value_t = LaplacianRule::default().steps, value_parser = clap::value_parser!(u32).range(1..))]
+    pub smooth_steps: u32,
+    /// Weights of the neighbours in that mean.
+    #[arg(long, value_enum, default_value_t = WeightsName::Uniform)]
+    pub smooth_weights: WeightsName,
+}
+
+impl SmoothArgs {
+    /// The rule of the library.
+    pub fn rule(self) -> LaplacianRule {
+        let weights = match self.smooth_weights {
+            WeightsName::Uniform => NeighbourWeights::Uniform,
+            WeightsName::Cotangent => NeighbourWeights::Cotangent,
+        };
+        // Completed meshes are closed: they have no boundary that could move by a rule of its own.
+        LaplacianRule { steps: self.smooth_steps, weights, boundary: false }
+    }
+}
+
+/// Weights of the neighbours of a vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum WeightsName {
+    /// All alike.
+    Uniform,
+    /// Cotangents of the opposite angles: flat parts stay as they are.
+    Cotangent,
+}
+
+/// Rules of the measures of surfaces and meshes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RulesName {
+    /// Points drawn evenly over both surfaces, volumes in the box of both.
+    Standard,
+    /// These, and beside them those of the thesis's tools.
+    Thesis,
+}
+
 /// Form of completed meshes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MeshFormat {
@@ -192,8 +237,9 @@ pub struct EvaluateCompletionArgs {
     /// A model's folder (repeatable).
     #[arg(long, value_name = "DIR", required_unless_present = "method")]
     pub model: Vec<PathBuf>,
-    /// A baseline (repeatable): partial, extrude, hull, mirror-far, mirror, mirror-shell; knn and mean, which learn from the
-    /// dataset's training pairs; or truth: the true grids, as a perfect network would give them.
+    /// A baseline (repeatable): partial, extrude, hull, mirror-far, mirror, mirror-shell; primitive, which needs the depth
+    /// (`channels.depth`); knn and mean, which learn from the dataset's training pairs; or truth: the true grids, as a perfect
+    /// network would give them. With the ending +smooth, as in hull+smooth, its meshes are smoothed.
     #[arg(long, value_name = "NAME")]
     pub method: Vec<String>,
     /// Way in which meshes are made of answers; `thesis` and `on` need the depth (`channels.depth`). Baselines have no coverage:
@@ -201,6 +247,8 @@ pub struct EvaluateCompletionArgs {
     /// Given again, each way is a row, compared with the first one.
     #[arg(long, value_enum, default_value = "off")]
     pub detail: Vec<DetailName>,
+    #[command(flatten)]
+    pub smoothing: SmoothArgs,
     /// A folder with the objects' meshes, named as in the dataset: they are the true surfaces, and not the dataset's grids.
     /// Built-in shapes need no file.
     #[arg(long, value_name = "DIR")]
@@ -214,6 +262,10 @@ pub struct EvaluateCompletionArgs {
     /// Points per surface for distances; 0 leaves them out.
     #[arg(long, value_name = "N", default_value_t = 2000)]
     pub surface_samples: u32,
+    /// Rules of the measures: `thesis` adds columns by the rules of its tools, which others are not to be compared by: overlap
+    /// of meshes in the truth's box alone, where cells of the surface count, and distances of vertices, as MeshLab's.
+    #[arg(long, value_enum, default_value_t = RulesName::Standard)]
+    pub rules: RulesName,
     /// Also compare surfaces by their mean geodesic distances (Hamza and Krim 2003): seconds per mesh.
     #[arg(long)]
     pub geodesics: bool,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    completion_args::DetailName,
+    completion_args::{DetailName, SmoothArgs},
     exit::{Exit, Failure},
     model::refused,
     stored_samples::StoredSample,
@@ -14,10 +14,12 @@ use kernel::{
     words::Split,
 };
 use measure::{Baseline, GridOverlap, SeenCells, TrainingPairs};
-use runtime::completion::{Answer, CompletionModel, Prediction};
+use runtime::completion::{Answer, CompletionModel, LaplacianRule, Prediction, seen_points};
 
 /// Baselines that remember the training pairs of the dataset.
 const LEARNED: [&str; 2] = ["knn", "mean"];
+/// Ending of the name of a method whose meshes are smoothed.
+const SMOOTHED: &str = "+smooth";
 
 /// A way to complete samples.
 pub enum CompletionMethod {
@@ -32,6 +34,8 @@ pub enum CompletionMethod {
     Mean(OccupancyGrid),
     /// The true grids, as a perfect network would give them.
     Truth,
+    /// Another one, its meshes smoothed.
+    Smoothed(Box<CompletionMethod>, LaplacianRule),
 }
 
 impl CompletionMethod {
@@ -42,7 +46,10 @@ impl CompletionMethod {
     }
 
     /// A baseline by its name, prepared on the dataset where it learns from it.
-    pub fn by_name(name: &str, reader: &DatasetReader) -> Result<Self, Failure> {
+    pub fn by_name(name: &str, smoothing: SmoothArgs, reader: &DatasetReader) -> Result<Self, Failure> {
+        if let (plain, Some(rule)) = smoothed(name, smoothing) {
+            return Ok(Self::Smoothed(Box::new(Self::by_name(plain, smoothing, reader)?), rule));
+        }
         match name {
             "knn" => Ok(Self::Nearest(training_pairs(reader)?)),
             "mean" => mean_of(reader),
@@ -58,6 +65,7 @@ impl CompletionMethod {
             Self::Nearest(_) => "knn".to_owned(),
             Self::Mean(_) => "mean".to_owned(),
             Self::Truth => "truth".to_owned(),
+            Self::Smoothed(method, _) => method.name() + SMOOTHED,
         }
     }
 
@@ -71,7 +79,10 @@ impl CompletionMethod {
 
     /// Whether it is something that a model must beat.
     pub fn is_baseline(&self) -> bool {
-        !matches!(self, Self::Model { .. } | Self::Truth)
+        match self {
+            Self::Smoothed(method, _) => method.is_baseline(),
+            _ => !matches!(self, Self::Model { .. } | Self::Truth),
+        }
     }
 
     pub fn complete(&self, sample: &StoredSample) -> Result<Answer, Failure> {
@@ -79,7 +90,10 @@ impl CompletionMethod {
         Ok(match self {
             Self::Model { model, .. } => Answer::of_model(model, sample.complete(model)?),
             Self::Baseline(baseline) => {
-                let seen = SeenCells { partial, free: sample.free.as_ref(), placement, up: SeenCells::IMAGE_UP };
+                let object = baseline.needs_points().then(|| sample.seen_object()).transpose()?;
+                let points = object.map(seen_points).unwrap_or_default();
+                let (free, up) = (sample.free.as_ref(), SeenCells::IMAGE_UP);
+                let seen = SeenCells { partial, free, points: &points, placement, up };
                 Answer::of_cells(&baseline.complete(&seen))
             }
             Self::Nearest(pairs) => Answer::of_cells(&pairs.nearest_vote(partial)),
@@ -88,14 +102,28 @@ impl CompletionMethod {
                 let Answer { prediction, thresholds } = Answer::of_cells(&sample.pair.complete);
                 Answer { prediction: Prediction { coverage: sample.coverage.clone(), ..prediction }, thresholds }
             }
+            Self::Smoothed(method, _) => method.complete(sample)?,
         })
+    }
+
+    /// A target's mesh out of the method's answer.
+    pub fn mesh(&self, answer: &Answer, sample: &StoredSample, detail: DetailName) -> Result<TriMesh, Failure> {
+        if let Self::Smoothed(method, rule) = self {
+            let mut mesh = method.mesh(answer, sample, detail)?;
+            rule.smooth(&mut mesh);
+            return Ok(mesh);
+        }
+        let (completed, _) = answer.mesh(detail.into(), &sample.pair.grid, &[], || sample.seen_object())?;
+        Ok(completed.mesh)
     }
 }
 
-/// A target's mesh out of a method's answer.
-pub fn mesh_of(answer: &Answer, sample: &StoredSample, detail: DetailName) -> Result<TriMesh, Failure> {
-    let (completed, _) = answer.mesh(detail.into(), &sample.pair.grid, &[], || sample.seen_object())?;
-    Ok(completed.mesh)
+/// A method's name without the ending that asks for smoothing, and the rule where it has that ending.
+pub fn smoothed(name: &str, smoothing: SmoothArgs) -> (&str, Option<LaplacianRule>) {
+    match name.strip_suffix(SMOOTHED) {
+        Some(plain) => (plain, Some(smoothing.rule())),
+        None => (name, None),
+    }
 }
 
 /// A baseline that learns nothing, by its name.
@@ -105,7 +133,10 @@ pub fn baseline_of(name: &str) -> Result<Baseline, Failure> {
         let message = if LEARNED.contains(&name) {
             format!("--method {name}: it learns from training pairs, which only a dataset has")
         } else {
-            format!("--method {name}: no such baseline; one of {}", known.join(", "))
+            format!(
+                "--method {name}: no such baseline; one of {}, each also with the ending {SMOOTHED}",
+                known.join(", ")
+            )
         };
         Failure::message(Exit::BadSpec, message)
     })

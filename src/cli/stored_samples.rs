@@ -97,8 +97,7 @@ impl StoredSample {
     /// The object as the camera saw it. Pixels that see an occluder say nothing.
     pub fn seen_object(&self) -> Result<&SeenObject, Failure> {
         let Some(frame) = self.picture() else {
-            let message =
-                "the dataset stores no depth, which --detail thesis and on need: make it with channels.depth = \"f32\"";
+            let message = "the dataset stores no depth, which --method primitive and --detail thesis and on need: make it with channels.depth = \"f32\"";
             return Err(Failure::message(Exit::BadSpec, message));
         };
         Ok(self.seen.get_or_init(|| self.object_in(frame)))

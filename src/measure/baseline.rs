@@ -7,6 +7,7 @@ use nalgebra::Point3;
 
 use crate::{
     mirror::{Union, mirrored_by_plane},
+    primitive::filled_primitive,
     seen_cells::SeenCells,
 };
 
@@ -29,12 +30,14 @@ pub enum Baseline {
     Mirror,
     /// `thesis`: these cells and images as they are.
     MirrorShell,
+    /// Seen cells and those of the one ball, cylinder or box that explains most of the seen points; nothing where none does.
+    Primitive,
 }
 
 impl Baseline {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::Partial, Self::Extrude, Self::Hull, Self::MirrorFar, Self::Mirror, Self::MirrorShell];
+    pub const ALL: [Self; 7] =
+        [Self::Partial, Self::Extrude, Self::Hull, Self::MirrorFar, Self::Mirror, Self::MirrorShell, Self::Primitive];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -45,12 +48,18 @@ impl Baseline {
             Self::MirrorFar => "mirror-far",
             Self::Mirror => "mirror",
             Self::MirrorShell => "mirror-shell",
+            Self::Primitive => "primitive",
         }
     }
 
     /// The baseline of a name; `None` for any other text.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|baseline| baseline.name() == name)
+    }
+
+    /// Whether it asks for seen points, which cells alone do not give.
+    pub fn needs_points(self) -> bool {
+        self == Self::Primitive
     }
 
     /// Completes what was seen.
@@ -71,6 +80,7 @@ impl Baseline {
             Self::MirrorFar => mirrored(partial),
             Self::Mirror => mirrored_by_plane(seen, Union::Filled),
             Self::MirrorShell => mirrored_by_plane(seen, Union::Shell),
+            Self::Primitive => filled_primitive(seen),
         }
     }
 }
@@ -151,7 +161,7 @@ mod tests {
     }
 
     fn completed(baseline: Baseline, partial: &OccupancyGrid, placement: &GridPlacement) -> OccupancyGrid {
-        baseline.complete(&SeenCells { partial, free: None, placement, up: SeenCells::IMAGE_UP })
+        baseline.complete(&SeenCells { partial, free: None, points: &[], placement, up: SeenCells::IMAGE_UP })
     }
 
     #[test]

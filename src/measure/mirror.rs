@@ -167,7 +167,13 @@ mod tests {
     #[test]
     fn a_wall_across_the_view_is_doubled_and_nothing_is_seen_through() {
         let (partial, free, placement) = two_walls();
-        let seen = SeenCells { partial: &partial, free: Some(&free), placement: &placement, up: [0.0, -1.0, 0.0] };
+        let seen = SeenCells {
+            partial: &partial,
+            free: Some(&free),
+            points: &[],
+            placement: &placement,
+            up: [0.0, -1.0, 0.0],
+        };
         let shell = mirrored_by_plane(&seen, Union::Shell);
         // The wall is flat: its image in itself contradicts nothing, and the smallest shift wins.
         assert_eq!(shell, partial);
@@ -196,7 +202,13 @@ mod tests {
                 free.set([x, y, z]);
             }
         }
-        let seen = SeenCells { partial: &partial, free: Some(&free), placement: &placement, up: [0.0, -1.0, 0.0] };
+        let seen = SeenCells {
+            partial: &partial,
+            free: Some(&free),
+            points: &[],
+            placement: &placement,
+            up: [0.0, -1.0, 0.0],
+        };
         let filled = mirrored_by_plane(&seen, Union::Filled);
         let shell = mirrored_by_plane(&seen, Union::Shell);
         assert!(shell.count() < filled.count() && shell.count() > partial.count());

@@ -102,6 +102,18 @@ impl SeenObject {
         &self.points
     }
 
+    /// Positions [m] and unit normals, towards the camera, of the seen points at which the surface has a slope.
+    pub fn oriented_points(&self) -> impl Iterator<Item = ([f64; 3], [f64; 3])> + '_ {
+        let width = self.camera.width as usize;
+        self.pixels.iter().enumerate().filter_map(move |(index, pixel)| match pixel {
+            SeenPixel::Object { normal, depth, .. } => {
+                let (column, row) = ((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
+                Some((self.camera.unproject(column, row, *depth).into(), *normal))
+            }
+            _ => None,
+        })
+    }
+
     /// Standard deviation of the object's depths [m], from the second differences of neighbouring pixels. Noise that is
     /// correlated over several pixels looks smaller.
     pub fn noise(&self) -> f64 {

@@ -151,7 +151,7 @@ fn every_detail_and_every_baseline_makes_closed_meshes_that_stay_out_of_seen_spa
     }
     assert!(worst(&reports[2]) <= worst(&reports[0]));
     // Obstacles do not reach into what the camera sees through, whatever fills the cells.
-    for method in ["hull", "mirror", "mirror-shell", "extrude"] {
+    for method in ["hull", "mirror", "mirror-shell", "extrude", "primitive", "hull+smooth"] {
         let report = run(method, &["--method", method, "--target", "1"]);
         assert!(report["model"].is_null() && report["method"] == method);
         assert!(worst(&report) <= 0.03, "{report}");

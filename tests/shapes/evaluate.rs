@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 
 use graspmill::{
     geom::{GridPlacement, OccupancyGrid, TriMesh},
-    measure::{Baseline, SeenCells, SurfaceComparison, SurfaceRule, TrainingPairs, geodesic_distances, mesh_overlap},
+    measure::{
+        Baseline, SeenCells, SurfaceComparison, SurfaceRule, TrainingPairs, VertexComparison, geodesic_distances,
+        mesh_overlap, mesh_overlap_by_thesis,
+    },
     seed::Stream,
     surface::write_ply,
 };
@@ -58,6 +61,72 @@ fn distances_are_those_of_trimesh() {
     }
     let ratio = number_at(&oracle, "/volume_ratio");
     assert!((ours.volume_ratio / ratio - 1.0).abs() < 1e-5, "{} {ratio}", ours.volume_ratio);
+}
+
+/// Distances of vertices by trimesh's closest points, those that are nearer than half the diagonal of their mesh's box alone; and
+/// the overlap in the second mesh's box by a sample of its 80^3 cells, which points drawn on the surface fall into or whose centre
+/// is inside.
+const BY_THESIS: &str = "
+import json, sys
+import numpy as np, trimesh
+
+a, b = (trimesh.load(path, process=False) for path in sys.argv[1:3])
+
+def distances(mesh, other):
+    found = []
+    for point in mesh.vertices:
+        tiled = np.tile(point, (len(other.triangles), 1))
+        nearest = trimesh.triangles.closest_point(other.triangles, tiled)
+        found.append(np.linalg.norm(nearest - tiled, axis=1).min())
+    found = np.array(found)
+    return found[found < np.linalg.norm(np.ptp(mesh.bounds, axis=0)) / 2]
+
+one, other = distances(a, b), distances(b, a)
+answer = {'found_to_truth': one.mean(), 'truth_to_found': other.mean()}
+answer['mean'] = np.concatenate([one, other]).mean()
+answer['maximum'] = max(one.max(), other.max())
+answer['ignored'] = len(a.vertices) + len(b.vertices) - len(one) - len(other)
+
+low, cell = b.bounds[0], np.ptp(b.bounds, axis=0).max() / 80
+cells = np.random.default_rng(7).integers(80, size=(40000, 3))
+
+def occupied(mesh):
+    points, _ = trimesh.sample.sample_surface(mesh, 2_000_000, seed=3)
+    at = np.floor((points - low) / cell).astype(int)
+    grid = np.zeros((80, 80, 80), bool)
+    grid[tuple(at[((at >= 0) & (at < 80)).all(axis=1)].T)] = True
+    return grid[tuple(cells.T)] | mesh.contains(low + (cells + 0.5) * cell)
+
+one, other = occupied(a), occupied(b)
+answer['overlap'] = float((one & other).sum() / (one | other).sum())
+print(json.dumps(answer))
+";
+
+#[test]
+fn the_thesis_s_rules_are_those_of_trimesh_over_vertices_and_cells() {
+    let workspace = Workspace::new();
+    // The bottle is shifted, so that a part of it lies outside of the can's box; some vertices are too far away to count.
+    let (mut found, truth) = (built_in_mesh("bottle-01@1k"), built_in_mesh("can-01@1k"));
+    found.vertices.iter_mut().for_each(|vertex| *vertex = [vertex[0] + 0.01, vertex[1], vertex[2]]);
+    let write = |name: &str, mesh: &TriMesh| workspace.write(name, write_ply(mesh, &[]));
+    let run = Program::python_lines(BY_THESIS).arg(write("found.ply", &found)).arg(write("truth.ply", &truth));
+    let oracle: Value = run.succeed().json();
+    let ours = VertexComparison::new(&found, &truth).expect("surfaces").expect("vertices near enough");
+    for (name, value) in [
+        ("found_to_truth", ours.found_to_truth),
+        ("truth_to_found", ours.truth_to_found),
+        ("mean", ours.mean),
+        ("maximum", ours.maximum),
+    ] {
+        let wanted = number_at(&oracle, &format!("/{name}"));
+        assert!((value / wanted - 1.0).abs() < 1e-6, "{name}: {value}, not {wanted}");
+    }
+    assert_eq!(Some(ours.ignored as u64), oracle["ignored"].as_u64());
+    let (volumes, cells) = (mesh_overlap_by_thesis(&found, &truth), number_at(&oracle, "/overlap"));
+    println!("{ours:?}, {volumes}, by cells {cells}; by the standard's rule {}", mesh_overlap(&found, &truth));
+    assert!((volumes - cells).abs() < 0.015, "{volumes}, by cells {cells}");
+    // What sticks out of the can's box is free.
+    assert!(volumes > mesh_overlap(&found, &truth) + 0.05 && ours.ignored > 0, "{volumes}");
 }
 
 /// Exact geodesic distances (Mitchell, Mount and Papadimitriou 1987, by libigl) from a vertex, and the overlap of two meshes by points.
@@ -118,7 +187,8 @@ fn hulls_are_those_of_scipy() {
             grid.set(std::array::from_fn(|_| draw.below(16) as u32));
         }
         cells.push(grid.cells().collect::<Vec<_>>());
-        let seen = SeenCells { partial: &grid, free: None, placement: &placement, up: SeenCells::IMAGE_UP };
+        let seen =
+            SeenCells { partial: &grid, free: None, points: &[], placement: &placement, up: SeenCells::IMAGE_UP };
         ours.push(Baseline::Hull.complete(&seen).cells().collect::<Vec<_>>());
     }
     let workspace = Workspace::new();
@@ -202,11 +272,17 @@ fn models_and_baselines_stand_in_one_table() {
     let row = |name: &str| rows.iter().find(|row| row["name"] == name).unwrap_or_else(|| panic!("{name}: {report}"));
     for row in rows {
         let [low, mean, high] = ["low", "mean", "high"].map(|end| number_at(row, &format!("/iou/{end}")));
-        assert!(0.0 < low && low <= mean && mean <= high && high < 1.0, "{row}");
+        // Not everything looks like a ball, a cylinder or a box.
+        assert!(0.0 < low || row["name"] == "primitive" && number_at(row, "/empty") > 0.0, "{row}");
+        assert!(low <= mean && mean <= high && high < 1.0, "{row}");
         assert_eq!(row["iou"]["objects"], 3);
         let distances = ["surface_mm", "rms_mm", "percentile_95_mm", "hausdorff_mm"];
         let distances = distances.map(|name| number_at(row, &format!("/{name}/mean")));
         assert!(distances.windows(2).all(|pair| pair[0] < pair[1]), "{row}");
+        // Units: millimetres, and their squares.
+        let (rms, chamfer) = (distances[1], number_at(row, "/chamfer_mm2/mean"));
+        assert!((1.99..50.0).contains(&(chamfer / (rms * rms))), "{row}");
+        assert!(number_at(row, "/bias_mm/mean").abs() < 2.0 * distances[0], "{row}");
         for share in ["mesh_iou", "f_score_percent", "f_score_5mm", "free_space_violation"] {
             assert!((0.0..=1.0).contains(&number_at(row, &format!("/{share}/mean"))), "{share}: {row}");
         }
@@ -239,8 +315,14 @@ fn models_and_baselines_stand_in_one_table() {
     assert_eq!((report["rows"][1]["name"].as_str(), of_row(1, "surface_mm")), (Some("truth, off"), off));
     let less = of_row(1, "surface_over_first_mm");
     assert!((less - (off - of_row(0, "surface_mm"))).abs() < 1e-9 && less < -0.5, "{report}");
+    assert!(
+        of_row(0, "bias_mm") > 0.5 && of_row(1, "bias_mm").abs() < 0.5,
+        "cells are some .7 cell too large: {report}"
+    );
     assert!(report["rows"][0]["geodesic_divergence"].is_null());
     assert_geodesics(&data);
+    assert_thesis_rules(&data);
+    assert_smoothing(&data);
     // What is seen is a shell: as a completion it adds nothing, and drawn out along the rays it comes nearer to the truth.
     assert_eq!(number_at(row("partial"), "/unseen_iou/mean"), 0.0);
     assert!(number_at(row("extrude"), "/iou/mean") > number_at(row("partial"), "/iou/mean") + 0.1, "{report}");
@@ -258,6 +340,8 @@ fn models_and_baselines_stand_in_one_table() {
     assert_pages(&workspace, run);
     for (option, value, says) in [
         ("--method", "magic", "one of partial, extrude"),
+        ("--method", "magic+smooth", "each also with the ending +smooth"),
+        ("--smooth-steps", "0", "--smooth-steps"),
         ("--split", "all", "no such split"),
         ("--model", "docs", "model.json"),
     ] {
@@ -276,6 +360,55 @@ fn assert_geodesics(data: &Path) {
     let (floor, truth, extruded) =
         (of_row(0, "geodesic_floor"), of_row(0, "geodesic_divergence"), of_row(1, "geodesic_divergence"));
     assert!(0.0 < floor && truth < extruded && extruded < 1.0, "{floor} {truth} {extruded}");
+}
+
+/// Rules of the thesis add columns, and change no other.
+fn assert_thesis_rules(data: &Path) {
+    let run = |rules: &str| {
+        let run =
+            Program::new("evaluate").arg("completion").arg(data).args(["--method", "truth", "--method", "extrude"]);
+        run.args(["--limit", "6", "--surface-samples", "400", "--rules", rules])
+    };
+    let [standard, thesis] = ["standard", "thesis"].map(|rules| run(rules).arg("--json").succeed().json::<Value>());
+    for row in 0..2 {
+        let (standard, thesis) = (&standard["rows"][row], &thesis["rows"][row]);
+        for (name, value) in thesis.as_object().expect("a row") {
+            if name.starts_with("thesis_") {
+                assert!(standard[name].is_null() && value["objects"] == 3, "{name}: {value}");
+            } else {
+                assert_eq!(standard[name], *value, "{name}");
+            }
+        }
+        let of_row = |name: &str| number_at(thesis, &format!("/{name}/mean"));
+        // The true grids' own mesh is the true one.
+        assert_eq!(of_row("thesis_surface_mm") == 0.0, row == 0, "{thesis}");
+        assert!(of_row("thesis_surface_mm") <= of_row("thesis_hausdorff_mm"), "{thesis}");
+        assert!((0.0..=1.0).contains(&of_row("thesis_mesh_iou")), "{thesis}");
+    }
+    let said = run("thesis").succeed().stdout;
+    assert!(said.contains("thesis: mesh IoU") && said.contains("(MeshLab)"), "{said}");
+}
+
+/// Smoothing changes the meshes of a method and not its cells.
+fn assert_smoothing(data: &Path) {
+    let run = |options: &[&str]| -> Vec<[f64; 3]> {
+        let methods = ["--method", "hull", "--method", "hull+smooth", "--limit", "6", "--surface-samples", "400"];
+        let run = Program::new("evaluate").arg("completion").arg(data).args(methods).args(options.iter().copied());
+        let report: Value = run.arg("--json").succeed().json();
+        let rows = report["rows"].as_array().expect("rows").iter();
+        let names: Vec<&str> = rows.clone().filter_map(|row| row["name"].as_str()).collect();
+        assert_eq!(names, ["hull", "hull+smooth"]);
+        rows.map(|row| ["iou", "mesh_iou", "volume_ratio"].map(|name| number_at(row, &format!("/{name}/mean"))))
+            .collect()
+    };
+    let six = run(&[]);
+    assert_eq!(six[0][0], six[1][0]);
+    assert!(six[1][2] < six[0][2], "smoothing shrinks: {six:?}");
+    let [one, cotangent] =
+        [&["--smooth-steps", "1"][..], &["--smooth-weights", "cotangent"]].map(|options| run(options));
+    assert!(one[0] == six[0] && cotangent[0] == six[0]);
+    assert!(six[1][2] < one[1][2] && one[1][2] < one[0][2], "{six:?} {one:?}");
+    assert!(cotangent[1] != six[1] && cotangent[1][2] < six[0][2], "{six:?} {cotangent:?}");
 }
 
 /// The page has the table, and pictures of three samples of each method; the same bytes by any count of threads.
@@ -334,4 +467,7 @@ fn a_dataset_without_what_the_model_takes_is_refused() {
     let run = Program::new("evaluate").arg("completion").arg(&data).option("--model", MODEL);
     let said = run.expect_code(2).stderr;
     assert!(said.contains("needs the input `free`") && said.contains("channels.visibility = true"), "{said}");
+    let run = Program::new("evaluate").arg("completion").arg(&data).args(["--method", "primitive"]);
+    let said = run.expect_code(2).stderr;
+    assert!(said.contains("stores no depth") && said.contains("channels.depth"), "{said}");
 }

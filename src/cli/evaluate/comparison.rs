@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::outcome::{Outcome, SEED};
 use crate::{completion_args::DetailName, completion_method::CompletionMethod};
-use measure::{Interval, Scores, SurfaceComparison};
+use measure::{Interval, Scores, SurfaceComparison, VertexComparison};
 
 /// Share of the volume of an object's occupied cells that is solid, below which it counts as hollow or thin.
 const SOLID_SHARE: f64 = 0.5;
@@ -22,6 +22,9 @@ pub(super) struct Report {
     pub surface_samples: u32,
     /// Surface that counts as the true one.
     pub truth: &'static str,
+    /// Whether columns by the thesis's rules stand beside the others.
+    #[serde(skip)]
+    pub has_thesis_rules: bool,
     pub rows: Vec<Row>,
 }
 
@@ -60,6 +63,13 @@ pub(super) struct Row {
     pub geodesic_divergence: Option<Interval>,
     /// Divergence of those on the true surface from themselves by other points: a difference below it means nothing.
     pub geodesic_floor: Option<Interval>,
+    /// Intersection over union of the meshes' volumes by the thesis's rule: in the truth's box alone, cells of the surface count.
+    /// `None`, as the two after it, without these rules.
+    pub thesis_mesh_iou: Option<Interval>,
+    /// Mean distance of the vertices of both meshes from the other surface [mm], by MeshLab's defaults.
+    pub thesis_surface_mm: Option<Interval>,
+    /// The largest of these distances [mm].
+    pub thesis_hausdorff_mm: Option<Interval>,
     /// Intersection over union of objects of which at least half of the occupied cells' volume is solid.
     pub iou_of_solid: Option<Interval>,
     /// Intersection over union of hollow and thin objects; both are `None` without stored coverage.
@@ -116,6 +126,9 @@ impl<'a> Comparison<'a> {
         let of_surfaces = |value: &dyn Fn(&SurfaceComparison) -> f64| {
             of_all(&|outcome| outcome.surfaces.as_ref().map(|scores| value(&scores.distances)))
         };
+        let of_vertices = |value: &dyn Fn(&VertexComparison) -> f64| {
+            of_all(&|outcome| Some(value(outcome.surfaces.as_ref()?.thesis.as_ref()?.vertices.as_ref()?)))
+        };
         let of_geodesics = |which: usize| of_all(&|outcome| Some(outcome.surfaces.as_ref()?.geodesics?[which]));
         let of_stratum = |is_hollow: bool| {
             let is_of = |outcome: &Outcome| self.hollow.get(&outcome.object) == Some(&is_hollow);
@@ -145,6 +158,9 @@ impl<'a> Comparison<'a> {
             free_space_violation: of_all(&|outcome| outcome.surfaces.as_ref()?.free_space),
             geodesic_divergence: of_geodesics(0),
             geodesic_floor: of_geodesics(1),
+            thesis_mesh_iou: of_all(&|outcome| Some(outcome.surfaces.as_ref()?.thesis.as_ref()?.volumes)),
+            thesis_surface_mm: of_vertices(&|vertices| 1e3 * vertices.mean),
+            thesis_hausdorff_mm: of_vertices(&|vertices| 1e3 * vertices.maximum),
             iou_of_solid: of_stratum(false),
             iou_of_hollow_or_thin: of_stratum(true),
             volume_ratio: of_surfaces(&|surfaces| surfaces.volume_ratio),

@@ -12,7 +12,7 @@ use self::{
     words::{evaluation, text},
 };
 use super::{
-    completion_args::EvaluateCompletionArgs,
+    completion_args::{EvaluateCompletionArgs, RulesName},
     completion_method::CompletionMethod,
     exit::{Exit, Failure},
     machine,
@@ -51,6 +51,7 @@ pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer
         } else {
             "occupied cells of the dataset, about .7 cell too large"
         },
+        has_thesis_rules: arguments.rules == RulesName::Thesis,
         rows: Comparison::new(&methods, &arguments.detail, &by_sample).rows(),
     };
     if let Some(path) = &arguments.out {
@@ -70,6 +71,7 @@ pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer
 
 fn methods(arguments: &EvaluateCompletionArgs, reader: &DatasetReader) -> Result<Vec<CompletionMethod>, Failure> {
     let models = arguments.model.iter().map(|folder| CompletionMethod::open(folder));
-    let methods = arguments.method.iter().map(|name| CompletionMethod::by_name(name, reader));
+    let by_name = |name: &String| CompletionMethod::by_name(name, arguments.smoothing, reader);
+    let methods = arguments.method.iter().map(by_name);
     models.chain(methods).collect()
 }

@@ -1,14 +1,15 @@
 //! Scores of one sample: how its completions compare with the truth.
 
 use crate::{
-    completion_args::EvaluateCompletionArgs,
-    completion_method::{CompletionMethod, mesh_of},
+    completion_args::{EvaluateCompletionArgs, RulesName},
+    completion_method::CompletionMethod,
     exit::Failure,
     stored_samples::StoredSample,
 };
 use kernel::geom::TriMesh;
 use measure::{
-    GridOverlap, SurfaceComparison, SurfaceRule, TrueGeodesics, TrueSurface, free_space_violation, mesh_overlap,
+    GridOverlap, SurfaceComparison, SurfaceRule, TrueGeodesics, TrueSurface, VertexComparison, free_space_violation,
+    mesh_overlap, mesh_overlap_by_thesis,
 };
 use runtime::completion::DepthFrame;
 use surface::{CompletedMesh, CubeField, OBSTACLE_THRESHOLD};
@@ -37,6 +38,16 @@ pub(super) struct SurfaceScores {
     pub free_space: Option<f64>,
     /// Divergence of the geodesic distances from the truth's, and of the truth's from themselves; `None` where nobody asked.
     pub geodesics: Option<[f64; 2]>,
+    /// Scores by the rules of the thesis's tools; `None` where nobody asked.
+    pub thesis: Option<ThesisScores>,
+}
+
+/// Scores of one completed surface by the rules of the thesis's tools.
+pub(super) struct ThesisScores {
+    /// Intersection over union of the volumes, in the truth's box alone.
+    pub volumes: f64,
+    /// Distances of vertices; `None` where every vertex of a mesh is too far away.
+    pub vertices: Option<VertexComparison>,
 }
 
 /// The true surface of a sample, prepared for comparisons.
@@ -44,6 +55,7 @@ struct Truth<'a> {
     mesh: &'a TriMesh,
     surface: TrueSurface<'a>,
     geodesics: Option<TrueGeodesics>,
+    rules: RulesName,
 }
 
 /// Scores of a sample: a row per method and way of making meshes, those of one method together.
@@ -58,7 +70,8 @@ pub(super) fn outcomes(
     let id = sample.name.as_bytes();
     let prepared = || {
         let geodesics = arguments.geodesics.then(|| TrueGeodesics::new(truth, rule, id)).transpose()?;
-        Ok::<_, Failure>(Truth { mesh: truth, surface: TrueSurface::new(truth, rule, id)?, geodesics })
+        let surface = TrueSurface::new(truth, rule, id)?;
+        Ok::<_, Failure>(Truth { mesh: truth, surface, geodesics, rules: arguments.rules })
     };
     let truth = is_compared.then(prepared).transpose()?;
     let mut outcomes = Vec::new();
@@ -66,7 +79,7 @@ pub(super) fn outcomes(
         let answer = method.complete(sample)?;
         for detail in &arguments.detail {
             let surfaces = match &truth {
-                Some(truth) => surface_scores(&mesh_of(&answer, sample, *detail)?, truth, sample)?,
+                Some(truth) => surface_scores(&method.mesh(&answer, sample, *detail)?, truth, sample)?,
                 None => None,
             };
             outcomes.push(Outcome {
@@ -104,10 +117,15 @@ fn surface_scores(mesh: &TriMesh, truth: &Truth, sample: &StoredSample) -> Resul
         .picture()
         .map(|DepthFrame { camera, depth }| free_space_violation(&points, camera, depth, sample.pair.grid.cell_size));
     let geodesics = truth.geodesics.as_ref().map(|truth| Ok::<_, Failure>([truth.divergence(mesh)?, truth.floor()]));
+    let by_thesis = || {
+        let vertices = VertexComparison::new(mesh, truth.mesh)?;
+        Ok::<_, Failure>(ThesisScores { volumes: mesh_overlap_by_thesis(mesh, truth.mesh), vertices })
+    };
     Ok(Some(SurfaceScores {
         distances: truth.surface.compare(mesh)?,
         volumes: mesh_overlap(mesh, truth.mesh),
         free_space,
         geodesics: geodesics.transpose()?,
+        thesis: (truth.rules == RulesName::Thesis).then(by_thesis).transpose()?,
     }))
 }

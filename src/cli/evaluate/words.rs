@@ -20,16 +20,24 @@ const COLUMNS: [(&str, usize); 9] = [
     ("bias", 6),
     ("free", 6),
 ];
+/// Columns by the thesis's rules, after them.
+const THESIS_COLUMNS: [(&str, usize); 2] = [("thesis: mesh IoU", 20), ("thesis: surface [mm]", 20)];
+
+/// Columns of a comparison.
+fn columns(report: &Report) -> Vec<(&'static str, usize)> {
+    let thesis: &[(&str, usize)] = if report.has_thesis_rules { &THESIS_COLUMNS } else { &[] };
+    [&COLUMNS, thesis].concat()
+}
 
 /// The row as the table shows it.
-fn cells(row: &Row) -> [String; 9] {
+fn cells(report: &Report, row: &Row) -> Vec<String> {
     let show = |interval: &Option<Interval>, words: &dyn Fn(&Interval) -> String| {
         interval.as_ref().map_or("-".to_owned(), words)
     };
     let three = |interval| show(interval, &|found| format!("{:.3} [{:.3}, {:.3}]", found.mean, found.low, found.high));
     let two = |interval| show(interval, &|found| format!("{:.2} [{:.2}, {:.2}]", found.mean, found.low, found.high));
     let one = |interval| show(interval, &|found| format!("{:.3}", found.mean));
-    [
+    let mut cells = vec![
         row.name.clone(),
         three(&row.iou),
         three(&row.unseen_iou),
@@ -39,7 +47,11 @@ fn cells(row: &Row) -> [String; 9] {
         one(&row.volume_ratio),
         show(&row.bias_mm, &|found| format!("{:+.2}", found.mean)),
         show(&row.free_space_violation, &|found| format!("{:.1} %", 100.0 * found.mean)),
-    ]
+    ];
+    if report.has_thesis_rules {
+        cells.extend([three(&row.thesis_mesh_iou), two(&row.thesis_surface_mm)]);
+    }
+    cells
 }
 
 /// Samples, objects and split of a comparison.
@@ -93,6 +105,13 @@ fn notes(report: &Report) -> Vec<String> {
     if report.surface_samples > 0 {
         notes.push(format!("surfaces: {} points per mesh; truth: {}", report.surface_samples, report.truth));
     }
+    if report.has_thesis_rules {
+        notes.push(
+            "thesis: volumes in a cube over the truth's box alone, cells of the surface count (binvox); distances of vertices, farther \
+             than half the diagonal of their mesh's box ignored (MeshLab)"
+                .to_owned(),
+        );
+    }
     notes
 }
 
@@ -100,10 +119,11 @@ fn notes(report: &Report) -> Vec<String> {
 pub(super) fn text(report: &Report) -> String {
     let mut text = lead(report) + "\n";
     let first = report.rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0).max(10);
-    let heads = COLUMNS.map(|(head, _)| head.to_owned());
-    for cells in std::iter::once(heads).chain(report.rows.iter().map(cells)) {
-        let padded = cells.iter().zip(COLUMNS).map(|(cell, (_, width))| {
-            let width = if width == 0 { first } else { width };
+    let columns = columns(report);
+    let heads = columns.iter().map(|(head, _)| (*head).to_owned()).collect();
+    for cells in std::iter::once(heads).chain(report.rows.iter().map(|row| cells(report, row))) {
+        let padded = cells.iter().zip(&columns).map(|(cell, (_, width))| {
+            let width = if *width == 0 { first } else { *width };
             format!("{cell:width$}")
         });
         _ = writeln!(text, "{}", padded.collect::<Vec<_>>().join("  "));
@@ -121,8 +141,8 @@ pub(super) fn evaluation(
         dataset: dataset_name(reader)?,
         root: report.dataset.clone(),
         lead: lead(report),
-        head: COLUMNS.map(|(head, _)| head.to_owned()).to_vec(),
-        rows: report.rows.iter().map(|row| cells(row).to_vec()).collect(),
+        head: columns(report).into_iter().map(|(head, _)| head.to_owned()).collect(),
+        rows: report.rows.iter().map(|row| cells(report, row)).collect(),
         notes: notes(report),
         methods,
     })

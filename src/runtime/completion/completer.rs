@@ -4,9 +4,9 @@ use std::time::{Duration, Instant};
 
 use infer::{CompletionModel, InputName, Inputs, Prediction};
 use kernel::geom::{GridPlacement, OccupancyGrid, SimdLevel, TriMesh};
-use measure::{Baseline, SeenCells};
+use measure::{Baseline, SeenCells, SeenPoint};
 use perception::{Cluster, DepthFrame, NetworkInput, Refusal, Scene, SceneRule, visible_sheet};
-use surface::{CubeField, SeenObject};
+use surface::{CubeField, LaplacianRule, SeenObject};
 
 use super::{
     answer::{Answer, Detail},
@@ -82,6 +82,7 @@ pub struct Completed {
 pub struct Completer {
     method: Method,
     detail: Detail,
+    smoothing: Option<LaplacianRule>,
 }
 
 #[derive(Debug)]
@@ -96,12 +97,17 @@ const BASELINE_RESOLUTION: u32 = 40;
 impl Completer {
     /// Completes by this model.
     pub fn new(model: CompletionModel, detail: Detail) -> Self {
-        Self { method: Method::Model(Box::new(model)), detail }
+        Self { method: Method::Model(Box::new(model)), detail, smoothing: None }
     }
 
     /// Completes by a baseline, which has learnt nothing.
     pub fn by_baseline(baseline: Baseline, detail: Detail) -> Self {
-        Self { method: Method::Baseline(baseline), detail }
+        Self { method: Method::Baseline(baseline), detail, smoothing: None }
+    }
+
+    /// Smooths the meshes of targets, whatever makes them. Obstacles stay as they are: smoothing shrinks.
+    pub fn with_smoothing(self, rule: LaplacianRule) -> Self {
+        Self { smoothing: Some(rule), ..self }
     }
 
     /// The model; `None` for a baseline.
@@ -171,20 +177,21 @@ impl Completer {
         let after_input = Instant::now();
         let answer = self.predict(scene, &input, &touched)?;
         let after_network = Instant::now();
-        let (completed, factor) = match detail {
+        let (mut completed, factor) = match detail {
             None | Some(Detail::Fast) => {
                 let possible = possible_cells(&answer.prediction.occupancy, &input);
                 (answer.obstacle(&possible, &input.placement), None)
             }
             Some(detail) => {
-                let DepthFrame { camera, depth } = &scene.frame;
-                // Outliers say nothing.
-                let seen = || Ok::<_, CompletionError>(SeenObject::new(camera, depth, &input.pixels, &input.outliers));
+                let seen = || Ok::<_, CompletionError>(seen_object(scene, &input));
                 answer.mesh(detail, &input.placement, contacts, seen)?
             }
         };
         if completed.mesh.triangles.is_empty() {
             return Err(CompletionError::Nothing);
+        }
+        if let Some(rule) = self.smoothing.filter(|_| detail.is_some()) {
+            rule.smooth(&mut completed.mesh);
         }
         let timings =
             Timings { input: after_input - began, network: after_network - after_input, mesh: after_network.elapsed() };
@@ -218,11 +225,27 @@ impl Completer {
                 let mut partial = input.partial.clone();
                 touched.cells().for_each(|cell| partial.set(cell));
                 let up = scene.plane.map_or(SeenCells::IMAGE_UP, |plane| plane.normal.into());
-                let seen = SeenCells { partial: &partial, free: Some(&input.free), placement: &input.placement, up };
+                let points =
+                    baseline.needs_points().then(|| seen_points(&seen_object(scene, input))).unwrap_or_default();
+                let (free, placement) = (Some(&input.free), &input.placement);
+                let seen = SeenCells { partial: &partial, free, points: &points, placement, up };
                 Ok(Answer::of_cells(&baseline.complete(&seen)))
             }
         }
     }
+}
+
+/// The object as the camera saw it; outliers say nothing.
+fn seen_object(scene: &Scene, input: &NetworkInput) -> SeenObject {
+    let DepthFrame { camera, depth } = &scene.frame;
+    SeenObject::new(camera, depth, &input.pixels, &input.outliers)
+}
+
+/// Points of a seen object with their normals, as baselines take them.
+pub fn seen_points(object: &SeenObject) -> Vec<SeenPoint> {
+    let point =
+        |(position, normal): ([f64; 3], [f64; 3])| SeenPoint { position: position.into(), normal: normal.into() };
+    object.oriented_points().map(point).collect()
 }
 
 /// Cells that an obstacle may touch: the network's, without those that the camera sees through, and all seen ones.

@@ -23,8 +23,8 @@ pub enum CompletionError {
     /// Contacts were given to a model that has no input for them.
     #[error("the model has no input for contacts: take one that was trained with touch, or leave out --touch")]
     TakesNoTouch,
-    /// The network gave nothing that could be meshed.
-    #[error("the network finds no occupied cell")]
+    /// The network or the baseline gave nothing that could be meshed.
+    #[error("nothing was completed: no occupied cell was found")]
     Nothing,
     /// The network could not be run.
     #[error("{0}")]
