@@ -15,8 +15,10 @@ if sys.version_info < (3, 11):
     pytest.importorskip("tomli")
 
 from graspmill.train.__main__ import main
-from graspmill.train.data import Held, augment, batches_of, open_sources, score
-from graspmill.train.recipe import Augmentation, BadRecipe, Recipe, Training, read_recipe
+from graspmill.train.data import Held, augment, batches_of, open_sources
+from graspmill.train.recipe import Augmentation, Recipe, Training, read_recipe
+from graspmill.train.sources import score
+from graspmill.train.strict import BadRecipe
 
 RECIPES = Path(sys.modules["graspmill.train.recipe"].__file__ or "").parent / "recipes"
 TOUCHED = replace(Recipe(), variant="depth-touch", training=Training(batch=7, buffer=32))
@@ -45,6 +47,9 @@ def test_recipes_are_written_back_with_every_default(file: Path, tmp_path: Path)
         ("outputs = ['coverage', 'occupancy']", "in this order"),
         ("outputs = []", "some of occupancy, coverage"),
         ("training = 3", "`training` must be a table"),
+        ("network = 'heatmap'\n[augmentation]\ndrop = 0", "unknown key `augmentation`"),
+        ("network = 'heatmap'\n[training]\nbatch = 30", "give a multiple of 4"),
+        ("network = 'heatmap-small'\npixels = 'grey'", "one of depth, rgbd"),
         ("name = ", "it is no TOML"),
     ],
 )
@@ -135,7 +140,7 @@ def test_the_command_line_says_what_is_wrong(data: Path, tmp_path: Path, capsys:
     for arguments, said in (
         (
             ["nothing", "--data", pairs, "--out", out],
-            "there are completion-quick, completion-standard, completion-thesis",
+            "there are completion-quick, completion-standard, completion-thesis, heatmap-standard, heatmap-thesis",
         ),
         (["completion-quick", "--data", str(tmp_path), "--out", out], "manifest.json"),
         (["completion-quick", "--data", str(data / "set/grasps"), "--out", out], "not of completion"),

@@ -22,7 +22,7 @@ import onnx  # noqa: E402
 import onnxruntime  # noqa: E402
 from graspmill.train import loop  # noqa: E402
 from graspmill.train.__main__ import main  # noqa: E402
-from graspmill.train.networks import Block, Heatmap, Thesis, UNet, from_blocks, parameters_of, to_blocks  # noqa: E402
+from graspmill.train.networks import Block, Thesis, UNet, from_blocks, parameters_of, to_blocks  # noqa: E402
 from graspmill.train.recipe import Training  # noqa: E402
 
 SMALL = """
@@ -72,7 +72,6 @@ def test_networks_have_the_parameters_that_are_stated() -> None:
     with torch.device("meta"):
         assert parameters_of(Thesis(1, 1)) == 430_357_576
         assert Thesis(1, 1)(torch.zeros(1, 1, 40, 40, 40)).shape == (1, 1, 40, 40, 40)
-        assert parameters_of(Heatmap()) == 2_398_572
         assert parameters_of(Block(2, 2)) == 4_339_136
         assert parameters_of(UNet(2, 2, 8)) == 351_034
 
@@ -83,22 +82,6 @@ def test_blocks_hold_the_cells_of_their_corner() -> None:
     assert torch.equal(from_blocks(blocks), grids)
     cell = (2 * 16 + 1 * 4 + 3) + 64 * 1
     assert blocks[1, cell, 7, 5, 9] == grids[1, 1, 7 * 4 + 2, 5 * 4 + 1, 9 * 4 + 3]
-
-
-def test_patches_have_the_numbers_of_the_whole_image() -> None:
-    """A cell of the map is what the network makes of the 73 pixels that it sees, of 72 at the far borders."""
-    torch.manual_seed(1)
-    network = Heatmap().double().eval()
-    image = torch.randn(1, 4, 480, 640, dtype=torch.double)
-    with torch.no_grad():
-        heatmap = network(image)
-        assert heatmap.shape == (1, 32, 52, 72)
-        for row, column in ((0, 0), (17, 40), (50, 70), (51, 71), (51, 3)):
-            patch = image[:, :, 8 * row : 8 * row + 73, 8 * column : 8 * column + 73]
-            assert torch.allclose(network(patch)[0, :, 0, 0], heatmap[0, :, row, column], atol=1e-4)
-        # The patches of 72 that the thesis cuts lack a row and a column of it.
-        inner = network(image[:, :, 136:208, 320:392])[0, :, 0, 0]
-        assert not torch.allclose(inner, heatmap[0, :, 17, 40], atol=1e-4)
 
 
 def test_one_cycle_rises_and_falls() -> None:

@@ -1,4 +1,5 @@
-"""Trains networks that complete shapes: ``python -m graspmill.train RECIPE.toml --data DIR --out RUN``.
+"""Trains networks that complete shapes or find grasps in images:
+``python -m graspmill.train RECIPE.toml --data DIR --out RUN``.
 
 Needs PyTorch and, for the model that comes out, onnx, onnxscript, onnxruntime and matplotlib (``pip install
 graspmill[train]``). The only part of this package that writes. docs/training.md tells how to use it.

@@ -9,12 +9,16 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from ..errors import BadSelection, DatasetError, MissingPackage
-from .data import open_sources
-from .recipe import BadRecipe, read_recipe
+from . import data, patches
+from .recipe import AnyRecipe, Recipe, read_recipe
+from .sources import Source
+from .strict import BadRecipe
 
 EXTRA = "`pip install 'graspmill[train]'` brings all that training needs"
 
@@ -29,6 +33,24 @@ def write_whole(path: Path, text: str) -> None:
     temporary = path.with_name(f".{path.name}.tmp")
     temporary.write_text(text, encoding="utf-8")
     os.replace(temporary, path)
+
+
+def open_sources(folders: list[Path], recipe: AnyRecipe) -> Sequence[Source[Any]]:
+    """The datasets that a recipe is trained on."""
+    return data.open_sources(folders, recipe) if isinstance(recipe, Recipe) else patches.open_sources(folders, recipe)
+
+
+def task_of(recipe: AnyRecipe, sources: Sequence[Source[Any]]) -> tuple[Any, Callable[..., Path]]:
+    """The task of a recipe, and the function that makes a model folder of its network: the first use of PyTorch."""
+    if isinstance(recipe, Recipe):
+        from .completing import Completion
+        from .completion_export import export
+
+        return Completion(recipe, sources), export
+    from .heatmap_export import export as export_heatmap
+    from .heatmaps import Heatmaps
+
+    return Heatmaps(recipe, sources), export_heatmap
 
 
 def train(given: argparse.Namespace) -> int:
@@ -47,7 +69,9 @@ def train(given: argparse.Namespace) -> int:
         raise BadRecipe(f"{given.out}: holds a training; give --resume to go on with it, or another --out")
     try:
         from . import loop
-        from .export import WrongExport, export
+        from .export import WrongExport
+
+        task, export = task_of(recipe, sources)
     except ModuleNotFoundError as error:
         if error.name not in ("torch", "onnx", "onnxscript", "onnxruntime", "matplotlib"):
             raise
@@ -56,7 +80,7 @@ def train(given: argparse.Namespace) -> int:
         raise BadRecipe("PyTorch finds no CUDA device; give --device cpu")
     given.out.mkdir(parents=True, exist_ok=True)
     write_whole(stored, recipe.text())
-    trainer = loop.Trainer(recipe, sources, given.out, given.device, given.threads or idle_cores())
+    trainer = loop.Trainer(task, given.out, given.device, given.threads or idle_cores())
     if given.resume:
         trainer.resume(given.threads)
     count = sum(len(source.splits["training"]) for source in sources)
@@ -71,7 +95,7 @@ def train(given: argparse.Namespace) -> int:
         print(f"interrupted at step {trainer.step}; give --resume to go on", file=sys.stderr)
         return 75
     try:
-        print(export(trainer))
+        print(export(trainer, task))
     except WrongExport as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
@@ -80,7 +104,8 @@ def train(given: argparse.Namespace) -> int:
 
 def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(
-        prog="python -m graspmill.train", description="Trains a network that completes shapes."
+        prog="python -m graspmill.train",
+        description="Trains a network that completes shapes, or one that finds grasps in images.",
     )
     parser.add_argument(
         "recipe", type=Path, metavar="RECIPE", help="a TOML file, or a recipe of the package by name: completion-quick"

@@ -1,35 +1,23 @@
-"""Samples for the trainer: inputs and targets of a recipe, in an order and with losses that a seed decides."""
+"""Samples of completion for the trainer: inputs and targets of a recipe, with losses that a seed decides."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..completion import TOUCH, CompletionSample, PairBatch
 from ..dataset import Dataset
-from ..shuffle import ShuffledChunks
-from .recipe import Augmentation, BadRecipe, Recipe
+from . import sources
+from .recipe import Augmentation, Recipe
+from .sources import Arrays, expect_agreement, open_source, spread
+from .strict import BadRecipe
 
 RESOLUTION = 40
-Arrays = dict[str, npt.NDArray[Any]]
-"""``partial``, ``free``, ``touch``, ``occupancy`` (bool) and ``coverage`` (uint8), each (samples, n, n, n)."""
-
-
-@dataclass(frozen=True)
-class Source:
-    """A dataset that is trained on: its selections by split, and its digests."""
-
-    folder: Path
-    splits: dict[str, Dataset[CompletionSample]]
-    root: str
-    job: str
-    split_of: dict[str, str]
-    """Split of each object, by digest."""
+Source = sources.Source[CompletionSample]
 
 
 def open_sources(folders: Sequence[Path], recipe: Recipe) -> list[Source]:
@@ -37,22 +25,13 @@ def open_sources(folders: Sequence[Path], recipe: Recipe) -> list[Source]:
 
     Raises ``BadRecipe`` for data that the recipe cannot be trained with, ``DatasetError`` for data that cannot be read.
     """
-    sources = [_open(folder, recipe) for folder in folders]
-    if recipe.roots and sorted(recipe.roots) != sorted(source.root for source in sources):
-        found = ", ".join(f"{source.folder} has {source.root}" for source in sources)
-        raise BadRecipe(f"the recipe is for datasets of the roots {', '.join(recipe.roots)}; {found}")
-    split_of: dict[str, str] = {}
-    for source in sources:
-        for digest, split in source.split_of.items():
-            if split_of.setdefault(digest, split) != split:
-                problem = f"{source.folder}: the object {digest[:12]} is for {split}, in another dataset for "
-                raise BadRecipe(problem + f"{split_of[digest]}; give both jobs the same objects and split")
-    return sources
+    opened = [_open(folder, recipe) for folder in folders]
+    expect_agreement(opened, recipe)
+    return opened
 
 
 def _open(folder: Path, recipe: Recipe) -> Source:
-    whole = Dataset(folder, CompletionSample)
-    stored, channels = whole.folder.channels, ["pair"]
+    stored, channels = Dataset(folder, CompletionSample).folder.channels, ["pair"]
     needs = {"free": ["visibility"], "touch": [name for name in TOUCH if name in stored], "coverage": ["coverage"]}
     settings = {"visibility": "channels.visibility = true", "coverage": "channels.coverage = true"}
     for part in (*recipe.inputs, *recipe.outputs):
@@ -64,21 +43,16 @@ def _open(folder: Path, recipe: Recipe) -> Source:
             raise BadRecipe(f"{folder}: it has no touch; make it with touch.random_rays = true")
     # Tells hollow and thin objects from others.
     channels += ["coverage"] if "coverage" in stored else []
-    names = ("training", "holdout", "validation")
-    splits = {name: Dataset(folder, CompletionSample, split=name, channels=channels) for name in names}
-    for name in ("training", "validation"):
-        if not len(splits[name]):
-            raise BadRecipe(f"{folder}: it has no {name} samples; give the job's [split] {name} objects")
-    resolution = splits["training"][0].resolution
+    source = open_source(folder, CompletionSample, channels)
+    resolution = source.splits["training"][0].resolution
     if resolution != RESOLUTION:
         raise BadRecipe(f"{folder}: grids of {resolution} cells a side; these networks complete {RESOLUTION}")
-    manifest = whole.folder.manifest
-    split_of = {row["object"]: row["split"] for row in whole.folder.splits()["objects"]}
-    return Source(folder, splits, whole.folder.root, manifest["job"], split_of)
+    return source
 
 
 def arrays_of(samples: Sequence[CompletionSample], recipe: Recipe) -> Arrays:
-    """The grids of samples that a recipe needs, and coverage where it is read."""
+    """The grids of samples that a recipe needs, and coverage where it is read: ``partial``, ``free``, ``touch``,
+    ``occupancy`` (bool) and ``coverage`` (uint8), each (samples, n, n, n)."""
     batch = PairBatch.of(samples)
     found: Arrays = {"partial": batch.cells("partial"), "occupancy": batch.cells("complete")}
     if "free" in recipe.inputs:
@@ -123,38 +97,15 @@ def augment(arrays: Arrays, settings: Augmentation, seed: int, step: int) -> Non
             arrays["touch"][place][tuple(touched[kept].T)] = True
 
 
-def samples_of(sources: Sequence[Source], recipe: Recipe, epoch: int) -> Iterator[CompletionSample]:
-    """The training samples of all sources, each once, mixed in an order of (seed, epoch)."""
-    data = [source.splits["training"] for source in sources]
-    settings: dict[str, Any] = {"epoch": epoch, "buffer": recipe.training.buffer}
-    orders: list[Iterator[Any]] = [iter(ShuffledChunks(each, seed=recipe.seed, **settings)) for each in data]
-    left = np.array([len(each) for each in data])
-    draws = np.random.default_rng([recipe.seed, epoch])
-    while left.sum():
-        source = int(np.searchsorted(np.cumsum(left), draws.integers(left.sum()), side="right"))
-        left[source] -= 1
-        yield next(orders[source])
+def batches_of(opened: Sequence[Source], recipe: Recipe, first: int) -> Iterator[Arrays]:
+    """The batches of the steps from `first` on, endless."""
 
+    def finish(samples: list[CompletionSample], step: int) -> Arrays:
+        arrays = arrays_of(samples, recipe)
+        augment(arrays, recipe.augmentation, recipe.seed, step)
+        return arrays
 
-def batches_of(sources: Sequence[Source], recipe: Recipe, first: int) -> Iterator[Arrays]:
-    """The batches of the steps from `first` on, endless: step k has the samples from k times the batch on, epoch after
-    epoch."""
-    size, total = recipe.training.batch, sum(len(source.splits["training"]) for source in sources)
-    epoch, skipped = divmod(first * size, total)
-    held: list[CompletionSample] = []
-    step = first
-    while True:
-        for sample in samples_of(sources, recipe, epoch):
-            if skipped:
-                skipped -= 1
-                continue
-            held.append(sample)
-            if len(held) == size:
-                arrays = arrays_of(held, recipe)
-                augment(arrays, recipe.augmentation, recipe.seed, step)
-                yield arrays
-                held, step = [], step + 1
-        epoch += 1
+    return sources.batches_of(opened, recipe, recipe.training.batch, first, finish)
 
 
 @dataclass(frozen=True)
@@ -166,16 +117,10 @@ class Held:
     """Object of each sample."""
 
     @classmethod
-    def of(cls, sources: Sequence[Source], split: str, recipe: Recipe) -> Held | None:
+    def of(cls, opened: Sequence[Source], split: str, recipe: Recipe) -> Held | None:
         """None where the split is empty."""
-        samples, objects = [], []
-        sets = [source.splits[split] for source in sources if len(source.splits[split])]
-        for data in sets:
-            count = min(len(data), -(-recipe.validation.samples // len(sets)))
-            places = np.linspace(0, len(data) - 1, count).round().astype(int).tolist()
-            samples += data.gather(places)
-            objects += data.column("object")[places].tolist()
-        return cls(arrays_of(samples, recipe), np.array(objects)) if samples else None
+        samples, objects = spread(opened, split, recipe.validation.samples)
+        return cls(arrays_of(samples, recipe), objects) if samples else None
 
     def strata(self) -> dict[str, npt.NDArray[np.bool_]]:
         """Which samples each stratum holds. An object is hollow or thin where less than half of the volume of its
@@ -190,14 +135,3 @@ class Held:
                 thin[mine] = solid[mine].sum() < 0.5 * cells[mine].sum()
             found |= {"hollow or thin": thin, "rest": ~thin}
         return found
-
-
-def score(overlaps: npt.NDArray[np.float64], objects: npt.NDArray[np.str_]) -> dict[str, float | int]:
-    """Mean over objects of the mean of each object's samples, with its 95 % interval by 10,000 bootstraps."""
-    if not len(overlaps):
-        return {"objects": 0, "samples": 0}
-    means = np.array([overlaps[objects == name].mean() for name in np.unique(objects)])
-    drawn = np.random.default_rng(0).integers(len(means), size=(10_000, len(means)))
-    low, high = np.quantile(means[drawn].mean(axis=1), [0.025, 0.975])
-    ends = {"mean": float(means.mean()), "low": float(low), "high": float(high)}
-    return {name: round(value, 4) for name, value in ends.items()} | {"objects": len(means), "samples": len(overlaps)}

@@ -8,20 +8,19 @@ import os
 import signal
 import sys
 import time
+from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
-import numpy as np
 import torch
 from torch import nn
-from torch.nn.functional import binary_cross_entropy_with_logits
 
-from .data import Arrays, Held, Source, batches_of, score
-from .networks import network_of
-from .recipe import BadRecipe, Recipe, Training
+from .recipe import AnyRecipe, Training
+from .sources import Arrays, Source
+from .strict import BadRecipe
 
-SPLITS = {"training": "training views", "holdout": "holdout views", "validation": "validation objects"}
+SPLIT_NAMES = {"training": "training views", "holdout": "holdout views", "validation": "validation objects"}
 CHECKPOINTS_KEPT = 2
 SECONDS_OF_SILENCE = 20.0
 WARM_UP = 0.3
@@ -41,60 +40,58 @@ def rate_at(step: int, settings: Training) -> float:
     return settings.rate * (low + (1 - low) * (1 - math.cos(math.pi * share)) / 2)
 
 
-def inputs_of(arrays: Arrays, recipe: Recipe, device: torch.device) -> list[torch.Tensor]:
-    """The model's inputs, each (samples, 1, n, n, n), float32."""
-    return [torch.from_numpy(arrays[name]).to(device)[:, None].float() for name in recipe.inputs]
+class Task(Protocol):
+    """A task: data, network and loss, and the score that says how well it is learnt."""
 
+    recipe: Any
+    sources: Sequence[Source[Any]]
+    held: Mapping[str, Any]
+    """Samples of each split that the network is tried on."""
+    measure: str
+    """Name of the score in the log."""
+    measured: str
+    """Name of the score in messages."""
+    rises: bool
+    """Whether more of it is better."""
+    labels: tuple[str, str]
+    """Names of loss and score in pictures."""
+    terms: int
+    """Equal terms that the loss is the mean of."""
 
-def joined(inputs: list[torch.Tensor] | tuple[torch.Tensor, ...], channels: int) -> torch.Tensor:
-    """Input of the network itself: the inputs as channels, or all in one grid where it has a single channel."""
-    if channels == len(inputs):
-        return torch.cat(list(inputs), dim=1)
-    partial, touch = inputs
-    return 1 - (1 - partial - touch).relu()
+    def network(self) -> nn.Module:
+        """The network with its first weights."""
 
+    def optimiser(self, network: nn.Module) -> torch.optim.Optimizer:
+        """The optimiser of these weights, at the recipe's rate."""
 
-def targets_of(arrays: Arrays, recipe: Recipe, device: torch.device) -> torch.Tensor:
-    grids = [torch.from_numpy(arrays[name]).to(device)[:, None].float() for name in recipe.outputs]
-    return torch.cat([grid / 255 if name == "coverage" else grid for name, grid in zip(recipe.outputs, grids)], dim=1)
+    def batches(self, step: int) -> Iterator[Arrays]:
+        """Batches from this step on, endless."""
 
+    def answer(self, network: Any, arrays: Arrays, device: torch.device) -> torch.Tensor:
+        """The network's answer to a batch."""
 
-def rows_of(arrays: Arrays, first: int, end: int) -> Arrays:
-    return {name: array[first:end] for name, array in arrays.items()}
+    def loss(self, network: nn.Module, found: torch.Tensor, arrays: Arrays) -> torch.Tensor:
+        """The loss of an answer, whose gradient changes the weights."""
 
-
-def predict(network: nn.Module, arrays: Arrays, recipe: Recipe, device: torch.device) -> torch.Tensor:
-    """Probabilities, (samples, outputs, n, n, n)."""
-    network.eval()
-    found = []
-    with torch.no_grad():
-        for first in range(0, len(arrays["partial"]), 32):
-            part = inputs_of(rows_of(arrays, first, first + 32), recipe, device)
-            found.append(torch.sigmoid(network(joined(part, recipe.channels)).float()).cpu())
-    return torch.cat(found)
-
-
-def overlaps(cells: torch.Tensor, truth: torch.Tensor) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Jaccard overlap of each sample, 1 where both are empty."""
-    both, either = (cells & truth).flatten(1).sum(1), (cells | truth).flatten(1).sum(1)
-    return torch.where(either > 0, both / either.clamp(min=1), torch.ones(())).double().numpy()
+    def scores(self, network: nn.Module, device: torch.device) -> dict[str, dict[str, float]]:
+        """The score of each split, by stratum; `all` is that of every sample."""
 
 
 class Trainer:
     """A training in a folder: `log.jsonl`, `checkpoints/`."""
 
-    def __init__(self, recipe: Recipe, sources: list[Source], run: Path, device: str, threads: int) -> None:
-        self.recipe, self.sources, self.run, self.device = recipe, sources, run, torch.device(device)
+    def __init__(self, task: Task, run: Path, device: str, threads: int) -> None:
+        self.task, self.run, self.device = task, run, torch.device(device)
+        self.recipe: AnyRecipe = task.recipe
         torch.set_num_threads(threads)
         torch.use_deterministic_algorithms(self.device.type == "cpu")
-        torch.manual_seed(recipe.seed)
-        self.network = network_of(recipe.network, recipe.channels, len(recipe.outputs), recipe.sizes).to(self.device)
+        torch.manual_seed(self.recipe.seed)
+        self.network = task.network().to(self.device)
         self.average = deepcopy(self.network)
-        self.optimiser = torch.optim.Adam(self.network.parameters(), lr=recipe.training.rate, fused=True)
-        self.step, self.loss, self.best = 0, [0.0, 0.0], -1.0
+        self.optimiser = task.optimiser(self.network)
+        self.step, self.loss = 0, [0.0, 0.0]
+        self.best = -1.0 if task.rises else math.inf
         self.setting = {"torch": str(torch.__version__), "threads": threads, "device": device}
-        tried = {split: Held.of(sources, split, recipe) for split in SPLITS}
-        self.held = {split: held for split, held in tried.items() if held is not None}
         self.asked = False
 
     def state(self) -> dict[str, Any]:
@@ -150,14 +147,14 @@ class Trainer:
         return state["setting"]  # type: ignore[no-any-return]
 
     def learn(self, arrays: Arrays) -> None:
-        """A step: binary cross-entropy of each output, with equal weights."""
+        """A step on a batch."""
         settings = self.recipe.training
         self.network.train()
         with torch.autocast("cuda", torch.bfloat16, enabled=self.device.type == "cuda"):
-            logits = self.network(joined(inputs_of(arrays, self.recipe, self.device), self.recipe.channels))
-        loss = binary_cross_entropy_with_logits(logits.float(), targets_of(arrays, self.recipe, self.device))
+            found = self.task.answer(self.network, arrays, self.device)
+        loss = self.task.loss(self.network, found.float(), arrays)
         self.optimiser.zero_grad()
-        (loss * len(self.recipe.outputs)).backward()
+        (loss * self.task.terms).backward()
         for group in self.optimiser.param_groups:
             group["lr"] = rate_at(self.step, settings)
         self.optimiser.step()
@@ -172,16 +169,6 @@ class Trainer:
                     mean.copy_(state[name])
         self.loss = [self.loss[0] + loss.item(), self.loss[1] + 1]
 
-    def scores(self) -> dict[str, dict[str, float]]:
-        """Overlap of occupied cells at 0.5 by split and stratum."""
-        found: dict[str, dict[str, float]] = {}
-        for split, held in self.held.items():
-            cells = predict(self.average, held.arrays, self.recipe, self.device)[:, 0] > 0.5
-            each = overlaps(cells, torch.from_numpy(held.arrays[self.recipe.outputs[0]] > 0))
-            means = {name: score(each[rows], held.objects[rows]) for name, rows in held.strata().items()}
-            found[split] = {name: mean["mean"] for name, mean in means.items() if "mean" in mean}
-        return found
-
     def progress(self, rate: float) -> str:
         steps = self.recipe.training.steps
         left = (steps - self.step) * self.recipe.training.batch / max(rate, 1e-9)
@@ -189,29 +176,31 @@ class Trainer:
 
     def try_out(self, rate: float) -> None:
         """Scores the average weights, writes a line of the log and a checkpoint."""
-        found = self.scores()
+        found = self.task.scores(self.average, self.device)
         line = {
             "step": self.step,
             "loss": self.loss[0] / max(self.loss[1], 1),
             "rate": rate_at(self.step, self.recipe.training),
         }
-        line |= {"samples_per_second": round(rate, 1), "iou": found}
+        line |= {"samples_per_second": round(rate, 1), self.task.measure: found}
         with (self.run / "log.jsonl").open("a", encoding="utf-8") as log:
             log.write(json.dumps(line) + "\n")
         self.loss = [0.0, 0.0]
-        if found["validation"]["all"] > self.best:
-            self.best = found["validation"]["all"]
+        score = found["validation"]["all"]
+        if score > self.best if self.task.rises else score < self.best:
+            self.best = score
             self.save("best.pt")
         self.checkpoint()
-        said = ", ".join(f"{SPLITS[split]} {means['all']:.3f}" for split, means in found.items())
-        print(f"{self.progress(rate)}; loss {line['loss']:.4f}, IoU of {said}", file=sys.stderr, flush=True)
+        said = ", ".join(f"{SPLIT_NAMES[split]} {means['all']:.3f}" for split, means in found.items())
+        loss, measured = line["loss"], self.task.measured
+        print(f"{self.progress(rate)}; loss {loss:.4f}, {measured} of {said}", file=sys.stderr, flush=True)
 
     def train(self) -> None:
         """To the last step; raises `Interrupted` after SIGTERM or SIGINT, with a checkpoint of that step."""
         before = {number: signal.signal(number, self.ask) for number in (signal.SIGTERM, signal.SIGINT)}
         began, from_step = time.perf_counter(), self.step
         said = began
-        batches = batches_of(self.sources, self.recipe, self.step)
+        batches = self.task.batches(self.step)
         try:
             while self.step < self.recipe.training.steps:
                 self.learn(next(batches))

@@ -1,4 +1,4 @@
-"""Networks: what completes grids, and what finds grasps in images. Each gives logits.
+"""Networks that complete grids. Each gives logits.
 
 Plain convolutions and matrix products alone, so that every engine that reads ONNX runs them.
 """
@@ -110,29 +110,6 @@ class Thesis(nn.Module):
     def forward(self, grids: torch.Tensor) -> torch.Tensor:
         found = self.leave(self.dense(self.look(grids).flatten(1)).relu())
         return found.reshape(-1, self.outputs, RESOLUTION, RESOLUTION, RESOLUTION)  # type: ignore[no-any-return]
-
-
-class Heatmap(nn.Module):
-    """Grasps in an image (thesis table 4.1): RGBD after local contrast normalisation to a map of `outputs` types, one
-    cell for each 8 pixels. `linear` leaves out the ReLU between the dense layers, as the thesis has them.
-
-    A cell sees 73 x 73 pixels. A patch of that size gives the very number that the whole image gives at that cell; a
-    patch of 72 lacks the last row and column, as cells at the far borders of an image do.
-    """
-
-    def __init__(self, inputs: int = 4, outputs: int = 32, linear: bool = False) -> None:
-        super().__init__()
-        pool = nn.MaxPool2d(2, ceil_mode=True)
-        layers: list[nn.Module] = [nn.Conv2d(inputs, 96, 11, stride=2), nn.ReLU(), pool]
-        layers += [nn.Conv2d(96, 256, 3), nn.ReLU(), pool]
-        for _ in range(3):
-            layers += [nn.Conv2d(256, 256, 3), nn.ReLU()]
-        between = nn.Identity if linear else nn.ReLU
-        layers += [nn.Conv2d(256, 1000, 1), between(), nn.Conv2d(1000, 100, 1), between(), nn.Conv2d(100, outputs, 1)]
-        self.layers = nn.Sequential(*layers)
-
-    def forward(self, image: torch.Tensor) -> torch.Tensor:
-        return self.layers(image)  # type: ignore[no-any-return]
 
 
 NETWORKS: dict[str, type[nn.Module]] = {"block": Block, "unet": UNet, "thesis": Thesis}

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import difflib
-import json
 import sys
-from dataclasses import MISSING, dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
+
+from .strict import BadRecipe, key, sizes_of, table_of, text_of
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
-
-R = TypeVar("R")
 
 VARIANTS = {
     "depth": ("partial",),
@@ -30,16 +28,11 @@ SIZES: dict[str, dict[str, int]] = {
     "unet": {"width": 8},
     "thesis": {},
 }
-"""Widths of each network's layers, in channels."""
-
-
-class BadRecipe(ValueError):
-    """A recipe, or data for it, that cannot be trained with; says what to do."""
-
-
-def key(default: Any, *, choices: tuple[str, ...] = (), low: float | None = None, high: float | None = None) -> Any:
-    """A key of a recipe: its default, and what is allowed."""
-    return field(default=default, metadata={"choices": choices, "low": low, "high": high})
+"""Widths of the layers of each network that completes shapes, in channels."""
+HEATMAP_SIZES: dict[str, dict[str, int]] = {"heatmap": {}, "heatmap-small": {"width": 32}}
+"""Those of each network that finds grasps in images."""
+PIXELS = {"depth": ("depth",), "rgbd": ("red", "green", "blue", "depth")}
+"""Channels of the images that these see."""
 
 
 @dataclass(frozen=True)
@@ -108,19 +101,54 @@ class Recipe:
 
     def text(self) -> str:
         """The recipe with every default, as TOML."""
-        lines, tables = [], []
-        for each in fields(self):
-            value = getattr(self, each.name)
-            if is_dataclass(value) or isinstance(value, dict):
-                table = value if isinstance(value, dict) else vars(value)
-                tables += ["", f"[{each.name}]", *(f"{name} = {json.dumps(item)}" for name, item in table.items())]
-            else:
-                lines.append(f"{each.name} = {json.dumps(value)}")
-        return "\n".join([*lines, *tables, ""])
+        return text_of(self)
 
 
-def read_recipe(path: Path) -> Recipe:
-    """The recipe in a file, or one of the package's own by name; raises ``BadRecipe``."""
+@dataclass(frozen=True)
+class HeatmapTraining(Training):
+    """Steps of the optimiser. A batch holds whole grasps, each with its four patches."""
+
+    batch: int = key(32, low=4)
+    """Patches, a multiple of four."""
+    buffer: int = key(256, low=1)
+    """Grasps that are mixed with each other."""
+    optimiser: str = key("adam", choices=("adam", "sgd"))
+    l1: float = key(0.0, low=0)
+    """Weight of the sum of the absolute weights in the loss."""
+    noise: float = key(0.0, low=0)
+    """Standard deviation of Gaussian noise on the normalised pixels of a patch."""
+
+
+@dataclass(frozen=True)
+class HeatmapRecipe:
+    """A whole training of a network that finds grasps in images."""
+
+    name: str = key("heatmap")
+    network: str = key("heatmap-small", choices=tuple(HEATMAP_SIZES))
+    pixels: str = key("depth", choices=tuple(PIXELS))
+    """Channels of the image: `rgbd` needs the colours of the dataset."""
+    targets: str = key("tested", choices=("tested", "all"))
+    """Numbers of the label vectors that are learnt: those that trials know, or all, as in the thesis."""
+    points: str = key("visible", choices=("visible", "all"))
+    """Points that are learnt: those that nothing in the image hides, or all."""
+    seed: int = key(0, low=0)
+    roots: tuple[str, ...] = key(())
+    """Root digests of the datasets that it may be used with; any without them."""
+    sizes: dict[str, int] = field(default_factory=dict)
+    training: HeatmapTraining = field(default_factory=HeatmapTraining)
+    validation: Validation = field(default_factory=Validation)
+
+    def text(self) -> str:
+        """The recipe with every default, as TOML."""
+        return text_of(self)
+
+
+AnyRecipe = Recipe | HeatmapRecipe
+
+
+def read_recipe(path: Path) -> AnyRecipe:
+    """The recipe in a file, or one of the package's own by name; its network says of which kind it is. Raises
+    ``BadRecipe``."""
     own = Path(__file__).parent / "recipes"
     file = path if path.exists() else own / f"{path.name}.toml"
     try:
@@ -130,66 +158,15 @@ def read_recipe(path: Path) -> Recipe:
         raise BadRecipe(f"{path}: no such file, and no recipe of this name; there are {names}") from None
     except ValueError as error:
         raise BadRecipe(f"{file}: it is no TOML ({error})") from error
-    network = table.get("network", "block")
-    sizes = _sizes(file, str(network), table.pop("sizes", {}))
-    recipe = _table(Recipe, table, str(file), "")
-    return replace(recipe, sizes=sizes)
-
-
-def _sizes(file: Path, network: str, given: Any) -> dict[str, int]:
-    known = SIZES.get(network, {})
-    if not isinstance(given, dict):
-        raise BadRecipe(f"{file}: `sizes` must be a table")
-    for name, value in given.items():
-        _expect_known(str(file), f"sizes.{name}", name, known)
-        if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-            raise BadRecipe(f"{file}: `sizes.{name}` is {value!r}; it must be a whole number from 1")
-    return known | given
-
-
-def _expect_known(file: str, place: str, name: str, known: Any) -> None:
-    if name not in known:
-        near = difflib.get_close_matches(name, known, 1)
-        meant = f"did you mean `{near[0]}`? " if near else ""
-        raise BadRecipe(f"{file}: unknown key `{place}`; {meant}there are {', '.join(known) or 'none'}")
-
-
-def _table(kind: type[R], table: dict[str, Any], file: str, before: str) -> R:
-    known = {each.name: each for each in fields(kind)}  # type: ignore[arg-type]
-    values: dict[str, Any] = {}
-    for name, value in table.items():
-        place = before + name
-        _expect_known(file, place, name, known)
-        each = known[name]
-        if each.default is MISSING:
-            if not isinstance(value, dict):
-                raise BadRecipe(f"{file}: `{place}` must be a table")
-            values[name] = _table(each.default_factory, value, file, f"{place}.")  # type: ignore[arg-type]
-        else:
-            values[name] = _value(each, value, f"{file}: `{place}` is {value!r}; it must be ")
-    return kind(**values)
-
-
-def _value(each: Any, value: Any, wrong: str) -> Any:
-    """A value of the kind, within the limits, that a key states."""
-    low, high, choices = (each.metadata[name] for name in ("low", "high", "choices"))
-    if isinstance(each.default, tuple):
-        good = isinstance(value, list) and all(isinstance(item, str) for item in value)
-        good = good and (not choices or (value == [c for c in choices if c in value] and value))
-        if not good:
-            raise BadRecipe(
-                wrong + f"a list of {'some of ' + ', '.join(choices) + ', in this order' if choices else 'texts'}"
-            )
-        return tuple(value)
-    if isinstance(each.default, str):
-        if not isinstance(value, str) or (choices and value not in choices):
-            raise BadRecipe(wrong + (f"one of {', '.join(choices)}" if choices else "a text"))
-        return value
-    whole = isinstance(each.default, int)
-    right = isinstance(value, int if whole else (int, float)) and not isinstance(value, bool)
-    if not right or (low is not None and value < low) or (high is not None and value > high):
-        limits = f" from {low}" if low is not None else ""
-        raise BadRecipe(
-            wrong + f"a {'whole ' if whole else ''}number{limits}" + (f" to {high}" if high is not None else "")
-        )
-    return value if whole else float(value)
+    network = str(table.get("network", "block"))
+    if network not in SIZES and network not in HEATMAP_SIZES:
+        known = ", ".join((*SIZES, *HEATMAP_SIZES))
+        raise BadRecipe(f"{file}: `network` is {network!r}; it must be one of {known}")
+    sizes = sizes_of(str(file), (SIZES | HEATMAP_SIZES)[network], table.pop("sizes", {}))
+    if network in SIZES:
+        return replace(table_of(Recipe, table, str(file)), sizes=sizes)
+    recipe = replace(table_of(HeatmapRecipe, table, str(file)), sizes=sizes)
+    if recipe.training.batch % 4:
+        given = recipe.training.batch
+        raise BadRecipe(f"{file}: `training.batch` is {given}; a grasp has four patches: give a multiple of 4")
+    return recipe
