@@ -61,6 +61,12 @@ pub struct ModelFacts {
     pub files: BTreeMap<String, String>,
 }
 
+/// The version of a format, whatever other keys that format has.
+#[derive(Deserialize)]
+struct FormatVersion {
+    format: String,
+}
+
 /// Placement of grids about the visible part of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -112,6 +118,13 @@ impl ModelFolder {
             return Err(at_json(ModelProblem::Value { key: "the file's size", found, wanted }));
         }
         let text = files::read(&json).map_err(|error| at_json(error.into()))?;
+        // Models of other kinds have other keys.
+        if let Ok(FormatVersion { format }) = serde_json::from_slice(&text)
+            && format != FORMAT
+        {
+            let (found, wanted) = (format!("\"{format}\""), format!("\"{FORMAT}\""));
+            return Err(at_json(ModelProblem::Value { key: "format", found, wanted }));
+        }
         let facts: ModelFacts = serde_json::from_slice(&text).map_err(|error| {
             let message = error.to_string();
             let found = message.split(" at line ").next().unwrap_or_default().to_owned();
@@ -151,9 +164,6 @@ pub(crate) fn sha256(bytes: &[u8]) -> String {
 /// Refuses values that this program cannot serve; returns the inputs.
 fn check_values(facts: &ModelFacts) -> Result<Vec<InputName>, ModelProblem> {
     let wrong = |key, found: String, wanted: String| Err(ModelProblem::Value { key, found, wanted });
-    if facts.format != FORMAT {
-        return wrong("format", format!("\"{}\"", facts.format), format!("\"{FORMAT}\""));
-    }
     if facts.resolution != RESOLUTION {
         return wrong("resolution", facts.resolution.to_string(), RESOLUTION.to_string());
     }

@@ -142,11 +142,16 @@ fn folders_that_are_no_model_are_refused_with_file_and_remedy() {
         fs::write(&path, text.replace(from, to)).expect("written");
     };
     type Change<'a> = &'a dyn Fn(&Path);
-    let changes: [(&str, &str, Change<'_>); 16] = [
+    let changes: [(&str, &str, Change<'_>); 17] = [
         ("model.json", "is it a model's folder", &|folder| fs::remove_file(folder.join("model.json")).expect("gone")),
         ("model.json", "unknown field `colour`", &|folder| replace(folder, "\"seed\"", "\"colour\": 1, \"seed\"")),
         ("model.json", "missing field `steps`", &|folder| replace(folder, "\"steps\": 0,", "")),
         ("model.json", "format = \"graspmill model 2\"", &|folder| replace(folder, "model 1", "model 2")),
+        // A model of another kind, with keys of its own.
+        ("model.json", "format = \"graspmill heatmap model 1\"", &|folder| {
+            replace(folder, "graspmill model 1", "graspmill heatmap model 1");
+            replace(folder, "\"resolution\"", "\"stride\"");
+        }),
         ("model.json", "resolution = 32; this program takes 40", &|folder| {
             replace(folder, "\"resolution\": 40", "\"resolution\": 32");
         }),

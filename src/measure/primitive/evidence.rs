@@ -1,4 +1,4 @@
-//! How well a shape explains what was seen.
+//! Evidence for and against a shape: what was seen, and what was seen through.
 
 use std::borrow::Cow;
 
@@ -40,7 +40,7 @@ impl<'a> Evidence<'a> {
         Self { points: Cow::Owned(points), per_point, free, per_cell: self.per_cell * cells, cell: self.cell }
     }
 
-    /// Its seen points.
+    /// Seen points, all or those that stand for them.
     pub(super) fn points(&self) -> &[SeenPoint] {
         &self.points
     }
