@@ -270,26 +270,7 @@ fn models_and_baselines_stand_in_one_table() {
     assert_eq!((report["samples"].as_u64(), report["split"].as_str()), (Some(18), Some("test")));
     let rows = report["rows"].as_array().expect("rows");
     let row = |name: &str| rows.iter().find(|row| row["name"] == name).unwrap_or_else(|| panic!("{name}: {report}"));
-    for row in rows {
-        let [low, mean, high] = ["low", "mean", "high"].map(|end| number_at(row, &format!("/iou/{end}")));
-        // Not everything looks like a ball, a cylinder or a box.
-        assert!(0.0 < low || row["name"] == "primitive" && number_at(row, "/empty") > 0.0, "{row}");
-        assert!(low <= mean && mean <= high && high < 1.0, "{row}");
-        assert_eq!(row["iou"]["objects"], 3);
-        let distances = ["surface_mm", "rms_mm", "percentile_95_mm", "hausdorff_mm"];
-        let distances = distances.map(|name| number_at(row, &format!("/{name}/mean")));
-        assert!(distances.windows(2).all(|pair| pair[0] < pair[1]), "{row}");
-        // Units: millimetres, and their squares.
-        let (rms, chamfer) = (distances[1], number_at(row, "/chamfer_mm2/mean"));
-        assert!((1.99..50.0).contains(&(chamfer / (rms * rms))), "{row}");
-        assert!(number_at(row, "/bias_mm/mean").abs() < 2.0 * distances[0], "{row}");
-        for share in ["mesh_iou", "f_score_percent", "f_score_5mm", "free_space_violation"] {
-            assert!((0.0..=1.0).contains(&number_at(row, &format!("/{share}/mean"))), "{share}: {row}");
-        }
-        let parts = ["iou_of_solid", "iou_of_hollow_or_thin"].map(|name| row[name]["objects"].as_u64().unwrap_or(0));
-        assert_eq!(parts.iter().sum::<u64>(), 3, "{row}");
-        assert!(number_at(row, "/surface_mm/mean") > 0.1 && number_at(row, "/volume_ratio/mean") > 0.0, "{row}");
-    }
+    rows.iter().for_each(assert_row);
     // A perfect network's surface against the objects' own meshes: every way of making meshes is told apart.
     let distance = |detail: &str| {
         let run = Program::new("evaluate").arg("completion").arg(&data).args(["--method", "truth", "--method", "knn"]);
@@ -350,6 +331,28 @@ fn models_and_baselines_stand_in_one_table() {
     }
 }
 
+/// Scores of one row are of three objects, in the units that their names say.
+fn assert_row(row: &Value) {
+    let [low, mean, high] = ["low", "mean", "high"].map(|end| number_at(row, &format!("/iou/{end}")));
+    // Not everything looks like a ball, a cylinder or a box.
+    assert!(0.0 < low || row["name"] == "primitive" && number_at(row, "/empty") > 0.0, "{row}");
+    assert!(low <= mean && mean <= high && high < 1.0, "{row}");
+    assert_eq!(row["iou"]["objects"], 3);
+    let distances = ["surface_mm", "rms_mm", "percentile_95_mm", "hausdorff_mm"];
+    let distances = distances.map(|name| number_at(row, &format!("/{name}/mean")));
+    assert!(distances.windows(2).all(|pair| pair[0] < pair[1]), "{row}");
+    // Units: millimetres, and their squares.
+    let (rms, chamfer) = (distances[1], number_at(row, "/chamfer_mm2/mean"));
+    assert!((1.99..50.0).contains(&(chamfer / (rms * rms))), "{row}");
+    assert!(number_at(row, "/bias_mm/mean").abs() < 2.0 * distances[0], "{row}");
+    for share in ["mesh_iou", "f_score_percent", "f_score_5mm", "free_space_violation"] {
+        assert!((0.0..=1.0).contains(&number_at(row, &format!("/{share}/mean"))), "{share}: {row}");
+    }
+    let parts = ["iou_of_solid", "iou_of_hollow_or_thin"].map(|name| row[name]["objects"].as_u64().unwrap_or(0));
+    assert_eq!(parts.iter().sum::<u64>(), 3, "{row}");
+    assert!(number_at(row, "/surface_mm/mean") > 0.1 && number_at(row, "/volume_ratio/mean") > 0.0, "{row}");
+}
+
 /// Geodesics of the true grids' surface differ little more from the truth's than other points of the truth do.
 fn assert_geodesics(data: &Path) {
     let run_of_geodesics =
@@ -404,8 +407,7 @@ fn assert_smoothing(data: &Path) {
     let six = run(&[]);
     assert_eq!(six[0][0], six[1][0]);
     assert!(six[1][2] < six[0][2], "smoothing shrinks: {six:?}");
-    let [one, cotangent] =
-        [&["--smooth-steps", "1"][..], &["--smooth-weights", "cotangent"]].map(|options| run(options));
+    let [one, cotangent] = [&["--smooth-steps", "1"][..], &["--smooth-weights", "cotangent"]].map(run);
     assert!(one[0] == six[0] && cotangent[0] == six[0]);
     assert!(six[1][2] < one[1][2] && one[1][2] < one[0][2], "{six:?} {one:?}");
     assert!(cotangent[1] != six[1] && cotangent[1][2] < six[0][2], "{six:?} {cotangent:?}");

@@ -79,8 +79,8 @@ def image_of(sample: PatchSample, recipe: HeatmapRecipe) -> npt.NDArray[np.float
 
 
 def cut(image: npt.NDArray[np.float32], corners: npt.NDArray[np.int64]) -> npt.NDArray[np.float32]:
-    """What the cells with these corners (left, top) see, with the margin that normalises it: (corners, channels + 1,
-    side, side). The last channel is 1 inside of the image and 0 outside, where all others are 0."""
+    """The squares that cells with these corners (left, top) see, with the margin that normalises them: (corners,
+    channels + 1, side, side). The last channel is 1 inside of the image and 0 outside, where all others are 0."""
     whole = np.concatenate([image, np.ones_like(image[:1])])
     padded = np.pad(whole, ((0, 0), *((MARGIN, MARGIN + FIELD - SIDE),) * 2))
     side = FIELD + 2 * MARGIN

@@ -225,8 +225,7 @@ impl Completer {
                 let mut partial = input.partial.clone();
                 touched.cells().for_each(|cell| partial.set(cell));
                 let up = scene.plane.map_or(SeenCells::IMAGE_UP, |plane| plane.normal.into());
-                let points =
-                    baseline.needs_points().then(|| seen_points(&seen_object(scene, input))).unwrap_or_default();
+                let points = if baseline.needs_points() { seen_points(&seen_object(scene, input)) } else { Vec::new() };
                 let (free, placement) = (Some(&input.free), &input.placement);
                 let seen = SeenCells { partial: &partial, free, points: &points, placement, up };
                 Ok(Answer::of_cells(&baseline.complete(&seen)))
