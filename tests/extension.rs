@@ -62,7 +62,7 @@ const PRODUCT: Extension = Extension {
             "src/format/products/mod.rs",
             &[
                 ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
-                ("[&ProductFormat; 9]", "[&ProductFormat; 10]"),
+                ("[&ProductFormat; 10]", "[&ProductFormat; 11]"),
                 ("    &volumes::FORMAT,\n", "    &volumes::FORMAT,\n    &volume::FORMAT,\n"),
             ],
         ),
@@ -70,7 +70,7 @@ const PRODUCT: Extension = Extension {
             "src/format/products/checks.rs",
             &[
                 ("views, volumes}", "views, volume, volumes}"),
-                ("[&ProductChecks; 9]", "[&ProductChecks; 10]"),
+                ("[&ProductChecks; 10]", "[&ProductChecks; 11]"),
                 ("    &volumes::CHECKS,\n", "    &volumes::CHECKS,\n    &volume::CHECKS,\n"),
             ],
         ),
@@ -78,7 +78,7 @@ const PRODUCT: Extension = Extension {
             "src/factory/products/mod.rs",
             &[
                 ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
-                ("[&ProductFactory; 9]", "[&ProductFactory; 10]"),
+                ("[&ProductFactory; 10]", "[&ProductFactory; 11]"),
                 ("    &volumes::FACTORY,\n", "    &volumes::FACTORY,\n    &volume::FACTORY,\n"),
             ],
         ),
@@ -86,7 +86,7 @@ const PRODUCT: Extension = Extension {
             "src/publish/products/mod.rs",
             &[
                 ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
-                ("[&ProductPages; 9]", "[&ProductPages; 10]"),
+                ("[&ProductPages; 10]", "[&ProductPages; 11]"),
                 ("    &volumes::PAGES,\n", "    &volumes::PAGES,\n    &volume::PAGES,\n"),
             ],
         ),

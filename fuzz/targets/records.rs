@@ -3,8 +3,8 @@
 use graspmill::format::{
     Channel, Cloud, Clutter, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape,
     Occlusion, PatchColour, PatchHeatmap, PatchImageColour, PatchMetric, PatchTable, PatchTrial, PatchVisibility,
-    PickCandidates, PickTrials, ReachabilityBlock, ReachabilityField, Scene, SceneImage, SceneOverview, SceneVolume,
-    TactileContacts, Tsdf, Visibility, VolumeTruth, VoxelPair, check_record, checks_of,
+    PickCandidates, PickTrials, ReachabilityBlock, ReachabilityField, Scene, SceneHeatmap, SceneImage, SceneOverview,
+    SceneVolume, TactileContacts, Tsdf, Visibility, VolumeAffordance, VolumeTruth, VoxelPair, check_record, checks_of,
 };
 
 use super::channels;
@@ -35,9 +35,11 @@ pub fn records(input: &[u8]) {
         Channel::VISIBILITY | Channel::AMODAL_VISIBILITY => {
             again(payload, |bytes| Visibility::decode(bytes).ok(), Visibility::encode)
         }
-        Channel::DEPTH | Channel::PATCH_IMAGE | Channel::VIEW_DEPTH | Channel::AMODAL_DEPTH => {
-            again(payload, |bytes| Depth::decode(bytes).ok(), Depth::encode)
-        }
+        Channel::DEPTH
+        | Channel::PATCH_IMAGE
+        | Channel::VIEW_DEPTH
+        | Channel::AMODAL_DEPTH
+        | Channel::HEATMAP_DEPTH => again(payload, |bytes| Depth::decode(bytes).ok(), Depth::encode),
         Channel::CLOUD | Channel::AMODAL_CLOUD => again(payload, |bytes| Cloud::decode(bytes).ok(), Cloud::encode),
         Channel::TSDF | Channel::AMODAL_TSDF => again(payload, |bytes| Tsdf::decode(bytes).ok(), Tsdf::encode),
         Channel::COVERAGE | Channel::AMODAL_COVERAGE => {
@@ -76,8 +78,12 @@ pub fn records(input: &[u8]) {
         Channel::VIEW_IMAGE => again(payload, |bytes| SceneImage::decode(bytes).ok(), SceneImage::encode),
         Channel::VOLUME_FUSION => again(payload, |bytes| SceneVolume::decode(bytes).ok(), SceneVolume::encode),
         Channel::VOLUME_TRUTH => again(payload, |bytes| VolumeTruth::decode(bytes).ok(), VolumeTruth::encode),
+        Channel::VOLUME_AFFORDANCE => {
+            again(payload, |bytes| VolumeAffordance::decode(bytes).ok(), VolumeAffordance::encode)
+        }
         Channel::PICK_CANDIDATES => again(payload, |bytes| PickCandidates::decode(bytes).ok(), PickCandidates::encode),
         Channel::PICK_TRIALS => again(payload, |bytes| PickTrials::decode(bytes).ok(), PickTrials::encode),
+        Channel::HEATMAP_GRASPS => again(payload, |bytes| SceneHeatmap::decode(bytes).ok(), SceneHeatmap::encode),
         Channel::CLUTTER => again(payload, |bytes| Clutter::decode(bytes).ok(), Clutter::encode),
         other => panic!("{other:?} has no record here"),
     };

@@ -1,5 +1,5 @@
 """Reads datasets of graspmill: completion pairs, touch, reachability maps, grasps, patches, scenes, views, amodal pairs,
-volumes and picks.
+volumes, picks and heatmaps of scenes.
 
     import graspmill
     data = graspmill.Dataset("datasets/quickstart", graspmill.CompletionSample, split="training")
@@ -25,6 +25,7 @@ from .field import Axis, Nearest, ReachabilityField
 from .folder import FORMAT_VERSION, Folder
 from .geometry import Camera, Grid, SampleId, pack, unpack
 from .grasps import GRASP_LABELS, TRIAL_PHASES, TRIAL_VERDICTS, VERDICTS, WAYPOINTS, GraspSample, grasp_frame
+from .heatmaps import PICK_STATES, HeatmapSample
 from .index import Index
 from .patches import Heatmap, ImageColour, PatchSample
 from .picks import PICK_OBSTACLES, PICK_PHASES, PICK_STAGES, PICK_VERDICTS, PickSample, PickTrial
@@ -34,11 +35,12 @@ from .scenes import Overview, SceneContacts, SceneSample
 from .shapes import Mesh, ObjectFacts, RestingPose, object_facts, object_meshes, resting_poses
 from .shuffle import ShuffledChunks
 from .views import ViewSample
-from .volumes import VolumeSample
+from .volumes import Affordance, VolumeSample
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "Affordance",
     "AmodalSample",
     "Axis",
     "BadSelection",
@@ -55,6 +57,7 @@ __all__ = [
     "GraspSample",
     "Grid",
     "Heatmap",
+    "HeatmapSample",
     "ImageColour",
     "Implicit",
     "Index",
@@ -68,6 +71,7 @@ __all__ = [
     "PICK_OBSTACLES",
     "PICK_PHASES",
     "PICK_STAGES",
+    "PICK_STATES",
     "PICK_VERDICTS",
     "PROOFS",
     "Pair",

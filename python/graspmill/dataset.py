@@ -18,6 +18,7 @@ from .folder import SPLITS, Folder
 from .frames import index_frame
 from .geometry import SampleId
 from .grasps import GraspSample
+from .heatmaps import HeatmapSample
 from .index import Index
 from .mcap import McapFile
 from .patches import PatchSample
@@ -45,6 +46,7 @@ KINDS: dict[str, type[Sample]] = {
         AmodalSample,
         VolumeSample,
         PickSample,
+        HeatmapSample,
     )
 }
 
@@ -53,8 +55,8 @@ class Dataset(Generic[S]):
     """Samples of a finished dataset, by place: ``len(data)``, ``data[k]``, ``data[:100]``, ``data.gather([...])``.
 
     ``kind`` is the class of its samples (``CompletionSample``, ``ReachabilitySample``, ``GraspSample``,
-    ``PatchSample``, ``SceneSample``, ``ViewSample``, ``AmodalSample``, ``VolumeSample``, ``PickSample``): with it type
-    checkers know what a sample has, and a dataset of another product is refused.
+    ``PatchSample``, ``SceneSample``, ``ViewSample``, ``AmodalSample``, ``VolumeSample``, ``PickSample``,
+    ``HeatmapSample``): with it type checkers know what a sample has, and a dataset of another product is refused.
     ``Sample``, which products without a class of their own have, reads any product by the schemas in its shards.
     ``split``, ``objects`` (names) and ``subset`` (a nested training subset) select; ``channels`` are the channels to
     read, all without it. ``cached_chunks`` unpacked chunks of 64 KiB or so stay in memory.

@@ -97,6 +97,14 @@ def pose(rows: npt.NDArray[np.float64]) -> Floats:
     return np.vstack([rows.reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
 
 
+def poses(rows: Floats) -> Floats:
+    """(k, 4, 4) poses, out of twelve stored numbers each."""
+    rows = rows.reshape(-1, 3, 4)
+    found = np.tile(np.eye(4), (len(rows), 1, 1))
+    found[:, :3] = rows
+    return found
+
+
 def bytes_of_cells(resolution: int) -> int:
     """Bytes of a packed bit plane, ceil(n^3 / 8)."""
     return (resolution**3 + 7) // 8

@@ -61,15 +61,18 @@ class Heatmap:
     """(entries,) labels of the grasps, lower is better; 0 where trials do not say."""
     visible: npt.NDArray[np.bool_] | None = None
     """(entries,) whether nothing in the image hides the point; None where the dataset marks none."""
+    hand_points: int = 4
+    """Count of the points of a hand."""
 
     def image(self, visible: bool = False) -> Points:
-        """(4 types, height, width): the lowest label of a pixel, channel 4 type_index + point; NaN where no label is known.
+        """(hand_points types, height, width): the lowest label of a pixel, channel hand_points type_index + point; NaN where no label
+        is known.
 
         Pixels with NaN are untested, not bad. ``visible`` leaves points out that the surface hides.
         """
-        image = np.full((4 * self.types, self.height, self.width), np.inf, np.float32)
+        image = np.full((self.hand_points * self.types, self.height, self.width), np.inf, np.float32)
         column, row = np.floor(self.pixels).astype(np.int64).T
-        channel = (4 * self.type_indices + self.points).astype(np.int64)
+        channel = (self.hand_points * self.type_indices + self.points).astype(np.int64)
         inside = (column >= 0) & (column < self.width) & (row >= 0) & (row < self.height) & (self.values != 0)
         if visible:
             if self.visible is None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .geometry import Floats, pose
+from .geometry import Floats, pose, poses
 from .samples import Sample, as_array, content, expect_lengths
 
 PICK_OBSTACLES = ("free", "ground", "container", "own object", "neighbour")
@@ -31,14 +31,6 @@ PICK_VERDICTS = (
 """Verdicts on trials among neighbours, by their numbers."""
 PICK_PHASES = ("approach", "closing", "lift", "hold")
 """Parts of a trial among neighbours, by their numbers."""
-
-
-def _poses(rows: Floats) -> Floats:
-    """(k, 4, 4) poses, out of twelve stored numbers each."""
-    rows = rows.reshape(-1, 3, 4)
-    poses = np.tile(np.eye(4), (len(rows), 1, 1))
-    poses[:, :3] = rows
-    return poses
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +101,9 @@ class PickSample(Sample):
     @content
     def world_from_object(self) -> Floats:
         """(bodies, 4, 4) poses of all bodies of the scene."""
-        poses = _poses(self.message("grasps")["world_from_object"])
-        expect_lengths(len(self.objects), world_from_object=poses)
-        return poses
+        found = poses(self.message("grasps")["world_from_object"])
+        expect_lengths(len(self.objects), world_from_object=found)
+        return found
 
     @content
     def hand(self) -> str:
@@ -141,9 +133,9 @@ class PickSample(Sample):
     @content
     def world_from_base(self) -> Floats:
         """(candidates, 4, 4) poses of the hand's base where it closes."""
-        poses = _poses(self.message("grasps")["world_from_base"])
-        expect_lengths(len(self.runs), world_from_base=poses)
-        return poses
+        found = poses(self.message("grasps")["world_from_base"])
+        expect_lengths(len(self.runs), world_from_base=found)
+        return found
 
     @content
     def verdicts(self) -> npt.NDArray[np.uint8]:

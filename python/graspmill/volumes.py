@@ -2,20 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
-from .geometry import Camera, Floats, pose
+from .geometry import Camera, Floats, pose, poses
 from .samples import Sample, as_array, content, expect_lengths
 from .views import CONTAINER, TABLE
 
 
-def _poses(rows: Floats) -> Floats:
-    """(k, 4, 4) poses, out of twelve stored numbers each."""
-    rows = rows.reshape(-1, 3, 4)
-    poses = np.tile(np.eye(4), (len(rows), 1, 1))
-    poses[:, :3] = rows
-    return poses
+@dataclass(frozen=True, eq=False)
+class Affordance:
+    """Grasps of a scene over the voxels of a volume. Arrays are (n, n, n, ...), indexed (x, y, z)."""
+
+    quality: npt.NDArray[np.float32]
+    """(n, n, n) 1 where a grasp with its centre there held, 0 where all that were tried failed; NaN where none was tried."""
+    rotation: npt.NDArray[np.float32]
+    """(n, n, n, 4) rotation of that grasp as x, y, z, w: x closing, z approach, in the volume's frame; NaN without one."""
+    width: npt.NDArray[np.float32]
+    """(n, n, n) m: width of that grasp; NaN without one."""
+    count: npt.NDArray[np.uint32]
+    """(n, n, n) free grasps with their centre in the voxel."""
+    known: npt.NDArray[np.bool_]
+    """(n, n, n) whether one of them was tried. Where none was, nothing is known: such a voxel is no negative."""
 
 
 class VolumeSample(Sample):
@@ -73,9 +83,9 @@ class VolumeSample(Sample):
     @content
     def world_from_camera(self) -> Floats:
         """(images, 4, 4) poses: z forward, y down."""
-        poses = _poses(self.message("fusion")["world_from_camera"])
-        expect_lengths(len(self.views), world_from_camera=poses)
-        return poses
+        found = poses(self.message("fusion")["world_from_camera"])
+        expect_lengths(len(self.views), world_from_camera=found)
+        return found
 
     @content
     def steps(self) -> npt.NDArray[np.int16]:
@@ -112,12 +122,76 @@ class VolumeSample(Sample):
     @content
     def world_from_object(self) -> Floats:
         """(bodies, 4, 4) poses."""
-        poses = _poses(self.message("truth")["world_from_object"])
-        expect_lengths(len(self.objects), world_from_object=poses)
-        return poses
+        found = poses(self.message("truth")["world_from_object"])
+        expect_lengths(len(self.objects), world_from_object=found)
+        return found
 
     @content
     def centres(self) -> npt.NDArray[np.float32]:
         """(n, n, n, 3) m: centre of each voxel in the volume's frame."""
         along = (np.arange(self.resolution) + 0.5) * self.voxel
         return np.stack(np.meshgrid(along, along, along, indexing="ij"), -1).astype(np.float32)
+
+    @content
+    def grasp_bodies(self) -> npt.NDArray[np.int64]:
+        """(grasps,) number of the body of each free grasp with its centre in the cube, from 1 (channel ``affordance``)."""
+        return np.asarray(self.message("affordance")["bodies"], np.int64)
+
+    @content
+    def grasp_candidates(self) -> npt.NDArray[np.int64]:
+        """(grasps,) place among the candidates of the body's sample of picks."""
+        found = np.asarray(self.message("affordance")["candidates"], np.int64)
+        expect_lengths(len(self.grasp_bodies), candidates=found)
+        return found
+
+    @content
+    def grasp_voxels(self) -> npt.NDArray[np.int64]:
+        """(grasps, 3) the voxel that holds each centre, as an index of the arrays over voxels."""
+        voxels = np.asarray(self.message("affordance")["voxels"], np.int64)
+        expect_lengths(len(self.grasp_bodies), voxels=voxels)
+        return np.stack(np.unravel_index(voxels, 3 * [self.resolution]), -1)
+
+    @content
+    def grasp_states(self) -> npt.NDArray[np.uint8]:
+        """(grasps,) state by trials, a place in ``PICK_STATES``."""
+        return as_array(self.message("affordance")["states"], "u1", len(self.grasp_bodies))
+
+    @content
+    def grasp_centres(self) -> Floats:
+        """(grasps, 3) m in the volume's frame: middle between the pads of a closed gripper."""
+        centres: Floats = self.message("affordance")["centres"].reshape(len(self.grasp_bodies), 3)
+        return centres
+
+    @content
+    def grasp_rotations(self) -> Floats:
+        """(grasps, 4) x, y, z, w in the volume's frame: x closing, z approach."""
+        rotations: Floats = self.message("affordance")["rotations"].reshape(len(self.grasp_bodies), 4)
+        return rotations
+
+    @content
+    def grasp_widths(self) -> Floats:
+        """(grasps,) m between the pads of the closed hand; 0 of a hand without a width."""
+        widths: Floats = self.message("affordance")["widths"]
+        expect_lengths(len(self.grasp_bodies), widths=widths)
+        return widths
+
+    @content
+    def forbidden(self) -> npt.NDArray[np.int64]:
+        """(4,) grasps of the scene that ground, container, own object and neighbour forbid."""
+        return np.asarray(self.message("affordance")["forbidden"], np.int64)
+
+    @content
+    def affordance(self) -> Affordance:
+        """Grasps over the voxels (channel ``affordance``): of several in one voxel the best counts, the first of equals."""
+        n = self.resolution
+        quality = np.full((n, n, n), np.nan, np.float32)
+        rotation, width = np.full((n, n, n, 4), np.nan, np.float32), np.full((n, n, n), np.nan, np.float32)
+        count = np.zeros((n, n, n), np.uint32)
+        rows = zip(self.grasp_voxels.tolist(), self.grasp_states.tolist())
+        for row, (voxel, state) in enumerate(rows):
+            place = (voxel[0], voxel[1], voxel[2])
+            count[place] += 1
+            held = float(state == 1)
+            if state and not quality[place] >= held:
+                quality[place], rotation[place], width[place] = held, self.grasp_rotations[row], self.grasp_widths[row]
+        return Affordance(quality, rotation, width, count, ~np.isnan(quality))

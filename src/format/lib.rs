@@ -35,14 +35,16 @@ pub use products::{
         SeriesMoment, TableTrial, TrialFacts, TrialHand, TrialMethod, TrialOutcome, TrialSeries, TrialVerdict,
         TriedStates, WRENCH, Waypoint, trial_phases,
     },
+    heatmaps::{ForbiddenGrasp, HeatmapFacts, HeatmapLabel, PatchSquare, SceneHeatmap, SeenGrasp, SeenPoint},
     patches::{
         HeatmapPatch, HeatmapPoint, PATCH_POINTS, POINT_NAMES, PatchColour, PatchFacts, PatchHeatmap, PatchImageColour,
         PatchMetric, PatchPoint, PatchTable, PatchTrial, PatchVisibility, TRIAL_LABEL, VISIBLE_TOLERANCE, is_visible,
-        trial_value, window_pixel, window_side,
+        pixel_in_image, projection, trial_value, window_pixel, window_side,
     },
     picks::{
         AwakeBodies, AwakeNeighbour, Blocked, PickCandidate, PickCandidates, PickFacts, PickObstacle, PickPhase,
-        PickProtocol, PickStage, PickTrial, PickTrialFacts, PickTrials, PickVerdict, PressedThing, TakenGrasps,
+        PickProtocol, PickStage, PickState, PickTrial, PickTrialFacts, PickTrials, PickVerdict, PressedThing,
+        TakenGrasps,
     },
     reachability::{BlockFacts, FieldHeader, ReachabilityBlock, ReachabilityField},
     scenes::{
@@ -50,7 +52,7 @@ pub use products::{
         SceneSupport,
     },
     views::{SceneColour, SceneImage, SceneInstance, ViewFacts},
-    volumes::{FusedView, SceneVolume, VolumeFacts, VolumeTruth},
+    volumes::{FusedView, GraspsInVolume, SceneVolume, VolumeAffordance, VolumeFacts, VolumeTruth, VoxelGrasp},
 };
 
 /// Number of the format on disk; a reader refuses every other.

@@ -503,9 +503,9 @@ fn the_jobs_of_amodal_pairs_that_travel_with_the_source_are_jobs() {
     let set = JobText::open(Path::new("jobs/ycb-clutter.toml"), &[]).expect("the set");
     let set = JobSet::read(&set).unwrap_or_else(|errors| panic!("{}", errors.render()));
     let parts: Vec<&str> = set.jobs.iter().map(|job| job.name.as_str()).collect();
-    assert_eq!(parts, ["scenes", "views", "amodal", "volumes", "grasps", "picks"]);
+    assert_eq!(parts, ["scenes", "views", "amodal", "volumes", "grasps", "picks", "heatmaps"]);
     let named = |inputs: &[&str]| inputs.iter().map(|name| ((*name).to_owned(), (*name).to_owned())).collect();
     let inputs: Vec<BTreeMap<String, String>> =
-        [&["views"][..], &["views"], &[], &["grasps", "scenes"]].map(named).to_vec();
+        [&["views"][..], &["views"], &[], &["grasps", "scenes"], &["picks", "views"]].map(named).to_vec();
     assert!(set.jobs[2..].iter().map(|job| &job.inputs).eq(&inputs));
 }

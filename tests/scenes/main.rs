@@ -4,6 +4,7 @@
 mod alike;
 mod amodal;
 mod amodal_touch;
+mod heatmaps;
 mod imported;
 mod modes;
 mod pick_trials;

@@ -17,11 +17,15 @@ use graspmill::{
 };
 use serde_json::Value;
 
-use super::alike::{make_alike, make_scalar};
+use super::{
+    alike::{make_alike, make_scalar},
+    heatmaps::with_inputs as with_picks,
+};
 use crate::support::{
     files::repository_path,
     jobs::NO_SPLIT,
     program::{Program, print_root},
+    robots::GRIPPER,
     workspace::Workspace,
 };
 
@@ -398,4 +402,53 @@ fn the_jobs_of_volumes_that_travel_with_the_source_are_jobs() {
     assert!(run("ycb-volumes").expect_code(2).stderr.contains("at least 0.450 m are needed"));
     run("ycb-volumes").set(["fusion.size=0.48"]).succeed();
     assert_eq!(samples(&workspace.path("ycb-volumes")).len(), 2);
+}
+
+/// NumPy makes every row of the grasps anew, and MuJoCo says where the pads are.
+#[test]
+fn grasps_in_volumes_are_those_of_the_picks() {
+    let workspace = with_picks();
+    let hand = repository_path(GRIPPER);
+    let grasps = format!("[picks]\ndataset = \"picks\"\n[hand]\nscene = {hand:?}\n");
+    let job = volumes_job("size = 0.42\nbelow = 0.05").replace("views = [1, 4]", "views = [1, 3]") + &grasps;
+    let two = make_alike(&workspace, &job, "1000");
+    assert_eq!(print_root(&two), print_root(make_scalar(&workspace)));
+    let program = Program::python().arg("tests/peers/affordance.py").arg(&two).arg(workspace.path("picks")).arg(&hand);
+    let program = program.args(["pad_left", "pad_right"]).env("PYTHONPATH", repository_path("python"));
+    let found: Value = program.succeed().json();
+    let number = |name: &str| found[name].as_f64().expect("a number");
+    for name in ["untried", "held", "failed", "forbidden", "known_voxels"] {
+        assert!(number(name) > 0.0, "{name}: {found}");
+    }
+    assert!(number("worst") < 1e-9, "{found}");
+    let inspected = Program::on("inspect", &two).succeed().text();
+    assert!(inspected.contains("free in a cube, held") && inspected.contains("forbidden"), "{inspected}");
+    Program::on("report", &two).succeed();
+    assert!(workspace.read("two/report.html").contains("Grasps in the volumes"));
+
+    // Fusion and truth are those of the job without grasps, to the byte.
+    let plain = workspace.make_dataset("plain", &job.replace(&grasps, ""), &[]);
+    let names = |folder: &Path| reader(folder).manifest().channels().len();
+    assert_eq!((names(&plain), names(&two)), (2, 3));
+    for (one, other) in samples(&plain).iter().zip(samples(&two)) {
+        assert_eq!(one.scene_volume().expect("a volume"), other.scene_volume().expect("a volume"));
+        assert_eq!(one.volume_truth().expect("a truth"), other.volume_truth().expect("a truth"));
+        assert_eq!(one.volume_affordance().expect("readable"), None);
+    }
+    assert!(!workspace.read("plain/job.toml").contains("picks"));
+
+    // Mistakes.
+    let said = |text: String| {
+        let file = workspace.write("job.toml", text);
+        Program::run_job(file, workspace.path("none")).expect_code(2).stderr
+    };
+    let without_hand = said(job.replace(&format!("[hand]\nscene = {hand:?}\n"), ""));
+    assert!(without_hand.contains("hand") && without_hand.contains("MJCF"), "{without_hand}");
+    let without_picks = said(job.replace("[picks]\ndataset = \"picks\"\n", ""));
+    assert!(without_picks.contains("without grasps there is no hand"), "{without_picks}");
+    let other = said(job.replace("parallel_gripper", "panda_hand"));
+    assert!(other.contains("hand.scene") && other.contains("as the job of the picks does"), "{other}");
+    let pinned = format!("dataset = \"picks\"\ntrials_root = \"{}\"", "0".repeat(64));
+    let pinned = said(job.replace("dataset = \"picks\"", &pinned));
+    assert!(pinned.contains("picks.trials_root"), "{pinned}");
 }

@@ -106,4 +106,23 @@ impl InputSection {
         report.help("restore the dataset, or take `root` out of the job for a new dataset");
         false
     }
+
+    /// Whether the dataset has the trials that the job pins, if it pins some and reads some; others are reported.
+    pub fn has_trials_root(
+        &self,
+        checker: &mut Checker,
+        pinned: Option<&str>,
+        trials: Option<Digest>,
+        dataset: &FilePath,
+    ) -> bool {
+        let pinned = pinned.and_then(Digest::from_hex);
+        let Some((pinned, trials)) = pinned.zip(trials).filter(|(pinned, trials)| pinned != trials) else {
+            return true;
+        };
+        let seen = format!("{}: {} holds others", trials.short(), dataset.display());
+        let key = format!("{}.trials_root", self.name);
+        let report = checker.invalid(key.as_str(), format!("trials of root {}", pinned.short()), seen);
+        report.help("restore the dataset, or take `trials_root` out of the job for new trials");
+        false
+    }
 }

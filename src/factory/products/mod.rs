@@ -1,15 +1,17 @@
 //! The products, one folder each: keys of their jobs, producers, and their row in the table. What several of them share stands
 //! beside them: how a pair of grids is made, what surrounds the bodies of a scene, lights and colours, and how a dataset is read that a job is
-//! about, among them one of settled scenes and one of views.
+//! about, among them one of settled scenes, one of views and one of picks.
 
 pub mod amodal;
 pub mod appearance;
 pub mod completion;
 pub mod grasps;
+pub mod heatmaps;
 pub mod input;
 pub mod listed_pose;
 pub mod pair;
 pub mod patches;
+pub mod picked;
 pub mod picks;
 pub mod reachability;
 pub mod scenes;
@@ -23,7 +25,7 @@ use super::product::ProductFactory;
 use format::Product;
 
 /// Every product; a job that names none is of the first.
-pub static PRODUCTS: [&ProductFactory; 9] = [
+pub static PRODUCTS: [&ProductFactory; 10] = [
     &completion::FACTORY,
     &reachability::FACTORY,
     &grasps::FACTORY,
@@ -33,6 +35,7 @@ pub static PRODUCTS: [&ProductFactory; 9] = [
     &amodal::FACTORY,
     &volumes::FACTORY,
     &picks::FACTORY,
+    &heatmaps::FACTORY,
 ];
 
 /// The row of a product.

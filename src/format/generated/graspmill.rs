@@ -258,6 +258,63 @@ pub struct FactColumn {
     #[prost(double, repeated, tag = "3")]
     pub numbers: ::prost::alloc::vec::Vec<f64>,
 }
+/// Topic /volumes/affordance. Grasps of the bodies of the scene in the cube of SceneVolume, a row per free grasp whose centre is
+/// inside the cube. Rows are sorted by body and candidate. Bodies are counted from 1, in the order of the scene. Lengths in m.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct VolumeAffordance {
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// that of the volume
+    #[prost(uint32, tag = "2")]
+    pub resolution: u32,
+    /// that of the volume
+    #[prost(double, tag = "3")]
+    pub size: f64,
+    /// root digest of the exact numbers of the dataset of picks, 32 bytes
+    #[prost(bytes = "vec", tag = "4")]
+    pub picks: ::prost::alloc::vec::Vec<u8>,
+    /// root digest of its physics numbers, 32 bytes; none where nothing was tried
+    #[prost(bytes = "vec", tag = "5")]
+    pub trials: ::prost::alloc::vec::Vec<u8>,
+    /// name of the hand
+    #[prost(string, tag = "6")]
+    pub hand: ::prost::alloc::string::String,
+    /// BLAKE3 of its description and table, 32 bytes
+    #[prost(bytes = "vec", tag = "7")]
+    pub hand_digest: ::prost::alloc::vec::Vec<u8>,
+    /// u8 per body: 1 where the dataset of picks has grasps of it, else 0
+    #[prost(bytes = "vec", tag = "8")]
+    pub evaluated: ::prost::alloc::vec::Vec<u8>,
+    /// (4) grasps of the scene that ground, container, own object, neighbour forbid
+    #[prost(uint32, repeated, tag = "9")]
+    pub forbidden: ::prost::alloc::vec::Vec<u32>,
+    /// free grasps whose centre is outside the cube
+    #[prost(uint32, tag = "10")]
+    pub outside: u32,
+    /// per grasp: number of the body
+    #[prost(uint32, repeated, tag = "11")]
+    pub bodies: ::prost::alloc::vec::Vec<u32>,
+    /// per grasp: index of the candidate in the body's sample of picks
+    #[prost(uint32, repeated, tag = "12")]
+    pub candidates: ::prost::alloc::vec::Vec<u32>,
+    /// per grasp: number of the voxel that holds its centre
+    #[prost(uint32, repeated, tag = "13")]
+    pub voxels: ::prost::alloc::vec::Vec<u32>,
+    /// u8 per grasp: 0 untried, 1 held, 2 failed
+    #[prost(bytes = "vec", tag = "14")]
+    pub states: ::prost::alloc::vec::Vec<u8>,
+    /// (grasps, 3) in the volume's frame: between the pads of a gripper, else the mean of the
+    #[prost(double, repeated, tag = "15")]
+    pub centres: ::prost::alloc::vec::Vec<f64>,
+    /// contacts that the hand closes with
+    ///
+    /// (grasps, 4) quaternion x, y, z, w, w not below 0: x closing, z approach, in the volume's frame
+    #[prost(double, repeated, tag = "16")]
+    pub rotations: ::prost::alloc::vec::Vec<f64>,
+    /// per grasp: free width between the pads of the closed hand; 0 of a hand without a width
+    #[prost(double, repeated, tag = "17")]
+    pub widths: ::prost::alloc::vec::Vec<f64>,
+}
 /// Topic /amodal/clutter. What surrounds one body of a settled scene in one image; its pair is the graspmill.VoxelPair of topic
 /// /amodal/pair. SampleId.subject is the digest of the scene, SampleId.item the number of the view, SampleId.camera its camera, and
 /// SampleId.instance the number of the body, from 1, as in the image. Cells are those of the pair's grid.
@@ -1116,6 +1173,123 @@ pub struct ReachabilityField {
     /// f32 little-endian, one per cell
     #[prost(bytes = "vec", tag = "12")]
     pub distances: ::prost::alloc::vec::Vec<u8>,
+}
+/// Topic /heatmaps/grasps. Grasps of the bodies of a settled scene, as one image of the scene shows them: where palm and fingertips of
+/// the closed hand would be, and how good each grasp is. SampleId is that of the view in the dataset of views. Bodies are counted from
+/// 1, in the order of the scene. Points of a hand come in the order of names: the palm, then the fingertips. Lengths in m, in the frame
+/// of the world. Pixel (0, 0) is the top left one; pixel centres lie at +0.5.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct SceneHeatmap {
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// root digest of the exact numbers of the dataset of picks, 32 bytes
+    #[prost(bytes = "vec", tag = "2")]
+    pub picks: ::prost::alloc::vec::Vec<u8>,
+    /// root digest of its physics numbers, 32 bytes; none where nothing was tried
+    #[prost(bytes = "vec", tag = "3")]
+    pub trials: ::prost::alloc::vec::Vec<u8>,
+    /// name of the hand
+    #[prost(string, tag = "4")]
+    pub hand: ::prost::alloc::string::String,
+    /// BLAKE3 of its description and table, 32 bytes
+    #[prost(bytes = "vec", tag = "5")]
+    pub hand_digest: ::prost::alloc::vec::Vec<u8>,
+    /// of the points: approach, then the hand's contacts
+    #[prost(string, repeated, tag = "6")]
+    pub names: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// chosen grasp types, the most common first; of a hand without types none: its grasps
+    #[prost(uint32, repeated, tag = "7")]
+    pub types: ::prost::alloc::vec::Vec<u32>,
+    /// count as of one type
+    ///
+    /// what values say: trial, free
+    #[prost(string, tag = "8")]
+    pub label: ::prost::alloc::string::String,
+    /// rad: largest angle between approaches and the camera's axis
+    #[prost(double, tag = "9")]
+    pub angle: f64,
+    #[prost(message, optional, tag = "10")]
+    pub camera: ::core::option::Option<Camera>,
+    /// (12): rotation and translation by rows; camera z forward, y down
+    #[prost(double, repeated, tag = "11")]
+    pub world_from_camera: ::prost::alloc::vec::Vec<f64>,
+    /// px, of each patch
+    #[prost(uint32, tag = "12")]
+    pub side: u32,
+    /// side of the squares that patches in metres show; 0 without these
+    #[prost(double, tag = "13")]
+    pub size: f64,
+    /// u8 per body: 1 where the dataset of picks has grasps of it, else 0
+    #[prost(bytes = "vec", tag = "14")]
+    pub evaluated: ::prost::alloc::vec::Vec<u8>,
+    /// free grasps from about the camera's side that are of other types, or of none
+    #[prost(uint32, tag = "15")]
+    pub other_types: u32,
+    /// per grasp: number of the body; free grasps of the chosen types alone
+    #[prost(uint32, repeated, tag = "16")]
+    pub bodies: ::prost::alloc::vec::Vec<u32>,
+    /// per grasp: index of the candidate in the body's sample of picks
+    #[prost(uint32, repeated, tag = "17")]
+    pub candidates: ::prost::alloc::vec::Vec<u32>,
+    /// per grasp: number of the run of the stored grasp
+    #[prost(uint32, repeated, tag = "18")]
+    pub runs: ::prost::alloc::vec::Vec<u32>,
+    /// per grasp: index in that run
+    #[prost(uint32, repeated, tag = "19")]
+    pub ranks: ::prost::alloc::vec::Vec<u32>,
+    /// per grasp: number of its direction; 0 is the stored grasp
+    #[prost(uint32, repeated, tag = "20")]
+    pub directions: ::prost::alloc::vec::Vec<u32>,
+    /// per grasp: index of its type in types
+    #[prost(uint32, repeated, tag = "21")]
+    pub type_indices: ::prost::alloc::vec::Vec<u32>,
+    /// u8 per grasp: 0 untried, 1 held, 2 failed
+    #[prost(bytes = "vec", tag = "22")]
+    pub states: ::prost::alloc::vec::Vec<u8>,
+    /// f32 per grasp, little-endian: the label, lower is better
+    #[prost(bytes = "vec", tag = "23")]
+    pub values: ::prost::alloc::vec::Vec<u8>,
+    /// (grasps, 12): the hand's base where it closes
+    #[prost(double, repeated, tag = "24")]
+    pub world_from_base: ::prost::alloc::vec::Vec<f64>,
+    /// (grasps, points, 3) of the closed hand
+    #[prost(double, repeated, tag = "25")]
+    pub points: ::prost::alloc::vec::Vec<f64>,
+    /// (grasps, points, 2) px: projections, NaN nearer than the camera sees
+    #[prost(double, repeated, tag = "26")]
+    pub pixels: ::prost::alloc::vec::Vec<f64>,
+    /// (grasps, points) f32 little-endian: depth of the image in the pixel of each point, NaN
+    #[prost(bytes = "vec", tag = "27")]
+    pub surfaces: ::prost::alloc::vec::Vec<u8>,
+    /// = no return, or outside the image
+    ///
+    /// (grasps, points) u8: 1 in the image and at most 5 mm behind that depth
+    #[prost(bytes = "vec", tag = "28")]
+    pub visible: ::prost::alloc::vec::Vec<u8>,
+    /// the grasps with patches, by their index, ascending: all their squares are in the image
+    #[prost(uint32, repeated, tag = "29")]
+    pub patches: ::prost::alloc::vec::Vec<u32>,
+    /// (patches, points, 2) px, left and top pixel of each patch
+    #[prost(uint32, repeated, tag = "30")]
+    pub corners: ::prost::alloc::vec::Vec<u32>,
+    /// (patches, points) px, side of the square of size around each point
+    #[prost(uint32, repeated, tag = "31")]
+    pub windows: ::prost::alloc::vec::Vec<u32>,
+    /// (patches, points, 2) px, left and top pixel of that square
+    #[prost(uint32, repeated, tag = "32")]
+    pub window_corners: ::prost::alloc::vec::Vec<u32>,
+    /// per forbidden grasp from about the camera's side: number of the body
+    #[prost(uint32, repeated, tag = "33")]
+    pub forbidden_bodies: ::prost::alloc::vec::Vec<u32>,
+    /// per forbidden grasp: index of the candidate in the body's sample of picks
+    #[prost(uint32, repeated, tag = "34")]
+    pub forbidden_candidates: ::prost::alloc::vec::Vec<u32>,
+    /// u8 per forbidden grasp: 1 ground, 2 container, 3 own object, 4 neighbour
+    #[prost(bytes = "vec", tag = "35")]
+    pub obstacles: ::prost::alloc::vec::Vec<u8>,
+    /// (forbidden grasps, 2) px: projection of the palm, NaN nearer than the camera sees
+    #[prost(double, repeated, tag = "36")]
+    pub forbidden_pixels: ::prost::alloc::vec::Vec<f64>,
 }
 /// Topic /scenes/scene. Bodies at rest on their true meshes, or where others say that they stood. SampleId.subject is the digest of
 /// container, mode and split, and of the walls of a pile, and SampleId.item the number of the scene in it. Bodies are counted from

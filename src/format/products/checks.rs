@@ -1,11 +1,11 @@
 //! The table of checks: one row per product. They stand apart from the rows of the format, which every dataset needs,
 //! because a check reads whole datasets.
 
-use super::{amodal, completion, grasps, patches, picks, reachability, scenes, views, volumes};
+use super::{amodal, completion, grasps, heatmaps, patches, picks, reachability, scenes, views, volumes};
 use crate::{Product, ProductChecks};
 
 /// The checks of every product, in the order of [`PRODUCTS`](super::PRODUCTS).
-pub static CHECKS: [&ProductChecks; 9] = [
+pub static CHECKS: [&ProductChecks; 10] = [
     &completion::CHECKS,
     &reachability::CHECKS,
     &grasps::CHECKS,
@@ -15,6 +15,7 @@ pub static CHECKS: [&ProductChecks; 9] = [
     &amodal::CHECKS,
     &volumes::CHECKS,
     &picks::CHECKS,
+    &heatmaps::CHECKS,
 ];
 
 /// The checks of a product.

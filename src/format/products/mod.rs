@@ -4,6 +4,7 @@ pub mod amodal;
 mod checks;
 pub mod completion;
 pub mod grasps;
+pub mod heatmaps;
 pub mod patches;
 pub mod picks;
 pub mod reachability;
@@ -16,7 +17,7 @@ pub use checks::{CHECKS, checks_of};
 use super::ProductFormat;
 
 /// Every product, in the order in which people meet them.
-pub static PRODUCTS: [&ProductFormat; 9] = [
+pub static PRODUCTS: [&ProductFormat; 10] = [
     &completion::FORMAT,
     &reachability::FORMAT,
     &grasps::FORMAT,
@@ -26,4 +27,5 @@ pub static PRODUCTS: [&ProductFormat; 9] = [
     &amodal::FORMAT,
     &volumes::FORMAT,
     &picks::FORMAT,
+    &heatmaps::FORMAT,
 ];

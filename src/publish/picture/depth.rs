@@ -2,7 +2,7 @@
 
 use nalgebra::Point3;
 
-use super::{Picture, depth_colours};
+use super::{Colour, Picture, depth_colours};
 use kernel::geom::{DepthCrop, GridPlacement, OccupancyGrid};
 
 /// Nearest and farthest depth of a picture [m].
@@ -31,7 +31,17 @@ impl DepthRange {
 /// A depth crop as a picture: near is light, far is dark, no return is clear. Each pixel of the crop becomes
 /// `zoom` x `zoom` pixels.
 pub fn depth_picture(crop: &DepthCrop, range: DepthRange, zoom: u32) -> Picture {
-    let colours = depth_colours();
+    painted(crop, range, zoom, &depth_colours())
+}
+
+/// A depth crop in shades of grey, as a ground for marks in colour: near is light, far is darker, no return is clear.
+pub fn grey_depth_picture(crop: &DepthCrop, range: DepthRange) -> Picture {
+    let (darkest, lightest) = (70, 240);
+    let shade = |level: usize| (darkest + level * (lightest - darkest) / 255) as u8;
+    painted(crop, range, 1, &std::array::from_fn(|level| Colour([shade(level); 3])))
+}
+
+fn painted(crop: &DepthCrop, range: DepthRange, zoom: u32, colours: &[Colour; 256]) -> Picture {
     let mut picture = Picture::filled(crop.width * zoom, crop.height * zoom, [0; 4]);
     for (index, depth) in (0u32..).zip(&crop.depth) {
         if depth.is_finite() {

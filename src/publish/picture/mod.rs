@@ -14,7 +14,7 @@ mod solids;
 mod voxels;
 
 pub use colour::{Colour, Oklab, depth_colours};
-pub use depth::{DepthRange, colour_bar, depth_picture, height_map};
+pub use depth::{DepthRange, colour_bar, depth_picture, grey_depth_picture, height_map};
 pub use instances::{FLOOR, InstanceMap, WALLS};
 pub use lettering::Panel;
 pub use slices::{SLICE_COLOURS, SliceColours, Slices, centre_of_mass};

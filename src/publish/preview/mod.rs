@@ -2,6 +2,7 @@
 
 mod cloud;
 mod grasps;
+mod heatmaps;
 mod map;
 mod pairs;
 mod patches;
@@ -11,6 +12,7 @@ mod views;
 mod volumes;
 
 pub use grasps::write_grasp_preview;
+pub use heatmaps::write_heatmap_preview;
 pub use map::write_map_preview;
 pub use pairs::{PreviewSample, preview_samples, write_preview};
 pub use patches::write_patch_preview;

@@ -4,6 +4,7 @@
 pub mod amodal;
 pub mod completion;
 pub mod grasps;
+pub mod heatmaps;
 pub mod patches;
 pub mod picks;
 pub mod reachability;
@@ -17,7 +18,7 @@ use super::product::ProductPages;
 use format::Product;
 
 /// Every product.
-pub static PRODUCTS: [&ProductPages; 9] = [
+pub static PRODUCTS: [&ProductPages; 10] = [
     &completion::PAGES,
     &reachability::PAGES,
     &grasps::PAGES,
@@ -27,6 +28,7 @@ pub static PRODUCTS: [&ProductPages; 9] = [
     &amodal::PAGES,
     &volumes::PAGES,
     &picks::PAGES,
+    &heatmaps::PAGES,
 ];
 
 /// The row of a product.

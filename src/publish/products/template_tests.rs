@@ -13,6 +13,7 @@ use super::{
         self, Calibration, GraspSurvey, GraspedObject, GraspsInspection, ReliabilityBin, ReplayView, TableFacts,
         TrialsInspection, VariantsInspection,
     },
+    heatmaps::{self, HeatmapSurvey, HeatmapsInspection},
     patches::{self, PatchSurvey, PatchesInspection},
     picks::{self, PickSurvey, PicksInspection},
     reachability::{self, ReachabilityFacts},
@@ -277,6 +278,7 @@ fn volumes_page(name: &str, is_full: bool) -> Page {
         "images": 9, "by_images": if is_full { json!({ "1": 3, "6": 1 }) } else { json!({}) },
         "bodies": 20, "bodies_inside": 19,
         "observed_voxels": SPREAD, "near_voxels": SPREAD, "occupied_voxels": SPREAD,
+        "grasps": is_full.then(|| json!({ "states": [5, 3, 1], "forbidden": 81, "outside": 2 })),
         "objects": [{ "name": name, "object": object(), "split": "training" }],
     });
     let mut facts =
@@ -286,6 +288,25 @@ fn volumes_page(name: &str, is_full: bool) -> Page {
     let survey = VolumeSurvey { facts, shown: Vec::new() };
     let cards = if is_full { vec![volumes::CardView::example(name)] } else { Vec::new() };
     page(volumes::PAGE_TEMPLATE, &volumes::VolumesPage::of(&survey, cards, name))
+}
+
+fn heatmaps_page(name: &str, is_full: bool) -> Page {
+    let rest = json!({
+        "hand": name, "picks": is_full.then(|| Digest::of(b"picks")), "scenes": 3, "samples": 5,
+        "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
+        "rejected": if is_full { json!({ name: 1 }) } else { json!({}) },
+        "points": [name], "types": if is_full { json!([12, 78_137]) } else { json!([]) },
+        "images_with_grasps": 3, "states": [5, 3, 1], "forbidden": [40, 20, 1, 20], "other_types": u64::from(is_full),
+        "points_in_images": 24, "visible_points": 20, "patches": 7,
+        "objects": [{ "name": name, "object": object(), "split": "training" }],
+    });
+    let mut facts =
+        serde_json::to_value(header(name, Product::HEATMAPS, usize::from(is_full), is_full)).expect("plain data");
+    facts.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+    let facts: HeatmapsInspection = serde_json::from_value(facts).expect("the facts of a dataset");
+    let survey = HeatmapSurvey { facts, shown: Vec::new() };
+    let cards = if is_full { vec![heatmaps::CardView::example(name)] } else { Vec::new() };
+    page(heatmaps::PAGE_TEMPLATE, &heatmaps::HeatmapsPage::of(&survey, cards, name))
 }
 
 fn picks_page(name: &str, is_full: bool) -> Page {
@@ -415,6 +436,7 @@ fn pages(name: &str) -> Vec<Page> {
     pages.extend([true, false].map(|is_full| amodal_page(name, is_full)));
     pages.extend([true, false].map(|is_full| volumes_page(name, is_full)));
     pages.extend([true, false].map(|is_full| picks_page(name, is_full)));
+    pages.extend([true, false].map(|is_full| heatmaps_page(name, is_full)));
     pages.extend([true, false].map(|is_full| page(set::PAGE_TEMPLATE, &SetPage::example(name, is_full))));
     let compared = |is_full| page(evaluation::PAGE_TEMPLATE, &Evaluation::example(name, is_full).page());
     pages.extend([true, false].map(compared));
@@ -511,7 +533,7 @@ fn names_are_text_in_pages() {
     for (name, escaped) in [("<b>x</b>", "&lt;b&gt;x&lt;/b&gt;"), ("a&b", "a&amp;b"), ("\"'", "&quot;&#39;")] {
         let of_pages = pages(name);
         let html: Vec<&Page> = of_pages.iter().filter(|(template, _)| template.ends_with(".html")).collect();
-        assert_eq!(html.len(), 27);
+        assert_eq!(html.len(), 29);
         for (template, view) in html {
             let text = fill_of(&marked().0, template, view);
             assert!(text.contains(escaped), "{template} does not show {name}");

@@ -24,12 +24,14 @@ use crate::support::{
 const FETCHED_APART: [&str; 2] = ["jobs/allegro-grasps.toml", "jobs/panda-reachability.toml"];
 
 /// The jobs about settled scenes; the tests of scenes run them.
-const OF_SCENES: [&str; 8] = [
+const OF_SCENES: [&str; 10] = [
     "jobs/amodal-quick.toml",
+    "jobs/heatmaps-quick.toml",
     "jobs/picks-quick.toml",
     "jobs/views-quick.toml",
     "jobs/volumes-quick.toml",
     "jobs/ycb-amodal.toml",
+    "jobs/ycb-heatmaps.toml",
     "jobs/ycb-picks.toml",
     "jobs/ycb-views.toml",
     "jobs/ycb-volumes.toml",
@@ -316,7 +318,7 @@ fn every_key_of_the_schema_says_what_it_means() {
     }
     let mut silent = Vec::new();
     let products = schema()["oneOf"].as_array().expect("one schema per product, and one of sets");
-    assert_eq!(products.len(), 10);
+    assert_eq!(products.len(), 11);
     products.iter().for_each(|product| walk(product, "", &mut silent));
     assert_eq!(silent, Vec::<String>::new());
     let text = schema().to_string();

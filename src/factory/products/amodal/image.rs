@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::{meshes::LoadedObject, scene::StillSolid, settings::PointSource};
+use crate::products::viewed::redraw;
 use format::{SceneImage, SceneInstance};
 use kernel::{
     geom::{CameraCv, DepthCrop, Object, Pose, SimdLevel},
@@ -57,19 +58,9 @@ impl ViewImage {
     /// Renders the depth of an image that no sensor measured: the stored one is rounded to the step in which it is kept. Whether
     /// each pixel sees what the image says.
     pub fn render(&mut self, bodies: &[Arc<LoadedObject>], still: &StillSolid) -> bool {
-        let Self { record, image, .. } = self;
-        let camera_from_world = record.world_from_camera.inverse();
-        image.begin(record.camera);
-        for (number, (body, object)) in (1..).zip(record.bodies.iter().zip(bodies)) {
-            image.add(&object.render, &(camera_from_world * body.world_from_object), number);
-        }
-        let camera_from_fixed: Pose<CameraCv, Object> = Pose::from_isometry(*camera_from_world.isometry());
-        if let Some(container) = &still.container_surface {
-            image.add(container, &camera_from_fixed, SceneImage::CONTAINER);
-        }
-        image.add(&still.table, &camera_from_fixed, SceneImage::TABLE);
-        image.depth(&mut self.depth);
-        self.image.instances() == self.record.instances
+        let Self { record, image, depth, .. } = self;
+        let bodies = bodies.iter().map(|object| &object.render);
+        redraw(image, record, bodies, (still.container_surface.as_ref(), &still.table), depth)
     }
 
     /// Pose of a body as the camera sees it.

@@ -15,7 +15,7 @@ use crate::{
     ProduceError, SampleWriter,
     products::{
         pair::{ChannelScratch, ChannelView, empty_pair, fill_grids, touch::SeenSurface},
-        viewed::ViewedScene,
+        viewed::{ViewedScene, changed_view},
     },
     work::Producer,
 };
@@ -115,19 +115,12 @@ fn load_scene<'w>(
     let bodies = image.record.bodies.iter().map(|body| objects.get(body.object, &job.settings, *level));
     let bodies: Vec<Arc<LoadedObject>> = bodies.collect::<Result<_, _>>()?;
     if image.record.point_instances.is_some() {
-        let depth = stored.view_depth()?.ok_or_else(|| unlike(stored, "it has no depth"))?;
+        let depth = stored.view_depth()?.ok_or_else(|| changed_view(stored, "it has no depth"))?;
         image.measured(depth.crop);
     } else if !image.render(&bodies, still) {
-        return Err(unlike(stored, "its scene, drawn again, is another picture"));
+        return Err(changed_view(stored, "its scene, drawn again, is another picture"));
     }
     Ok(LoadedScene { bodies, still })
-}
-
-/// The error of a view that is not what it was.
-fn unlike(view: &Sample, what: &str) -> ProduceError {
-    let SampleId { subject, item, .. } = view.id;
-    let name = format!("view {item} of scene {}", subject.0.short());
-    ProduceError::unusable(name, format!("{what}; `verify` the dataset of views, and make it again with this version"))
 }
 
 /// Why a body is left out before anything is made of it, with numbers.
@@ -265,7 +258,7 @@ impl Producer for AmodalWorker<'_> {
         };
         let record = stored.scene_image()?;
         if record.bodies.len() != *bodies as usize {
-            return Err(unlike(&stored, "it has other bodies than its scene"));
+            return Err(changed_view(&stored, "it has other bodies than its scene"));
         }
 
         let Self { image, still, hands, scratch, .. } = self;

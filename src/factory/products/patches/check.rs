@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{job::read_hand, products::input::InputSection};
 use form::Checker;
-use kernel::{geom::Intrinsics, ids::Digest};
+use kernel::geom::Intrinsics;
 use sim::HandModel;
 
 /// The section that names the dataset.
@@ -51,14 +51,7 @@ fn grasps(checker: &mut Checker, spec: &PatchesSpec, dataset: &FilePath) -> Opti
     if !GRASPS.has_root(checker, spec.grasps.root.as_deref(), found.root, dataset) {
         return None;
     }
-    let trials_root = spec.grasps.trials_root.as_deref().and_then(Digest::from_hex);
-    if let (Some(pinned), Some(trials)) = (trials_root, found.trials)
-        && pinned != trials
-    {
-        let expected = format!("trials of root {}", pinned.short());
-        let seen = format!("{}: {} holds others", trials.short(), dataset.display());
-        let report = checker.invalid("grasps.trials_root", expected, seen);
-        report.help("restore the dataset, or take `trials_root` out of the job for new trials");
+    if !GRASPS.has_trials_root(checker, spec.grasps.trials_root.as_deref(), found.trials, dataset) {
         return None;
     }
     if found.types.chosen.is_empty() {

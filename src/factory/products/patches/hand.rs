@@ -7,26 +7,65 @@ use nalgebra::Point3;
 use super::settings::{ChosenGrasp, PatchJob};
 use crate::{Cause, ProduceError, objects::check_hand};
 use format::PATCH_POINTS;
+use kernel::geom::{Frame, HandBase, Pose};
 use robot::hand::Hand;
 use sim::HandModel;
+
+/// Name of the palm among the points of a hand: the approach frame's.
+pub const PALM: &str = "approach";
+
+/// Some contacts of a hand, which stand for its fingertips.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fingertips {
+    hand: Arc<Hand>,
+    /// Indices of the contacts.
+    contacts: Vec<usize>,
+}
 
 /// A job's hand, read once for all threads.
 pub struct PatchHand {
     hand: Arc<Hand>,
-    /// Points of F0, F1 and F2 among its contacts.
-    tips: [usize; PATCH_POINTS - 1],
+    /// Points of F0, F1 and F2.
+    tips: Fingertips,
     /// Names of the points in its description.
     names: [String; PATCH_POINTS],
 }
 
 /// A fingertip that a hand does not have.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("it has no contact `{tip}` for patches.tips; it has {}", present.join(", "))]
+#[error("it has no contact `{tip}` that could be a fingertip; it has {}", present.join(", "))]
 pub struct NoFingertip {
     /// Contact that the job names.
     pub tip: String,
     /// Contacts of the hand.
     pub present: Vec<String>,
+}
+
+impl Fingertips {
+    /// The contacts of these names.
+    ///
+    /// # Errors
+    /// When the hand has no such contact.
+    pub fn new(hand: &Arc<Hand>, tips: &[String]) -> Result<Self, NoFingertip> {
+        let contact = |tip: &String| {
+            let found = hand.contacts().iter().position(|contact| contact.name == *tip);
+            found.ok_or_else(|| {
+                let present = hand.contacts().iter().map(|contact| contact.name.clone()).collect();
+                NoFingertip { tip: tip.clone(), present }
+            })
+        };
+        Ok(Self { hand: Arc::clone(hand), contacts: tips.iter().map(contact).collect::<Result<_, _>>()? })
+    }
+
+    /// Where they are in a frame in which the hand's base stands, at values of all joints [m].
+    ///
+    /// # Panics
+    /// When the hand has another count of joints.
+    pub fn points<To: Frame>(&self, base: &Pose<To, HandBase>, joints: &[f64]) -> Vec<Point3<f64>> {
+        let frames = self.hand.link_frames(joints);
+        let point = |contact: &usize| base.point(&self.hand.contact_in_base(*contact, &frames).0);
+        self.contacts.iter().map(point).collect()
+    }
 }
 
 impl PatchHand {
@@ -46,16 +85,9 @@ impl PatchHand {
     /// # Errors
     /// When it has no such contact.
     pub fn new(hand: &Arc<Hand>, tips: &[String; PATCH_POINTS - 1]) -> Result<Self, NoFingertip> {
-        let mut vertices = [0; PATCH_POINTS - 1];
-        for (vertex, tip) in vertices.iter_mut().zip(tips) {
-            let found = hand.contacts().iter().position(|contact| contact.name == *tip);
-            *vertex = found.ok_or_else(|| {
-                let present = hand.contacts().iter().map(|contact| contact.name.clone()).collect();
-                NoFingertip { tip: tip.clone(), present }
-            })?;
-        }
         let [a, b, c] = tips.clone();
-        Ok(Self { hand: Arc::clone(hand), tips: vertices, names: ["approach".to_owned(), a, b, c] })
+        let names = [PALM.to_owned(), a, b, c];
+        Ok(Self { hand: Arc::clone(hand), tips: Fingertips::new(hand, tips)?, names })
     }
 
     /// The hand's name.
@@ -73,11 +105,9 @@ impl PatchHand {
     /// # Panics
     /// When the grasp is of a hand with another count of joints.
     pub fn points(&self, grasp: &ChosenGrasp) -> [Point3<f64>; PATCH_POINTS] {
-        let frames = self.hand.link_frames(&grasp.joints);
-        let tip =
-            |vertex: usize| grasp.object_from_base.point(&self.hand.contact_in_base(self.tips[vertex], &frames).0);
+        let tips = self.tips.points(&grasp.object_from_base, &grasp.joints);
         let palm = Point3::from(*grasp.object_from_approach.translation());
-        [palm, tip(0), tip(1), tip(2)]
+        [palm, tips[0], tips[1], tips[2]]
     }
 
     /// Joints of the hand.

@@ -7,7 +7,7 @@ use super::{
     marks::surface,
     settings::{GraspedObject, PatchJob, PatchSettings},
 };
-use format::{HeatmapPatch, HeatmapPoint, PATCH_POINTS, PatchHeatmap, is_visible};
+use format::{HeatmapPatch, HeatmapPoint, PATCH_POINTS, PatchHeatmap, is_visible, pixel_in_image, projection};
 use kernel::{
     geom::{CameraCv, DepthCrop, Intrinsics, Object, Pose},
     ids::SampleId,
@@ -100,10 +100,6 @@ impl HeatView {
 /// Where a point is in the image [px], and its depth [m]; `None` outside and before the near plane.
 fn inside(camera: &Intrinsics, pose: &Pose<CameraCv, Object>, point: &Point3<f64>) -> Option<([f64; 2], f64)> {
     let seen = pose.point(point);
-    if seen.z < camera.near {
-        return None;
-    }
-    let (u, v) = camera.project(&seen);
-    let within = (0.0..f64::from(camera.width)).contains(&u) && (0.0..f64::from(camera.height)).contains(&v);
-    within.then_some(([u, v], seen.z))
+    let pixel = projection(camera, &seen)?;
+    pixel_in_image(camera, pixel).map(|_| (pixel, seen.z))
 }

@@ -20,7 +20,7 @@ mod work;
 mod worker;
 
 pub use grasps_reader::{InvalidGrasps, WantedGrasps, read_grasps};
-pub use hand::{NoFingertip, PatchHand};
+pub use hand::{Fingertips, NoFingertip, PALM, PatchHand};
 pub use resample::area_mean;
 pub use row::FACTORY;
 pub use settings::{

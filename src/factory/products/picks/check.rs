@@ -19,7 +19,7 @@ use crate::{
     },
 };
 use form::Checker;
-use kernel::ids::{Digest, ObjectId};
+use kernel::ids::ObjectId;
 use sim::HandModel;
 
 /// The section that names the dataset of grasps.
@@ -105,13 +105,7 @@ fn grasps(checker: &mut Checker, spec: &PicksSpec, dataset: &FilePath, scenes: &
     if !GRASPS.has_root(checker, spec.grasps.root.as_deref(), found.root, dataset) {
         return None;
     }
-    let pinned = spec.grasps.trials_root.as_deref().and_then(Digest::from_hex);
-    if let (Some(pinned), Some(trials)) = (pinned, found.trials)
-        && pinned != trials
-    {
-        let seen = format!("{}: {} holds others", trials.short(), dataset.display());
-        let report = checker.invalid("grasps.trials_root", format!("trials of root {}", pinned.short()), seen);
-        report.help("restore the dataset, or take `trials_root` out of the job for new trials");
+    if !GRASPS.has_trials_root(checker, spec.grasps.trials_root.as_deref(), found.trials, dataset) {
         return None;
     }
     if found.objects.values().all(Vec::is_empty) {

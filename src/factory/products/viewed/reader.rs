@@ -12,10 +12,10 @@ use crate::{
 };
 use format::{
     Product,
-    dataset::{DatasetError, DatasetReader, Selection},
+    dataset::{DatasetError, DatasetReader, Sample, Selection},
 };
 use kernel::{
-    ids::{ObjectId, SampleIndex},
+    ids::{ObjectId, SampleId, SampleIndex},
     words::NumberClass,
 };
 
@@ -91,4 +91,11 @@ pub fn open_views(dataset: &Path, views: &FoundViews) -> Result<DatasetReader, P
     }
     let (found, expected) = (ObjectId(root), ObjectId(views.root));
     Err(ProduceError::Changed { name: name(), found, expected })
+}
+
+/// The error of a view that is not what it was.
+pub fn changed_view(view: &Sample, what: &str) -> ProduceError {
+    let SampleId { subject, item, .. } = view.id;
+    let name = format!("view {item} of scene {}", subject.0.short());
+    ProduceError::unusable(name, format!("{what}; `verify` the dataset of views, and make it again with this version"))
 }

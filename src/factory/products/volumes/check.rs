@@ -3,10 +3,16 @@
 use std::path::{Path as FilePath, PathBuf};
 
 use super::{
-    settings::VolumeSettings,
+    settings::{VolumeGrasps, VolumeSettings},
     spec::{FusionSpec, VolumesSpec},
 };
-use crate::products::viewed::{FoundViews, VIEWS, read_views};
+use crate::{
+    job::read_hand,
+    products::{
+        picked::{PICKS, found_picks, has_hand},
+        viewed::{FoundViews, VIEWS, read_views},
+    },
+};
 use form::Checker;
 use kernel::voxel::VolumeGrid;
 
@@ -51,4 +57,32 @@ pub(super) fn views(
         return None;
     }
     Some(found)
+}
+
+/// The grasps that go with the volumes; `None` where the job names none, or when something is wrong, which is reported.
+pub(super) fn grasps(
+    checker: &mut Checker,
+    spec: &VolumesSpec,
+    folder: &FilePath,
+    views: &FoundViews,
+) -> Option<VolumeGrasps> {
+    let source = match (&spec.picks, &spec.hand) {
+        (Some(source), Some(_)) => source,
+        (Some(_), None) => {
+            checker
+                .missing("hand", "the hand of the picks")
+                .help("name the hand's MJCF file: `hand = { scene = \"...\" }`");
+            return None;
+        }
+        (None, Some(_)) => {
+            checker.contradiction("hand", "picks", "without grasps there is no hand");
+            return None;
+        }
+        (None, None) => return None,
+    };
+    let hand = read_hand(checker, "hand", spec.hand.as_ref()?, folder, |_| Ok(()));
+    let dataset = PICKS.folder(checker, source.dataset.as_ref(), folder)?;
+    let picks = found_picks(checker, source, &dataset, views)?;
+    let hand = hand.filter(|hand| has_hand(checker, hand, &picks))?;
+    Some(VolumeGrasps { dataset, picks, hand })
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::{
-    settings::{VolumeJob, VolumeSettings},
+    settings::{VolumeGrasps, VolumeJob, VolumeSettings},
     spec::{FusionSpec, VolumesSpec},
 };
 use crate::job::{keys_of, relative_to, with_slashes, without};
@@ -17,7 +17,13 @@ impl VolumeJob {
         let mut spec = VolumesSpec::standard();
         spec.views.dataset = folder.map(|folder| with_slashes(&relative_to(&self.dataset, folder)).into());
         spec.views.root = Some(self.views.root.hex());
+        if let Some(VolumeGrasps { dataset, picks, hand }) = &self.grasps {
+            let named = folder.map(|folder| with_slashes(&relative_to(dataset, folder)).into());
+            (spec.picks, spec.hand) = (Some(picks.spec(named)), Some(hand.spec(folder)));
+        }
         spec.fusion = FusionSpec { size, resolution, truncation_voxels, below, views, fusions };
-        without(keys_of(&spec), &["shards"])
+        let mut idle = vec!["shards"];
+        idle.extend((folder.is_none() && self.grasps.is_some()).then_some("hand.scene"));
+        without(keys_of(&spec), &idle)
     }
 }

@@ -2,9 +2,11 @@
 //!
 //! [`VolumeWorker`] is the producer of one thread: it draws which images of a scene are fused, fuses them
 //! ([`kernel::voxel::VolumeFusion`]) and says what is at the centre of every voxel (`scene`). Views hold depth, cameras, poses and
-//! meshes, so that nothing else is read. All of it is of class `exact`.
+//! meshes, so that nothing else is read, but for picks where the job names some: which grasps are in the cube (`grasps`). All of it
+//! is of class `exact`.
 
 mod check;
+mod grasps;
 mod images;
 mod keys;
 mod row;
@@ -15,5 +17,5 @@ mod work;
 mod worker;
 
 pub use row::FACTORY;
-pub use settings::{VolumeJob, VolumeSettings};
+pub use settings::{VolumeGrasps, VolumeJob, VolumeSettings};
 pub use worker::VolumeWorker;

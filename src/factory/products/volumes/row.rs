@@ -23,11 +23,15 @@ pub static FACTORY: ProductFactory = ProductFactory {
         ("objects", "the dataset of views says what its objects are"),
         ("sensor", "the job of the views says what the sensor is"),
         ("scenes", "name a dataset of views of them: `views.dataset`"),
+        ("grasps", "name a dataset of these grasps among the bodies of the scenes: `picks.dataset`"),
         ("grid", "the cube is `fusion`: `size`, `resolution`, `truncation_voxels`"),
         ("volume", "the cube is `fusion`: `size`, `resolution`, `truncation_voxels`"),
     ],
     hand_uses: &[],
-    inputs: &[InputDataset { section: "views", product: Product::VIEWS }],
+    inputs: &[
+        InputDataset { section: "views", product: Product::VIEWS },
+        InputDataset { section: "picks", product: Product::PICKS },
+    ],
     draft,
 };
 
@@ -40,7 +44,8 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, _: &JobContext) ->
     let settings = check::settings(&mut checker, &spec);
     let dataset = check::dataset(&mut checker, &spec, folder);
     let views = dataset.as_ref().and_then(|dataset| check::views(&mut checker, &spec, &settings, dataset));
+    let grasps = views.as_ref().and_then(|views| check::grasps(&mut checker, &spec, folder, views));
     checker.finish()?;
     let (dataset, views) = (dataset.expect("a missing one was reported"), views.expect("mistakes were reported"));
-    Ok(DraftWork::ready(VolumeJob { dataset, views, settings }, spec.shards.samples))
+    Ok(DraftWork::ready(VolumeJob { dataset, views, settings, grasps }, spec.shards.samples))
 }

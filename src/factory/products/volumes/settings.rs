@@ -4,7 +4,10 @@ use std::path::PathBuf;
 
 use nalgebra::{Rotation3, Vector3};
 
-use crate::products::viewed::FoundViews;
+use crate::{
+    job::JobHand,
+    products::{picked::FoundPicks, viewed::FoundViews},
+};
 use format::SceneContainer;
 use kernel::{
     geom::{Pose, Volume, World},
@@ -20,6 +23,19 @@ pub struct VolumeJob {
     pub views: FoundViews,
     /// Settings of the volumes.
     pub settings: VolumeSettings,
+    /// Grasps that go with each volume; `None` without.
+    pub grasps: Option<VolumeGrasps>,
+}
+
+/// Grasps that go with volumes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VolumeGrasps {
+    /// The folder of the dataset of picks.
+    pub dataset: PathBuf,
+    /// Picks of that dataset.
+    pub picks: FoundPicks,
+    /// The hand.
+    pub hand: JobHand,
 }
 
 /// Settings of volumes.

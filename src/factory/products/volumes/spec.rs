@@ -3,7 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::products::viewed::ViewsSourceSpec;
+use crate::{
+    job::spec::HandSpec,
+    products::{picked::PicksSourceSpec, viewed::ViewsSourceSpec},
+};
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
@@ -15,6 +18,11 @@ pub struct VolumesSpec {
     pub views: ViewsSourceSpec,
     /// The cube, and which images are fused.
     pub fusion: FusionSpec,
+    /// Grasps of the bodies of the same scenes, a finished dataset: with it each volume says which grasps have their centre in the
+    /// cube, and what trials say of them.
+    pub picks: Option<PicksSourceSpec>,
+    /// With `picks`: the hand of these grasps.
+    pub hand: Option<HandSpec>,
     /// The files of the dataset.
     pub shards: VolumeShardsSpec,
 }

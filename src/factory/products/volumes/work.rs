@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::{
-    settings::VolumeJob,
+    grasps::OpenGrasps,
+    settings::{VolumeGrasps, VolumeJob},
     worker::{Shared, VolumeWorker},
 };
 use crate::{
@@ -41,21 +42,29 @@ impl Work for VolumeJob {
     }
 
     fn tables(&self, _: Option<&JobSplits>) -> WorkTables {
-        self.views.tables()
+        let hands = self.grasps.iter().map(|grasps| grasps.hand.row()).collect();
+        WorkTables { hands, ..self.views.tables() }
     }
 
     fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
         let views = open_views(&self.dataset, &self.views)?;
         let meshes = ViewMeshes::open(&self.dataset, &self.views)?;
-        Ok(Box::new(OpenVolumes(Shared::new(self, opening.seed, views, meshes))))
+        let grasps = self.grasps.as_ref().map(OpenGrasps::open).transpose()?;
+        Ok(Box::new(OpenVolumes(Shared::new(self, opening.seed, (views, meshes), grasps))))
     }
 
     fn remarks(&self) -> Vec<String> {
         let views: usize = self.views.scenes.iter().map(|scene| scene.cameras.len()).sum();
-        vec![
+        let mut remarks = vec![
             format!("{} fusions of {} scenes with {views} views", self.settings.fusions, self.views.scenes.len()),
             format!("root of the views {}", self.views.root),
-        ]
+        ];
+        if let Some(VolumeGrasps { picks, hand, .. }) = &self.grasps {
+            remarks.push(format!("grasps of {}", hand.name));
+            remarks.push(format!("root of the picks {}", picks.root));
+            remarks.extend(picks.trials.map(|root| format!("root of their trials {root}")));
+        }
+        remarks
     }
 }
 

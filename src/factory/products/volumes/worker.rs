@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::{
+    grasps::OpenGrasps,
     images::SceneImages,
     scene::fill_truth,
     settings::{VolumeJob, VolumeSettings},
@@ -13,7 +14,7 @@ use crate::{
     recent::Recent,
     work::Producer,
 };
-use format::{Channel, FusedView, SceneVolume, VolumeFacts, VolumeTruth, dataset::DatasetReader};
+use format::{Channel, FusedView, SceneVolume, VolumeAffordance, VolumeFacts, VolumeTruth, dataset::DatasetReader};
 use kernel::{
     cancel::Cancel,
     ids::{Digest, ItemId, ObjectId, SampleId},
@@ -42,12 +43,19 @@ pub(super) struct Shared<'j> {
     views: DatasetReader,
     meshes: ViewMeshes,
     objects: Recent<PreparedObject>,
+    /// Grasps that go with each volume, where the job names some.
+    grasps: Option<OpenGrasps<'j>>,
 }
 
 impl<'j> Shared<'j> {
-    /// Views and meshes of a job.
-    pub fn new(job: &'j VolumeJob, seed: u64, views: DatasetReader, meshes: ViewMeshes) -> Self {
-        Self { job, seed, views, meshes, objects: Recent::new(KEPT) }
+    /// Views, meshes and grasps of a job.
+    pub fn new(
+        job: &'j VolumeJob,
+        seed: u64,
+        (views, meshes): (DatasetReader, ViewMeshes),
+        grasps: Option<OpenGrasps<'j>>,
+    ) -> Self {
+        Self { job, seed, views, meshes, objects: Recent::new(KEPT), grasps }
     }
 
     /// The kept views of a scene, in order.
@@ -73,6 +81,8 @@ pub struct VolumeWorker<'s> {
     fusion: VolumeFusion,
     volume: SceneVolume,
     truth: VolumeTruth,
+    /// Grasps of the loaded scene, where the job names some.
+    affordance: Option<VolumeAffordance>,
 }
 
 impl<'s> VolumeWorker<'s> {
@@ -91,12 +101,13 @@ impl<'s> VolumeWorker<'s> {
             fusion: VolumeFusion::new(grid, truncation_voxels),
             volume: SceneVolume::empty(sample, grid, truncation_voxels * grid.voxel()),
             truth,
+            affordance: shared.grasps.as_ref().map(|grasps| grasps.empty(sample, grid)),
         }
     }
 
     /// Takes the scene that was asked for, if another one stands: its kept views and its truth, and why none of its volumes is kept.
     fn take_scene(&mut self) -> Result<(), ProduceError> {
-        let Self { shared, scene, truth, images, kept, .. } = self;
+        let Self { shared, scene, truth, images, kept, affordance, .. } = self;
         if self.loaded == Some(*scene) {
             return Ok(());
         }
@@ -115,6 +126,10 @@ impl<'s> VolumeWorker<'s> {
             };
             let objects = image.record.bodies.iter().map(|body| object(body.object)).collect::<Result<Vec<_>, _>>()?;
             fill_truth(settings, &image.record, &objects, truth);
+            if let (Some(grasps), Some(affordance)) = (&shared.grasps, affordance) {
+                let volume_from_world = settings.world_from_volume().inverse();
+                grasps.fill(shared.job.views.scenes[*scene].id, &image.record, &volume_from_world, affordance)?;
+            }
             let outside = settings.too_small_for(&image.record.container);
             let no_body = || format!("no voxel's centre is in one of {} bodies", truth.bodies.len());
             let empty = (truth.occupied() == 0).then(|| (NO_BODY_INSIDE, no_body()));
@@ -140,7 +155,8 @@ impl<'s> VolumeWorker<'s> {
 
 impl Producer for VolumeWorker<'_> {
     fn channels(&self) -> Vec<Channel> {
-        vec![Channel::VOLUME_FUSION, Channel::VOLUME_TRUTH]
+        let affordance = self.affordance.as_ref().map(|_| Channel::VOLUME_AFFORDANCE);
+        [Channel::VOLUME_FUSION, Channel::VOLUME_TRUTH].into_iter().chain(affordance).collect()
     }
 
     fn load(&mut self, subject: usize, _: &Cancel) -> Result<(), ProduceError> {
@@ -157,7 +173,7 @@ impl Producer for VolumeWorker<'_> {
             return out.reject(sample, VolumeFacts::default(), reason, detail);
         }
         let drawn = self.draw(&sample);
-        let Self { images, fusion, volume, truth, .. } = self;
+        let Self { images, fusion, volume, truth, affordance, .. } = self;
         (volume.sample, truth.sample) = (sample, sample);
         volume.world_from_volume = settings.world_from_volume();
         volume.views.clear();
@@ -177,6 +193,12 @@ impl Producer for VolumeWorker<'_> {
         if let Some(payload) = out.payload(Channel::VOLUME_TRUTH) {
             truth.encode(payload);
         }
-        out.keep(sample, VolumeFacts::of(volume, truth))
+        if let Some(affordance) = affordance {
+            affordance.sample = sample;
+            if let Some(payload) = out.payload(Channel::VOLUME_AFFORDANCE) {
+                affordance.encode(payload);
+            }
+        }
+        out.keep(sample, VolumeFacts::of(volume, truth, affordance.as_ref()))
     }
 }

@@ -11,6 +11,7 @@ mod metric;
 mod patch;
 #[cfg(test)]
 mod patch_tests;
+mod projection;
 mod row;
 mod sample;
 mod table;
@@ -18,12 +19,14 @@ mod trial;
 mod types_file;
 mod visibility;
 
+pub(crate) use arrays::{depths, flags, is_same_depth};
 pub(super) use check::CHECKS;
 pub use colour_image::PatchImageColour;
 pub use facts::PatchFacts;
 pub use heatmap::{HeatmapPoint, PatchHeatmap};
 pub use metric::{PatchMetric, window_pixel, window_side};
 pub use patch::{HeatmapPatch, PATCH_POINTS, POINT_NAMES, PatchColour, PatchPoint, TRIAL_LABEL};
+pub use projection::{pixel_in_image, projection};
 pub use row::{FORMAT, TYPES};
 pub use table::PatchTable;
 pub use trial::{PatchTrial, trial_value};

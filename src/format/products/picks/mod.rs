@@ -15,7 +15,7 @@ pub(super) use check::CHECKS;
 pub use facts::{PickFacts, PickTrialFacts};
 pub use row::FORMAT;
 pub use trials::{AwakeNeighbour, PickProtocol, PickTrial, PickTrials, PressedThing};
-pub use words::{AwakeBodies, PickObstacle, PickPhase, PickStage, PickVerdict, TakenGrasps};
+pub use words::{AwakeBodies, PickObstacle, PickPhase, PickStage, PickState, PickVerdict, TakenGrasps};
 
 use crate::{
     Channel, Product,

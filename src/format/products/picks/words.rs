@@ -1,4 +1,9 @@
-//! Words of picks: which stored grasps are taken, what is in the way of a hand, and verdicts on trials.
+//! Words of picks: which stored grasps are taken, what is in the way of a hand, verdicts on trials, and the state of a grasp by these.
+
+use crate::{
+    GraspLabel,
+    codec::{RecordError, fields::ranged},
+};
 
 /// Choice of the stored grasps that are evaluated in scenes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -204,5 +209,58 @@ impl PickVerdict {
     /// Whether the grasp held.
     pub fn is_held(self) -> bool {
         self == Self::Held
+    }
+
+    /// State of the grasp of the trial: untried where nothing was simulated, or where the numbers blew up.
+    pub fn state(self) -> PickState {
+        match self {
+            Self::Held => PickState::Held,
+            Self::StartsTooDeep | Self::Unstable => PickState::Untried,
+            _ => PickState::Failed,
+        }
+    }
+}
+
+/// State of a free grasp by trials among the neighbours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum PickState {
+    /// No trial says anything of it.
+    Untried,
+    /// A trial held.
+    Held,
+    /// A trial failed.
+    Failed,
+}
+
+impl PickState {
+    /// Every state, in the order of their numbers on disk.
+    pub const ALL: [Self; 3] = [Self::Untried, Self::Held, Self::Failed];
+
+    /// The name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Untried => "untried",
+            Self::Held => "held",
+            Self::Failed => "failed",
+        }
+    }
+
+    /// The label of a grasp whose only trial says this.
+    pub fn label(self) -> GraspLabel {
+        match self {
+            Self::Untried => GraspLabel::Untested,
+            Self::Held => GraspLabel::Held,
+            Self::Failed => GraspLabel::Failed,
+        }
+    }
+
+    /// The states of some bytes on disk.
+    pub(crate) fn all_of(message: &'static str, field: &'static str, bytes: &[u8]) -> Result<Vec<Self>, RecordError> {
+        let state = |byte: &u8| {
+            let known = Self::ALL.get(usize::from(*byte)).copied();
+            ranged(message, field, f64::from(*byte), known.is_some(), "0 to 2")?;
+            Ok(known.unwrap_or(Self::Untried))
+        };
+        bytes.iter().map(state).collect()
     }
 }

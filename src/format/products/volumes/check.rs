@@ -1,6 +1,6 @@
 //! Checks of volumes.
 
-use super::{SceneVolume, VolumeTruth};
+use super::{GraspsInVolume, SceneVolume, VolumeAffordance, VolumeTruth, facts::FIRST_OF_GRASPS};
 use crate::{Channel, CheckSample, CheckedRecord, Product, ProductChecks, RecordError};
 
 /// The checks of volumes.
@@ -20,6 +20,16 @@ impl CheckSample for VolumeCheck {
             let volume = self.volume.insert(SceneVolume::decode(payload)?);
             let mut checked = CheckedRecord::of(volume.sample);
             checked.facts = volume.stated_facts();
+            return Ok(checked);
+        }
+        if channel == Channel::VOLUME_AFFORDANCE {
+            let affordance = VolumeAffordance::decode(payload)?;
+            if let Some(volume) = self.volume.as_ref().filter(|volume| volume.sample == affordance.sample) {
+                affordance.check_beside(volume)?;
+            }
+            let mut checked = CheckedRecord::of(affordance.sample);
+            let counts = GraspsInVolume::of(&affordance).values();
+            checked.facts = (FIRST_OF_GRASPS..).zip(counts.map(f64::from)).collect();
             return Ok(checked);
         }
         let truth = VolumeTruth::decode(payload)?;

@@ -1,7 +1,10 @@
 //! Facts of a volume.
 
-use super::{SceneVolume, VolumeTruth};
+use super::{SceneVolume, VolumeAffordance, VolumeTruth};
 use crate::{FactFormat, FactKind, Facts};
+
+/// Topic of the grasps, without which a dataset has no columns of them.
+pub(super) const AFFORDANCE: &str = "/volumes/affordance";
 
 /// Counts of a volume, for tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,28 +21,53 @@ pub struct VolumeFacts {
     pub bodies_inside: u32,
     /// Voxels whose centre is inside a body.
     pub occupied_voxels: u32,
+    /// Grasps in the cube; zeros where the job names none.
+    pub grasps: GraspsInVolume,
+}
+
+/// Counts of the grasps in a volume.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct GraspsInVolume {
+    /// Free grasps of each of [`PickState::ALL`](crate::PickState::ALL).
+    pub states: [u32; 3],
+    /// Grasps of the scene that something forbids.
+    pub forbidden: u32,
+    /// Free grasps whose centre is outside the cube.
+    pub outside: u32,
 }
 
 /// Index of the first fact that the record of the truth states; the volume states the ones before.
 pub(super) const FIRST_OF_TRUTH: usize = 3;
 
+/// Index of the first fact that the record of the grasps states.
+pub(super) const FIRST_OF_GRASPS: usize = 6;
+
 const fn fact(name: &'static str, kind: FactKind, meaning: &'static str) -> FactFormat {
     FactFormat { name, kind, topic: None, meaning }
 }
 
+const fn of_grasps(name: &'static str, meaning: &'static str) -> FactFormat {
+    FactFormat { name, kind: FactKind::Count, topic: Some(AFFORDANCE), meaning }
+}
+
 /// Columns of the facts.
-pub(super) const FACTS: [FactFormat; 6] = [
+pub(super) const FACTS: [FactFormat; FIRST_OF_GRASPS + 5] = [
     fact("images", FactKind::Count, "Images that were fused."),
     fact("observed_voxels", FactKind::Integer, "Voxels that an image says something of."),
     fact("near_voxels", FactKind::Integer, "Observed voxels nearer to what is seen than the truncation."),
     fact("bodies", FactKind::Count, "Bodies of the scene."),
     fact("bodies_inside", FactKind::Count, "Bodies that hold the centre of a voxel."),
     fact("occupied_voxels", FactKind::Integer, "Voxels whose centre is inside a body."),
+    of_grasps("untried", "Free grasps with their centre in the cube of which no trial says anything."),
+    of_grasps("held", "Free grasps with their centre in the cube that held in a trial."),
+    of_grasps("failed", "Free grasps with their centre in the cube that failed in a trial."),
+    of_grasps("forbidden", "Grasps of the scene that something forbids."),
+    of_grasps("outside", "Free grasps with their centre outside the cube."),
 ];
 
 impl VolumeFacts {
-    /// Facts of a volume and its truth.
-    pub fn of(volume: &SceneVolume, truth: &VolumeTruth) -> Self {
+    /// Facts of a volume, its truth and its grasps, if it has some.
+    pub fn of(volume: &SceneVolume, truth: &VolumeTruth, affordance: Option<&VolumeAffordance>) -> Self {
         Self {
             images: volume.views.len() as u32,
             observed_voxels: volume.observed(),
@@ -47,12 +75,28 @@ impl VolumeFacts {
             bodies: truth.bodies.len() as u32,
             bodies_inside: truth.bodies_inside(),
             occupied_voxels: truth.occupied(),
+            grasps: affordance.map(GraspsInVolume::of).unwrap_or_default(),
         }
     }
 
-    fn values(self) -> [u32; FACTS.len()] {
-        let Self { images, observed_voxels, near_voxels, bodies, bodies_inside, occupied_voxels } = self;
-        [images, observed_voxels, near_voxels, bodies, bodies_inside, occupied_voxels]
+    fn values(self) -> impl Iterator<Item = u32> {
+        let Self { images, observed_voxels, near_voxels, bodies, bodies_inside, occupied_voxels, grasps } = self;
+        let counts = [images, observed_voxels, near_voxels, bodies, bodies_inside, occupied_voxels];
+        counts.into_iter().chain(grasps.values())
+    }
+}
+
+impl GraspsInVolume {
+    /// Counts of the grasps in a volume.
+    pub fn of(affordance: &VolumeAffordance) -> Self {
+        let VolumeAffordance { forbidden, outside, .. } = affordance;
+        Self { states: affordance.states(), forbidden: forbidden.iter().sum(), outside: *outside }
+    }
+
+    /// The counts in the order of their columns.
+    pub(super) fn values(self) -> [u32; 5] {
+        let Self { states: [untried, held, failed], forbidden, outside } = self;
+        [untried, held, failed, forbidden, outside]
     }
 }
 
@@ -88,6 +132,11 @@ impl From<&Facts> for VolumeFacts {
             bodies: of(3),
             bodies_inside: of(4),
             occupied_voxels: of(5),
+            grasps: GraspsInVolume {
+                states: std::array::from_fn(|index| of(FIRST_OF_GRASPS + index)),
+                forbidden: of(FIRST_OF_GRASPS + 3),
+                outside: of(FIRST_OF_GRASPS + 4),
+            },
         }
     }
 }

@@ -1,5 +1,7 @@
-//! Volumes: truncated signed distances fused from the depth images of settled scenes, and what is at the centre of every voxel.
+//! Volumes: truncated signed distances fused from the depth images of settled scenes, what is at the centre of every voxel,
+//! and the grasps in them.
 
+mod affordance;
 mod check;
 mod facts;
 mod row;
@@ -8,8 +10,9 @@ mod tests;
 mod truth;
 mod volume;
 
+pub use affordance::{VolumeAffordance, VoxelGrasp};
 pub(super) use check::CHECKS;
-pub use facts::VolumeFacts;
+pub use facts::{GraspsInVolume, VolumeFacts};
 pub use row::FORMAT;
 pub use truth::VolumeTruth;
 pub use volume::{FusedView, SceneVolume};
@@ -30,6 +33,9 @@ impl Channel {
 
     /// [`VolumeTruth`]: what is at the centre of each voxel; every volume has one.
     pub const VOLUME_TRUTH: Self = Self::at("/volumes/truth");
+
+    /// [`VolumeAffordance`]: grasps in the cube, where the job names a dataset of picks.
+    pub const VOLUME_AFFORDANCE: Self = Self::at(facts::AFFORDANCE);
 }
 
 impl Sample {
@@ -47,5 +53,13 @@ impl Sample {
     /// When the sample is of another product, or the payload is no valid record.
     pub fn volume_truth(&self) -> Result<VolumeTruth, DatasetError> {
         self.leading(Channel::VOLUME_TRUTH, VolumeTruth::decode)
+    }
+
+    /// Grasps in the cube of a volume; `None` where the dataset has none.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn volume_affordance(&self) -> Result<Option<VolumeAffordance>, DatasetError> {
+        self.decoded(Channel::VOLUME_AFFORDANCE, VolumeAffordance::decode)
     }
 }

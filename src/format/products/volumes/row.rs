@@ -1,9 +1,10 @@
 //! The row of volumes in the table of products.
 
-use super::facts::FACTS;
+use super::facts::{AFFORDANCE, FACTS};
 use crate::{ArrayFormat, ChannelFormat, Noun, ProductFormat};
 
 const SCHEMAS: &[u8] = include_bytes!("../../generated/volumes.bin");
+const AFFORDANCE_SCHEMAS: &[u8] = include_bytes!("../../generated/affordance.bin");
 
 /// The row of volumes in the table of products.
 pub static FORMAT: ProductFormat = ProductFormat {
@@ -39,6 +40,22 @@ pub static FORMAT: ProductFormat = ProductFormat {
                     "what is at each centre: 0 free, from 1 the body, 254 container, 255 below the table",
                 ),
                 ArrayFormat::new("world_from_object", "(bodies, 12) f64", "pose of each body by rows [m]"),
+            ],
+        ),
+        ChannelFormat::new(
+            AFFORDANCE,
+            "graspmill.VolumeAffordance",
+            AFFORDANCE_SCHEMAS,
+            &[
+                ArrayFormat::new(
+                    "voxels",
+                    "(grasps) u32",
+                    "number of the voxel that holds the centre of each free grasp",
+                ),
+                ArrayFormat::new("states", "(grasps) u8", "0 untried, 1 held, 2 failed"),
+                ArrayFormat::new("centres", "(grasps, 3) f64", "centre of each grasp in the volume's frame [m]"),
+                ArrayFormat::new("rotations", "(grasps, 4) f64", "quaternion x, y, z, w: x closing, z approach"),
+                ArrayFormat::new("widths", "(grasps) f64", "free width between the pads of the closed hand [m]"),
             ],
         ),
     ],

@@ -1,7 +1,7 @@
 use nalgebra::{Rotation3, Vector3};
 
 use super::*;
-use crate::{Facts, RecordError, SceneImage};
+use crate::{Facts, PickState, RecordError, SceneImage};
 use kernel::{
     geom::{Intrinsics, Pose},
     ids::{Digest, ItemId, ObjectId, SampleId},
@@ -41,6 +41,62 @@ fn truth() -> VolumeTruth {
     VolumeTruth { sample: sample(), resolution: 3, instances, bodies: vec![body(1), body(2), body(3)] }
 }
 
+/// A grasp of each state in the corners of the cube.
+fn affordance() -> VolumeAffordance {
+    let grasp = |key: [u32; 2], state, centre| VoxelGrasp {
+        body: key[0],
+        candidate: key[1],
+        state,
+        centre,
+        rotation: [0.6, 0.0, 0.0, 0.8],
+        width: 0.03,
+    };
+    VolumeAffordance {
+        sample: sample(),
+        grid: GRID,
+        picks: Digest([5; 32]),
+        trials: Some(Digest([6; 32])),
+        hand: "gripper".to_owned(),
+        hand_id: ObjectId(Digest([7; 32])),
+        evaluated: vec![true, false, true],
+        forbidden: [10, 20, 30, 40],
+        outside: 7,
+        grasps: vec![
+            grasp([1, 0], PickState::Held, [0.01, 0.0, 0.09]),
+            grasp([1, 9], PickState::Failed, [0.29, 0.29, 0.29]),
+            grasp([3, 2], PickState::Untried, [0.0, 0.1, 0.25]),
+        ],
+    }
+}
+
+#[test]
+fn grasps_that_contradict_themselves_are_refused() {
+    let affordance = affordance();
+    assert_eq!(affordance.grasps.iter().map(|grasp| affordance.voxel(grasp)).collect::<Vec<_>>(), [0, 26, 5]);
+    for outside in [[-1e-9, 0.0, 0.0], [0.0, 0.3, 0.0], [0.0, 0.0, f64::NAN]] {
+        assert_eq!(VolumeAffordance::voxel_of(&GRID, &outside.into()), None);
+    }
+    type Change = fn(&mut VolumeAffordance);
+    let changes: [(Change, &str); 8] = [
+        (|affordance| affordance.grid.resolution = 129, "resolution"),
+        (|affordance| affordance.grid.size = f64::INFINITY, "size"),
+        (|affordance| affordance.evaluated[2] = false, "bodies"),
+        (|affordance| affordance.grasps[0].candidate = 9, "candidates"),
+        (|affordance| affordance.grasps[1].centre[0] = 0.31, "voxels"),
+        (|affordance| affordance.grasps[1].rotation[3] = -0.8, "rotations"),
+        (|affordance| affordance.grasps[1].rotation[0] = 0.7, "rotations"),
+        (|affordance| affordance.grasps[2].width = f64::NAN, "widths"),
+    ];
+    for (change, expected) in changes {
+        let mut changed = affordance.clone();
+        change(&mut changed);
+        let error = VolumeAffordance::decode(&payload(|out| changed.encode(out))).expect_err(expected);
+        assert_eq!(field_of(&error), expected, "{error:?}");
+    }
+    let coarse = SceneVolume { grid: VolumeGrid { resolution: 2, ..GRID }, ..volume() };
+    assert_eq!(field_of(&affordance.check_beside(&coarse).expect_err("another cube")), "resolution");
+}
+
 fn payload(encode: impl Fn(&mut Vec<u8>)) -> Vec<u8> {
     let mut out = Vec::new();
     encode(&mut out);
@@ -53,15 +109,28 @@ fn volume_and_truth_come_back_as_they_were_with_their_counts() {
     assert_eq!(SceneVolume::decode(&payload(|out| volume.encode(out))), Ok(volume.clone()));
     assert_eq!(VolumeTruth::decode(&payload(|out| truth.encode(out))), Ok(truth.clone()));
     assert_eq!(truth.check_beside(&volume), Ok(()));
-    let facts = VolumeFacts::of(&volume, &truth);
-    let expected =
-        VolumeFacts { images: 2, observed_voxels: 3, near_voxels: 1, bodies: 3, bodies_inside: 2, occupied_voxels: 3 };
+    let affordance = affordance();
+    assert_eq!(VolumeAffordance::decode(&payload(|out| affordance.encode(out))), Ok(affordance.clone()));
+    assert_eq!(affordance.check_beside(&volume), Ok(()));
+    let facts = VolumeFacts::of(&volume, &truth, Some(&affordance));
+    let expected = VolumeFacts {
+        images: 2,
+        observed_voxels: 3,
+        near_voxels: 1,
+        bodies: 3,
+        bodies_inside: 2,
+        occupied_voxels: 3,
+        grasps: GraspsInVolume { states: [1, 1, 1], forbidden: 100, outside: 7 },
+    };
     assert_eq!(facts, expected);
+    assert_eq!(VolumeFacts { grasps: GraspsInVolume::default(), ..facts }, VolumeFacts::of(&volume, &truth, None));
     assert_eq!((volume.value(0), volume.value(26)), (-1.0, 1.0));
     assert_eq!(VolumeFacts::from(&Facts::from(facts)), facts);
     // Each record states its own part of the table, by the same indices.
     let values = Facts::from(facts);
-    let stated: Vec<_> = volume.stated_facts().into_iter().chain(truth.stated_facts()).collect();
+    let of_grasps = (facts::FIRST_OF_GRASPS..).zip(GraspsInVolume::of(&affordance).values().map(f64::from));
+    let stated = volume.stated_facts().into_iter().chain(truth.stated_facts()).chain(of_grasps);
+    let stated: Vec<_> = stated.collect();
     assert_eq!(stated, values.values().iter().copied().enumerate().collect::<Vec<_>>());
 }
 

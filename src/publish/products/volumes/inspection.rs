@@ -11,7 +11,7 @@ use crate::{
     tally::{Spread, SpreadRow, Tally},
 };
 use format::{
-    Product, VolumeFacts,
+    Channel, PickState, Product, VolumeFacts,
     dataset::{DatasetError, DatasetReader, Fate},
 };
 use kernel::{ids::SampleIndex, words::Split};
@@ -46,8 +46,21 @@ pub struct VolumesInspection {
     pub near_voxels: Spread,
     /// Voxels whose centre is inside a body.
     pub occupied_voxels: Spread,
+    /// Grasps in the kept volumes, each counted in each; `None` where the dataset has none.
+    pub grasps: Option<VolumeGraspCounts>,
     /// One row per object, sorted by name.
     pub objects: Vec<ScenesObject>,
+}
+
+/// Counts of grasps in volumes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct VolumeGraspCounts {
+    /// Free grasps with their centre in a cube, by [`PickState::ALL`].
+    pub states: [u64; 3],
+    /// Grasps of the scenes that something forbids.
+    pub forbidden: u64,
+    /// Free grasps with their centre outside the cube.
+    pub outside: u64,
 }
 
 /// Everything that a page needs but the pictures.
@@ -101,6 +114,11 @@ impl VolumeSurvey {
             observed_voxels: observed.spread(),
             near_voxels: near.spread(),
             occupied_voxels: occupied.spread(),
+            grasps: manifest.channels().contains(&Channel::VOLUME_AFFORDANCE).then(|| VolumeGraspCounts {
+                states: PickState::ALL.map(|state| counts.fact(state.name())),
+                forbidden: counts.fact("forbidden"),
+                outside: counts.fact("outside"),
+            }),
             objects: ScenesObject::all(reader)?,
         };
         Ok(Self { facts, shown: evenly(&kept, SHOWN) })
@@ -115,6 +133,15 @@ impl VolumesInspection {
             SpreadRow::new("near voxels", 0, &self.near_voxels),
             SpreadRow::new("occupied voxels", 0, &self.occupied_voxels),
         ]
+    }
+}
+
+impl VolumeGraspCounts {
+    /// The counts with their names.
+    pub(super) fn rows(&self) -> Vec<(String, u64)> {
+        let free = PickState::ALL.map(PickState::name).into_iter().zip(self.states);
+        let free = free.map(|(name, count)| (format!("free in a cube, {name}"), count));
+        free.chain([("free outside".to_owned(), self.outside), ("forbidden".to_owned(), self.forbidden)]).collect()
     }
 }
 
@@ -140,6 +167,12 @@ impl fmt::Display for VolumesInspection {
         }
         let (inside, bodies) = (grouped(self.bodies_inside), grouped(self.bodies));
         writeln!(f, "  bodies    {inside} of {bodies} hold the centre of a voxel")?;
+        if let Some(grasps) = &self.grasps {
+            writeln!(f, "  grasps    of the scenes, counted in each volume")?;
+            for (name, count) in grasps.rows() {
+                writeln!(f, "            {:>9} {name}", grouped(count))?;
+            }
+        }
         self.header.write_shards(f)?;
         writeln!(f)?;
         writeln!(

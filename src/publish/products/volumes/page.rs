@@ -34,6 +34,8 @@ pub(crate) struct VolumesPage<'a> {
     /// Kept volumes by the number of images; `None` where no volume is kept.
     images: Option<Markup>,
     spreads: Vec<Vec<String>>,
+    /// Grasps by what they are; `None` where the dataset has none.
+    grasps: Option<Markup>,
     cards: Vec<CardView>,
     /// Name and split.
     objects: Vec<[String; 2]>,
@@ -98,7 +100,15 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &VolumeSurvey) -> Result<Vec
                 panel(&pictures.true_side, "Truth, from the side", "x right, z up"),
                 panel(&pictures.top, "Distances, from above", "x right, y up"),
                 panel(&pictures.true_top, "Truth, from above", "x right, y up"),
-            ],
+            ]
+            .into_iter()
+            .chain(
+                pictures
+                    .grasps
+                    .as_ref()
+                    .map(|picture| panel(picture, "Grasps, from above", "green: held, red: failed, blue: untried")),
+            )
+            .collect(),
         });
     }
     Ok(cards)
@@ -131,6 +141,10 @@ impl<'a> VolumesPage<'a> {
             splits: split_rows(&facts.splits),
             images: (facts.kept > 0).then(|| bar_chart("Volumes by the number of images fused", &bars)),
             spreads: facts.spread_rows().into_iter().map(SpreadRow::into_cells).collect(),
+            grasps: facts.grasps.as_ref().map(|grasps| {
+                let bars = grasps.rows().into_iter().map(|(label, value)| Bar { label, value, ink: Ink::Complete });
+                bar_chart("Grasps in the volumes", &bars.collect::<Vec<_>>())
+            }),
             objects: ScenesObject::rows(&facts.objects),
             cards,
             job,

@@ -1,8 +1,11 @@
 //! Pictures of a volume: what its images see, the true bodies, and cuts through distances and truth.
 
-use crate::picture::{Colour, Eye, FLOOR, InstanceMap, Panel, Picture, SLICE_COLOURS, VoxelPainter, WALLS};
+use crate::{
+    picture::{Colour, Eye, FLOOR, InstanceMap, Panel, Picture, SLICE_COLOURS, VoxelPainter, WALLS},
+    products::heatmaps::state_colour,
+};
 use format::{
-    SceneVolume, VolumeTruth,
+    PickState, SceneVolume, VolumeAffordance, VolumeTruth,
     dataset::{DatasetError, Sample},
 };
 use kernel::geom::OccupancyGrid;
@@ -21,7 +24,12 @@ pub(super) struct VolumePictures {
     pub top: Picture,
     /// Cut through the truth at the same place.
     pub true_top: Picture,
+    /// The centres of all free grasps over that cut; `None` where the dataset has none.
+    pub grasps: Option<Picture>,
 }
+
+/// Radius of the dot of a grasp [px].
+const DOT: f64 = 5.0;
 
 /// A fused surface goes through a voxel when its centre is as near as this [edges of a voxel]: half of its diagonal.
 const REACH: f64 = 0.87;
@@ -44,13 +52,16 @@ impl VolumePictures {
         let zoom = (side / n).max(1);
         let distance = |voxel: [u32; 3]| distance_colour(&volume, index(voxel));
         let own = |voxel: [u32; 3]| truth.instances[index(voxel)];
+        let true_top = instances(n, zoom, |right, up| own([right, up, z]));
+        let grasps = sample.volume_affordance()?.map(|affordance| with_grasps(&true_top, &affordance));
         let pictures = Self {
             seen: painter.draw(Some(&surface), None).with_few_colours(),
             truth: painter.draw(None, Some(&bodies)).with_few_colours(),
             side: cut(n, zoom, |right, up| distance([right, y, up])),
             true_side: instances(n, zoom, |right, up| own([right, y, up])),
             top: cut(n, zoom, |right, up| distance([right, up, z])),
-            true_top: instances(n, zoom, |right, up| own([right, up, z])),
+            true_top,
+            grasps,
         };
         Ok((pictures, volume, truth))
     }
@@ -71,6 +82,19 @@ impl VolumePictures {
             panel("truth, from the side", self.true_side),
         ]
     }
+}
+
+/// A view from above with the centres of free grasps, those that held last.
+fn with_grasps(above: &Picture, affordance: &VolumeAffordance) -> Picture {
+    let mut picture = above.clone();
+    let side = f64::from(picture.width);
+    for state in [PickState::Untried, PickState::Failed, PickState::Held] {
+        for grasp in affordance.grasps.iter().filter(|grasp| grasp.state == state) {
+            let [x, y] = [0, 1].map(|axis| side * grasp.centre[axis] / affordance.grid.size);
+            picture.dot([x, side - y], DOT, state_colour(state));
+        }
+    }
+    picture
 }
 
 /// A grid of the voxels of a volume, z up, in the axes of pictures: x right, y down, z away.

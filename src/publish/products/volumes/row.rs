@@ -75,6 +75,9 @@ impl Survey for VolumeSurvey {
             numbers.rows.push(NumberRow::new(format!("volumes of {}", images_in_words(*images)), grouped(*count)));
         }
         numbers.rows.push(NumberRow::new("bodies that hold the centre of a voxel", grouped(facts.bodies_inside)));
+        for (name, count) in facts.grasps.iter().flat_map(|grasps| grasps.rows()) {
+            numbers.rows.push(NumberRow::new(format!("grasps {name}"), grouped(count)));
+        }
         numbers.spreads = facts.spread_rows();
     }
 

@@ -1,0 +1,42 @@
+//! The row of heatmaps in the factory's table of products.
+
+use std::path::Path;
+
+use super::{
+    check,
+    spec::{HeatmapsSpec, PROFILES},
+};
+use crate::{
+    job::{DraftWork, JobContext},
+    product::{InputDataset, ProductFactory},
+};
+use form::{Checker, FormErrors, schema_of};
+use format::Product;
+
+/// Heatmaps as the factory makes them.
+pub static FACTORY: ProductFactory = ProductFactory {
+    product: Product::HEATMAPS,
+    keys: schema_of::<HeatmapsSpec>,
+    profiles: PROFILES,
+    other_words: &[
+        ("objects", "the dataset of views says what its objects are"),
+        ("scenes", "name a dataset of views of them, and one of picks: `views.dataset`, `picks.dataset`"),
+        ("grasps", "name a dataset of these grasps among the bodies of the scenes: `picks.dataset`"),
+        ("camera", "the dataset of views says what its cameras are"),
+        ("render", "views have no colours, and heatmaps of scenes neither"),
+        ("images", "the depth of every image is stored: `heatmaps.depth_step`; the angle is `heatmaps.angle`"),
+    ],
+    hand_uses: &[],
+    inputs: &[
+        InputDataset { section: "views", product: Product::VIEWS },
+        InputDataset { section: "picks", product: Product::PICKS },
+    ],
+    draft,
+};
+
+fn draft(keys: &toml::Table, checker: Checker, folder: &Path, _: &JobContext) -> Result<DraftWork, FormErrors> {
+    let (spec, mut checker) = checker.value_of::<HeatmapsSpec>(keys)?;
+    let job = check::job(&mut checker, &spec, folder);
+    checker.finish()?;
+    Ok(DraftWork::ready(job.expect("mistakes were reported"), spec.shards.samples))
+}

@@ -1,0 +1,18 @@
+//! Heatmaps of scenes as people meet them: facts, page, pictures.
+
+mod inspection;
+mod page;
+mod painting;
+mod row;
+mod templates;
+
+pub use inspection::{HeatmapsInspection, inspect_heatmaps};
+pub(super) use painting::state_colour;
+pub use row::PAGES;
+
+#[cfg(test)]
+pub(super) use self::{
+    inspection::HeatmapSurvey,
+    page::{CardView, HeatmapsPage},
+    templates::PAGE_TEMPLATE,
+};
