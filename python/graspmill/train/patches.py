@@ -40,6 +40,9 @@ def open_sources(folders: Sequence[Path], recipe: HeatmapRecipe) -> list[Source]
         if types_of([source]) != types_of(opened):
             found, first = types_of([source]), types_of(opened)
             raise BadRecipe(f"{source.folder}: grasp types {found}, in {opened[0].folder} {first}")
+        if size_of(source) != size_of(opened[0]):
+            found, first = size_of(source), size_of(opened[0])
+            raise BadRecipe(f"{source.folder}: images of {found} pixels, in {opened[0].folder} of {first}")
     return opened
 
 
@@ -65,6 +68,12 @@ def _open(folder: Path, recipe: HeatmapRecipe) -> Source:
 def types_of(opened: Sequence[Source]) -> list[int]:
     """Grasp types of the labels, those of the first dataset."""
     return opened[0].splits["training"][0].types
+
+
+def size_of(source: Source) -> list[int]:
+    """Width and height of a dataset's images, px."""
+    camera = source.splits["training"][0].camera
+    return [camera.width, camera.height]
 
 
 def image_of(sample: PatchSample, recipe: HeatmapRecipe) -> npt.NDArray[np.float32]:
