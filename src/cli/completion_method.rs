@@ -106,12 +106,15 @@ impl CompletionMethod {
         })
     }
 
-    /// A target's mesh out of the method's answer.
+    /// A target's mesh out of the method's answer; without triangles where no cell is occupied.
     pub fn mesh(&self, answer: &Answer, sample: &StoredSample, detail: DetailName) -> Result<TriMesh, Failure> {
         if let Self::Smoothed(method, rule) = self {
             let mut mesh = method.mesh(answer, sample, detail)?;
             rule.smooth(&mut mesh);
             return Ok(mesh);
+        }
+        if answer.cells().count() == 0 {
+            return Ok(TriMesh::default());
         }
         let (completed, _) = answer.mesh(detail.into(), &sample.pair.grid, &[], || sample.seen_object())?;
         Ok(completed.mesh)

@@ -177,6 +177,10 @@ impl Completer {
         let after_input = Instant::now();
         let answer = self.predict(scene, &input, &touched)?;
         let after_network = Instant::now();
+        // Without an occupied cell there is what was seen alone: a sheet, and no body to grasp.
+        if detail.is_some() && answer.cells().count() == 0 {
+            return Err(CompletionError::Nothing);
+        }
         let (mut completed, factor) = match detail {
             None | Some(Detail::Fast) => {
                 let possible = possible_cells(&answer.prediction.occupancy, &input);
