@@ -9,12 +9,13 @@ use std::{
 
 use graspmill::{
     format::{
-        Product, VolumeFacts, VolumeTruth,
+        PickState, Product, VolumeFacts, VolumeTruth,
         dataset::{DatasetReader, Fate, Sample, Selection},
     },
     ids::{ItemId, ObjectId, SampleId},
     words::Split,
 };
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde_json::Value;
 
 use super::{
@@ -425,6 +426,32 @@ fn grasps_in_volumes_are_those_of_the_picks() {
     assert!(inspected.contains("free in a cube, held") && inspected.contains("forbidden"), "{inspected}");
     Program::on("report", &two).succeed();
     assert!(workspace.read("two/report.html").contains("Grasps in the volumes"));
+
+    // VGN's table has the tried grasps, in voxels, its y where our x is.
+    let out = workspace.path("vgn");
+    Program::on("export", &two).option("--to", "vgn").option("--out", &out).succeed();
+    let table = workspace.read("vgn/grasps.csv");
+    let mut lines = table.lines();
+    assert_eq!(lines.next(), Some("scene_id,qx,qy,qz,qw,i,j,k,width,label"));
+    let tried = samples(&two).into_iter().flat_map(|sample| {
+        let affordance = sample.volume_affordance().expect("readable").expect("grasps");
+        let voxel = affordance.grid.voxel();
+        let tried = affordance.grasps.into_iter().filter(|grasp| grasp.state != PickState::Untried);
+        tried.map(move |grasp| (grasp, voxel)).collect::<Vec<_>>()
+    });
+    let tried: Vec<_> = tried.collect();
+    assert_eq!(lines.clone().count(), tried.len());
+    for (line, (grasp, voxel)) in lines.zip(&tried) {
+        let numbers: Vec<f64> = line.split(',').skip(1).map(|word| word.parse().expect("a number")).collect();
+        let of = |[x, y, z, w]: [f64; 4]| UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z));
+        let (theirs, ours) = (of([numbers[0], numbers[1], numbers[2], numbers[3]]), of(grasp.rotation));
+        assert!((theirs * Vector3::y() - ours * Vector3::x()).norm() < 1e-12);
+        assert!((theirs * Vector3::z() - ours * Vector3::z()).norm() < 1e-12);
+        let rest = grasp.centre.into_iter().chain([grasp.width]).map(|metres| metres / voxel);
+        assert!(numbers[4..8].iter().zip(rest).all(|(one, other)| (one - other).abs() < 1e-9), "{line}");
+        assert_eq!(numbers[8] == 1.0, grasp.state == PickState::Held, "{line}");
+    }
+    assert!(workspace.read("vgn/README.md").contains("a row per grasp that was tried"));
 
     // Fusion and truth are those of the job without grasps, to the byte.
     let plain = workspace.make_dataset("plain", &job.replace(&grasps, ""), &[]);

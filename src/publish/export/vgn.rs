@@ -2,12 +2,12 @@
 //!
 //! Layout and fields by the public code of VGN (`vgn.io`, `vgn.perception`, `vgn.dataset`) and of GIGA (`vgn.dataset_voxel`), of which
 //! nothing is copied. Their task frame has its origin at a corner of the cube, z up; images have whole numbers as pixel centres, so
-//! `K` has half a pixel less than ours. Their `grasps.csv` holds labels of grasps that were tried: no dataset here has any, and none
-//! is written.
+//! `K` has half a pixel less than ours. Their `grasps.csv` holds labels of grasps that were tried, of a hand whose y is along the closing
+//! line and z along the approach: volumes with the grasps of picks have them.
 
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, f64::consts::FRAC_PI_2};
 
-use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 use serde_json::json;
 
 use super::{
@@ -18,7 +18,7 @@ use super::{
     selected::SelectedSamples,
     target::Target,
 };
-use format::{Noun, Product, SceneVolume, VolumeTruth, dataset::DatasetReader};
+use format::{Noun, PickState, Product, SceneVolume, VolumeTruth, VoxelGrasp, dataset::DatasetReader};
 use kernel::{
     geom::{CameraCv, DepthCrop, Intrinsics, Pose, Volume, World},
     ids::{ObjectId, SampleIndex},
@@ -42,7 +42,7 @@ const FINGER: ExportKey =
 /// Views and volumes for VGN and GIGA.
 pub(super) static FORMAT: ExportFormat = ExportFormat {
     name: "vgn",
-    summary: "Depth images of views, or grids and occupancy of volumes, as VGN and GIGA read them, without labels of grasps.",
+    summary: "Depth images of views, or grids, occupancy and tried grasps of volumes, as VGN and GIGA read them.",
     has_unpacked: false,
     forms: &[
         ExportForm {
@@ -63,23 +63,33 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
             layout: |_| {
                 "processed data: setup.json, scenes/ID.npz, one per volume: grid float32 (1, n, n, n), (tsdf + 1) / 2 where an image \
                  says something and -0.98 <= tsdf < 0.98, else 0; occ/ID/0000.npz: points float16 (n^3, 3) [m], the centres of the \
-                 voxels in the task frame, and occ bool, inside a body; scenes.csv names scene, split and views of each ID; no \
-                 grasps.csv"
+                 voxels in the task frame, and occ bool, inside a body; scenes.csv names scene, split and views of each ID; of volumes \
+                 with picks grasps.csv: scene_id,qx,qy,qz,qw,i,j,k,width,label of each tried grasp, centre and width in voxels, y along \
+                 the closing line, z along the approach, label 1 held and 0 failed"
             },
             write: write_volumes,
         },
     ],
 };
 
+/// Words about `grasps.csv` where there is none.
+const WITHOUT_GRASPS: &str = "There is no `grasps.csv`: it would hold grasps that were tried in simulation, and the dataset that this \
+    export is made of has none. Training VGN or GIGA needs them beside these files, a row per grasp: \
+    `scene_id,qx,qy,qz,qw,x,y,z,width,label` (raw data, metres) or `scene_id,qx,qy,qz,qw,i,j,k,width,label` (processed data, voxels). \
+    Volumes of a job with `[picks]` have them.";
+
+/// Words about `grasps.csv`.
+const WITH_GRASPS: &str = "`grasps.csv` has a row per grasp that was tried in simulation among the neighbours and whose centre is in \
+    the cube: rotation as a quaternion with y along the closing line and z along the approach, centre between the pads and width in \
+    voxels, label 1 where it held and 0 where it failed. Grasps that nobody tried have no row: they are no negatives. A gripper \
+    that is rotated about its approach by 180 degrees is the same; one of both rotations is stored.";
+
 /// Text of README.md: all that a reader has to know of the files.
-fn readme(of: &str, files: &str) -> String {
+fn readme(of: &str, files: &str, grasps: &str) -> String {
     format!(
         "# {of} for VGN and GIGA\n\n{files}\n\n`export.json` names the dataset by its root digest; `scenes.csv` says which scene, split \
-         and views each ID is of.\n\n## No labels of grasps\n\nThere is no `grasps.csv`: it would hold grasps that were tried in \
-         simulation, and the dataset that this export is made of has none. Training VGN or GIGA needs them beside these \
-         files, a row per grasp: `scene_id,qx,qy,qz,qw,x,y,z,width,label` (raw data, metres) or `scene_id,qx,qy,qz,qw,i,j,k,width,label` \
-         (processed data, voxels). Nor is there a `mesh_pose_list`: the poses of the bodies are in the dataset of views.\n\n## \
-         Conventions\n\nThe task frame has its origin at a corner of the cube, z up. Pixel centres are whole numbers, so `K` has half \
+         and views each ID is of.\n\n## Labels of grasps\n\n{grasps} There is no `mesh_pose_list`: the poses of the bodies are in the \
+         dataset of views.\n\n## Conventions\n\nThe task frame has its origin at a corner of the cube, z up. Pixel centres are whole numbers, so `K` has half \
          a pixel less than the dataset's principal point. Lengths are metres. `max_opening_width` and `finger_depth` of `setup.json` \
          were given to the export; nothing in the dataset depends on them.\n"
     )
@@ -162,7 +172,7 @@ fn write_views(
         "Raw data: `scenes/ID.npz` has `depth_imgs` and `extrinsics` of a scene, `setup.json` the cube of {size} m, of which {below} m \
          lie below what carries the bodies. A body outside the cube is in the images nevertheless."
     );
-    target.write("README.md", readme("Views", &files).as_bytes())?;
+    target.write("README.md", readme("Views", &files, WITHOUT_GRASPS).as_bytes())?;
     let mut written = Written::selection(selected.count(), "views", selection);
     written.facts.insert("scenes".to_owned(), ids.len().into());
     Ok(written)
@@ -214,7 +224,7 @@ fn write_volumes(
     let assets = reader.assets()?;
     let selected = SelectedSamples::of(reader, &assets.subjects, selection)?;
     let mut first: Option<(SceneVolume, Vec<u8>)> = None;
-    let mut table = HEADING.to_owned();
+    let (mut table, mut grasps) = (HEADING.to_owned(), None::<String>);
     selected.each(|sample, names| {
         let (volume, truth) = (sample.scene_volume()?, sample.volume_truth()?);
         let n = volume.grid.resolution;
@@ -242,6 +252,10 @@ fn write_volumes(
         let views: Vec<String> = volume.views.iter().map(|view| view.view.to_string()).collect();
         let facts = format!("{},{},{}", names.subject, quoted(names.object), names.split);
         table.push_str(&format!("{id},{facts},{},{}\n", names.id.item.0, views.join(" ")));
+        if let Some(affordance) = sample.volume_affordance()? {
+            let grasps = grasps.get_or_insert_with(|| GRASPS_HEADING.to_owned());
+            affordance.grasps.iter().filter_map(|grasp| grasp_row(&id, &volume, grasp)).for_each(|row| *grasps += &row);
+        }
         Ok(())
     })?;
     let (first, _) = first.expect("a volume is selected");
@@ -254,8 +268,32 @@ fn write_volumes(
          a body; the container is none. `intrinsic` of `setup.json` is of the first image that was fused.",
         first.grid.voxels()
     );
-    target.write("README.md", readme("Volumes", &files).as_bytes())?;
+    let words = if grasps.is_some() { WITH_GRASPS } else { WITHOUT_GRASPS };
+    target.write("README.md", readme("Volumes", &files, words).as_bytes())?;
+    if let Some(grasps) = grasps {
+        target.write("grasps.csv", grasps.as_bytes())?;
+    }
     Ok(Written::selection(selected.count(), "volumes", selection))
+}
+
+const GRASPS_HEADING: &str = "scene_id,qx,qy,qz,qw,i,j,k,width,label\n";
+
+/// A row of `grasps.csv`; `None` of a grasp that was not tried.
+fn grasp_row(id: &str, volume: &SceneVolume, grasp: &VoxelGrasp) -> Option<String> {
+    let label = match grasp.state {
+        PickState::Untried => return None,
+        PickState::Held => 1,
+        PickState::Failed => 0,
+    };
+    // Our x is along the closing line, theirs is y.
+    let [x, y, z, w] = grasp.rotation;
+    let ours = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+    let theirs = ours * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), -FRAC_PI_2);
+    let sign = if theirs.w < 0.0 { -1.0 } else { 1.0 };
+    let voxel = volume.grid.voxel();
+    let [i, j, k] = grasp.centre.map(|metres| metres / voxel);
+    let [qx, qy, qz, qw] = [theirs.i, theirs.j, theirs.k, theirs.w].map(|part| sign * part);
+    Some(format!("{id},{qx},{qy},{qz},{qw},{i},{j},{k},{},{label}\n", grasp.width / voxel))
 }
 
 /// Centres of the voxels in half precision [m].
