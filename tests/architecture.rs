@@ -215,6 +215,25 @@ fn manifests_name_the_crates_of_the_map() {
     }
 }
 
+/// The fuzzer has a lockfile of its own, which no build of the crates keeps up with them.
+#[test]
+fn the_lockfile_of_the_fuzzer_has_what_the_crates_ask_for() {
+    let read = |path: &str| -> toml::Table { fs::read_to_string(path).expect("a file").parse().expect("TOML") };
+    let lock = read("fuzz/Cargo.lock");
+    let packages = lock["package"].as_array().expect("packages");
+    for (krate, _) in CRATES {
+        let manifest = read(&format!("src/{krate}/Cargo.toml"));
+        let asked = manifest["dependencies"].as_table().expect("dependencies").len();
+        let is_own = |package: &&toml::Value| package["name"] == manifest["package"]["name"];
+        let own = packages.iter().find(is_own).expect("a crate of the fuzzer");
+        let locked = own["dependencies"].as_array().expect("dependencies").len();
+        assert_eq!(
+            asked, locked,
+            "src/{krate}: `cargo metadata --manifest-path fuzz/Cargo.toml` writes the lockfile anew"
+        );
+    }
+}
+
 #[test]
 fn every_dependency_is_named_in_the_code() {
     let crates = CRATES.iter().map(|(krate, _)| (format!("src/{krate}/Cargo.toml"), vec![format!("src/{krate}")]));

@@ -3,8 +3,9 @@
 use graspmill::format::{
     Channel, Cloud, Clutter, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape,
     Occlusion, PatchColour, PatchHeatmap, PatchImageColour, PatchMetric, PatchTable, PatchTrial, PatchVisibility,
-    PickCandidates, PickTrials, ReachabilityBlock, ReachabilityField, Scene, SceneHeatmap, SceneImage, SceneOverview,
-    SceneVolume, TactileContacts, Tsdf, Visibility, VolumeAffordance, VolumeTruth, VoxelPair, check_record, checks_of,
+    PickCandidates, PickTrials, ReachabilityBlock, ReachabilityField, Scene, SceneColour, SceneHeatmap, SceneImage,
+    SceneOverview, SceneVolume, TactileContacts, Tsdf, Visibility, VolumeAffordance, VolumeTruth, VoxelPair,
+    check_record, checks_of,
 };
 
 use super::channels;
@@ -76,6 +77,7 @@ pub fn records(input: &[u8]) {
         Channel::SCENE => again(payload, |bytes| Scene::decode(bytes).ok(), Scene::encode),
         Channel::SCENE_OVERVIEW => again(payload, |bytes| SceneOverview::decode(bytes).ok(), SceneOverview::encode),
         Channel::VIEW_IMAGE => again(payload, |bytes| SceneImage::decode(bytes).ok(), SceneImage::encode),
+        Channel::VIEW_COLOUR => again(payload, |bytes| SceneColour::decode(bytes).ok(), SceneColour::encode),
         Channel::VOLUME_FUSION => again(payload, |bytes| SceneVolume::decode(bytes).ok(), SceneVolume::encode),
         Channel::VOLUME_TRUTH => again(payload, |bytes| VolumeTruth::decode(bytes).ok(), VolumeTruth::encode),
         Channel::VOLUME_AFFORDANCE => {

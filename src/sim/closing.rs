@@ -6,10 +6,10 @@ use mujoco_rs::wrappers::{mj_data::MjData, mj_model::MjModel};
 use nalgebra::{IsometryMatrix3, Translation3, Vector3};
 
 use super::{
-    convert::isometry,
+    convert::{isometry, quaternion},
     effort::{Command, Effort},
     error::HandError,
-    hand_sim::{HandSim, Hold, Numerics, STEP, Servo, is_finite, quaternion},
+    hand_sim::{HandSim, Hold, Numerics, STEP, Servo, is_finite},
     link_touch::LinkTouch,
     moved::{Moved, moved},
     true_mesh::{ColliderLoan, TrueMeshCollider},

@@ -17,6 +17,12 @@ pub(super) fn isometry(position: &[f64; 3], quaternion: &[f64; 4]) -> IsometryMa
     IsometryMatrix3::from_parts(Translation3::from(Vector3::from(*position)), rotation)
 }
 
+/// The rotation of a frame as MuJoCo's quaternion, w first.
+pub(super) fn quaternion(pose: &IsometryMatrix3<f64>) -> [f64; 4] {
+    let rotation = UnitQuaternion::from_rotation_matrix(&pose.rotation);
+    [rotation.w, rotation.i, rotation.j, rotation.k]
+}
+
 /// A frame in the world, from MuJoCo's position [m] and row-major rotation.
 pub(super) fn pose_from<F: Frame>(position: &[f64; 3], rotation: &[f64; 9]) -> Pose<World, F> {
     Pose::new(Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(rotation)), Vector3::from_column_slice(position))

@@ -3,10 +3,9 @@
 use std::sync::Arc;
 
 use mujoco_rs::wrappers::{mj_data::MjData, mj_model::MjModel};
-use nalgebra::UnitQuaternion;
 
 use super::{
-    convert::pose_from,
+    convert::{pose_from, quaternion},
     error::SimError,
     gl::GlView,
     model::{PixelBox, SimModel},
@@ -131,11 +130,9 @@ impl SimWorker {
             return Err(SimError::Pose(camera_from_object.to_rows()));
         }
         let world_from_object = self.model.world_from_camera * *camera_from_object;
-        let position = world_from_object.translation();
-        let rotation = UnitQuaternion::from_rotation_matrix(world_from_object.rotation());
-        self.data
-            .qpos_mut()
-            .copy_from_slice(&[position.x, position.y, position.z, rotation.w, rotation.i, rotation.j, rotation.k]);
+        let (position, rotation) = self.data.qpos_mut().split_at_mut(3);
+        position.copy_from_slice(world_from_object.translation().as_slice());
+        rotation.copy_from_slice(&quaternion(world_from_object.isometry()));
         self.data.kinematics();
         Ok(())
     }

@@ -17,10 +17,10 @@ use mujoco_rs::{
         mj_option::MjOption,
     },
 };
-use nalgebra::{IsometryMatrix3, Point3, UnitQuaternion};
+use nalgebra::{IsometryMatrix3, Point3};
 
 use super::{
-    convert::{index, isometry},
+    convert::{index, isometry, quaternion},
     error::{HandError, RobotError},
     ffi::drop_free_joints,
     free_object::{FreeObject, Touched},
@@ -505,12 +505,6 @@ fn add_shapes(body: &mut MjsBody, object: &[Geometry]) {
         *geom.pos_mut() = link_from_shape.translation.vector.into();
         *geom.quat_mut() = quaternion(link_from_shape);
     }
-}
-
-/// MuJoCo's order: w first.
-pub(super) fn quaternion(pose: &IsometryMatrix3<f64>) -> [f64; 4] {
-    let rotation = UnitQuaternion::from_rotation_matrix(&pose.rotation);
-    [rotation.w, rotation.i, rotation.j, rotation.k]
 }
 
 /// Settings of the simulation of a hand and its object.

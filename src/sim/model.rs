@@ -12,7 +12,11 @@ use mujoco_rs::{
 };
 use nalgebra::Point3;
 
-use super::{convert::pose_from, error::SimError, ffi, hand_sim::quaternion};
+use super::{
+    convert::{pose_from, quaternion},
+    error::SimError,
+    ffi,
+};
 use kernel::geom::{CameraCv, CameraGl, Intrinsics, Object, Pose, TriMesh, World};
 
 /// The scene travels in the program, so that a job needs no file beside it.

@@ -4,7 +4,7 @@ use nalgebra::IsometryMatrix3;
 
 use super::{
     closing::HandWorker,
-    hand_sim::quaternion,
+    convert::quaternion,
     table::{self, Table},
 };
 

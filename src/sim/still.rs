@@ -8,11 +8,12 @@ use mujoco_rs::wrappers::{
 };
 
 use super::{
+    convert::quaternion,
     error::HandError,
     hand::HandModel,
     hand_sim::{
-        GeomOwner, HandSim, Held, Hold, OBJECT, SLIDES, add_object, hand_spec, is_finite, object_body, quaternion,
-        refused_by, servo, slide_stiffness,
+        GeomOwner, HandSim, Held, Hold, OBJECT, SLIDES, add_object, hand_spec, is_finite, object_body, refused_by,
+        servo, slide_stiffness,
     },
     thing::{StillShape, StillThing},
     true_mesh::{self, TrueMesh},

@@ -289,7 +289,7 @@ for row in csv.DictReader(open(raw / 'scenes.csv')):
         error = as_matrix(extrinsic) @ task_from_world @ own.world_from_camera - np.eye(4)
         worst = max(worst, float(np.abs(error).max()))
         count += 1
-assert not list(raw.glob('grasps.csv')) and 'No labels' in (raw / 'README.md').read_text()
+assert not list(raw.glob('grasps.csv')) and 'There is no `grasps.csv`' in (raw / 'README.md').read_text()
 
 # Processed data, for the grasp in the middle of the cube with its fingers closing along x.
 size, _, opening, _ = read_setup(processed)

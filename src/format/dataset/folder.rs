@@ -86,6 +86,10 @@ pub fn begin_run(folder: &Path, mark: &RunMark) -> Result<Begun, DatasetError> {
                 let ours =
                     [SHARDS, CLUSTER].contains(&name.as_str()) || (name.starts_with('.') && name.ends_with(TEMPORARY));
                 if !ours {
+                    // Another task has marked the folder since its mark was looked for.
+                    if folder.join(RUN).exists() {
+                        return begin_run(folder, mark);
+                    }
                     return Err(DatasetError::NotADataset { folder: folder.to_owned(), entry: name });
                 }
             }

@@ -9,12 +9,12 @@ use mujoco_rs::wrappers::{
 use nalgebra::{IsometryMatrix3, Point3};
 
 use crate::{
-    convert::{index, isometry},
+    convert::{index, isometry, quaternion},
     error::{HandError, RobotError},
     hand::HandModel,
     hand_sim::{
         GeomOwner, HandSim, Held, Hold, SLIDE_MASS, SLIDES, add_free_object, check_mass, free_object, hand_spec,
-        is_finite, object_body, quaternion, refused_by,
+        is_finite, object_body, refused_by,
     },
     settle::{BodyPatch, Container, SceneBody},
     true_mesh::{self, TrueMesh},

@@ -12,12 +12,12 @@ use super::{
 };
 use crate::{
     closing::HandWorker,
-    convert::{angle_between, isometry},
+    convert::{angle_between, isometry, quaternion},
     effort::{Command, Effort},
     error::HandError,
     ffi,
     free_object::FreeObject,
-    hand_sim::{GRAVITY, GeomOwner, Hold, STEP, is_finite, quaternion},
+    hand_sim::{GRAVITY, GeomOwner, Hold, STEP, is_finite},
     settle::{SceneCollider, SceneLoan},
     trial::{PUSHED_AWAY, deepest, deepest_start, pressing_links, steps_in},
     unstable::{Instability, Unstable},

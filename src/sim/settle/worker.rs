@@ -9,8 +9,7 @@ use super::{
     SettledScene, Walls, collider::SceneLoan, model::SceneModel, walls::StandingWalls,
 };
 use crate::{
-    convert::{index, isometry},
-    hand_sim::quaternion,
+    convert::{index, isometry, quaternion},
     unstable::instability,
 };
 use kernel::{

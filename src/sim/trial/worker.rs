@@ -9,12 +9,12 @@ use super::{
 };
 use crate::{
     closing::HandWorker,
-    convert::angle_between,
+    convert::{angle_between, quaternion},
     effort::Command,
     error::HandError,
     ffi,
     free_object::FreeObject,
-    hand_sim::{GRAVITY, GeomOwner, Hold, SLIDE_MASS, STEP, quaternion},
+    hand_sim::{GRAVITY, GeomOwner, Hold, SLIDE_MASS, STEP},
     true_mesh::TrueMesh,
     unstable::{Instability, Unstable},
 };

@@ -138,8 +138,8 @@ impl CardView {
             title: "view 3, training".to_owned(),
             words: "1 of 1 bodies are seen".to_owned(),
             instances: image.clone(),
-            depth: Some(image),
-            colour: None,
+            depth: Some(image.clone()),
+            colour: Some(image),
             bodies: vec![["1".to_owned(), name.to_owned(), "100 %".to_owned(), "5 of 5".to_owned()]],
         }
     }
