@@ -278,14 +278,15 @@ fn the_jobs_of_heatmaps_that_travel_with_the_source_are_jobs() {
         let datasets = inputs.iter().map(|(section, input)| format!("{section}.dataset={:?}", made(input)));
         Program::run_job(format!("jobs/{name}.toml"), workspace.path(name)).set(datasets)
     };
-    run("scenes-quick", &[]).set(["scenes.training=3"]).succeed();
+    run("scenes-quick", &[]).set(["scenes.training=2"]).succeed();
     run("views-quick", &[("scenes", "scenes-quick")]).succeed();
-    run("clutter-grasps-quick", &[]).succeed();
-    run("picks-quick", &[("scenes", "scenes-quick"), ("grasps", "clutter-grasps-quick")]).succeed();
+    run("clutter-grasps-quick", &[]).set(["grasps.seeds=1"]).succeed();
+    let inputs = [("scenes", "scenes-quick"), ("grasps", "clutter-grasps-quick")];
+    run("picks-quick", &inputs).set(["picks.candidates=60", "picks.trials=1"]).succeed();
     let inputs = [("views", "views-quick"), ("picks", "picks-quick")];
     run("heatmaps-quick", &inputs).succeed();
     let found = heatmaps(&workspace.path("heatmaps-quick"));
-    assert_eq!(found.len(), 3 * 5);
+    assert_eq!(found.len(), 2 * 5);
     assert!(found.iter().map(|heatmap| heatmap.grasps.len()).sum::<usize>() > 0);
     // The hand of the scans' job is another one.
     assert!(run("ycb-heatmaps", &inputs).expect_code(2).stderr.contains("as the job of the picks does"));
