@@ -178,6 +178,7 @@ bench-peers: setup robot-fetch build $(PEERS)/.complete ## pairs a second beside
 	$(CARGO) bench --locked --bench reachability -- 'field/(query|standard/fetch$$|thesis|obstacle)|labels|collision'
 	$(PEERS)/bin/python benches/peers_field.py
 	$(PEERS)/bin/python benches/peers_reach.py --graspmill $(PROGRAM)
+	$(PEERS)/bin/python benches/peers_scenes.py --graspmill $(PROGRAM)
 
 .PHONY: estimate-table
 estimate-table: setup robot-fetch build ## what `estimate` tells of each job beside what `run` takes: jobs of ten minutes at most

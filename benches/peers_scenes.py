@@ -67,6 +67,8 @@ validation_objects = 0
 test_objects = 0
 """
 
+WAYS = ["hulls", "parts", "pybullet"]
+
 # Where bodies wait for their release: apart from each other and from the bin.
 PARKED = np.array([3.0, 0.0, 1.0])
 
@@ -319,6 +321,7 @@ def main() -> int:
     arguments.add_argument("--scenes", type=int, default=200, help="scenes of graspmill per number of bodies")
     arguments.add_argument("--judged", type=int, default=10, help="of these, scenes that the others settle, too, and that are judged")
     arguments.add_argument("--bodies", type=int, nargs="+", default=[5, 10])
+    arguments.add_argument("--ways", nargs="+", choices=WAYS, default=WAYS, help="the others; CoACD takes minutes an object at times")
     arguments.add_argument("--include", nargs="*", default=[], help="scans by name; all without it")
     options = arguments.parse_args()
     for bodies in options.bodies:
@@ -338,11 +341,12 @@ def main() -> int:
             facts = {row["object"]: row for row in data.folder.objects()}
             meshes = Meshes(options.scans, facts)
             parts = Parts(meshes)
-            peers = {
-                "MuJoCo, hulls": InMujoco(meshes, facts, lambda object_id: [meshes[object_id].convex_hull.vertices]),
-                "MuJoCo, parts by CoACD": InMujoco(meshes, facts, parts),
-                "PyBullet, hulls, VGN": InPybullet(meshes, facts, folder),
+            every = {
+                "hulls": ("MuJoCo, hulls", lambda: InMujoco(meshes, facts, lambda name: [meshes[name].convex_hull.vertices])),
+                "parts": ("MuJoCo, parts by CoACD", lambda: InMujoco(meshes, facts, parts)),
+                "pybullet": ("PyBullet, hulls, VGN", lambda: InPybullet(meshes, facts, folder)),
             }
+            peers = {name: make() for name, make in (every[way] for way in options.ways)}
             tallies = {name: Tally() for name in ["graspmill", *peers]}
             for place in range(min(len(data), options.judged)):
                 sample = data[place]
