@@ -386,4 +386,4 @@ pub enum GlError {
 
 const REMEDY: &str = "install the system's EGL and an OpenGL driver (make deps-gl; on Debian and Ubuntu: apt-get install \
                       libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri), or do without: renderer = \"raster\" of completion, \
-                      render.colour = false of patches";
+                      render.colour = false of patches and views";
