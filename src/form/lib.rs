@@ -70,7 +70,7 @@ pub use checker::{Checker, Report};
 pub use decode::decode;
 pub use document::Document;
 pub use errors::{FormError, FormErrors, Problem};
-pub use names::{did_you_mean, nearest};
+pub use names::{did_you_mean, first_repeated, nearest};
 pub use path::Path;
 pub use pattern::{fits_name, fits_path, literal_pattern};
 pub use reference::Reference;

@@ -30,6 +30,11 @@ pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
     known.into_iter().filter_map(|name| Some((distance(name)?, name))).min().map(|(_, name)| name)
 }
 
+/// Index of the first item that stands in a list before.
+pub fn first_repeated<T: PartialEq>(items: &[T]) -> Option<usize> {
+    (1..items.len()).find(|index| items[..*index].contains(&items[*index]))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -20,6 +20,7 @@ mod notes;
 mod numbers;
 mod page;
 mod panels;
+mod pick_colours;
 pub mod picture;
 pub mod preview;
 mod product;

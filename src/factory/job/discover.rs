@@ -11,7 +11,7 @@ use super::{
     paths::{tidy, with_slashes},
     spec::{BodiesSpec, MeshRow, ObjectsSpec},
 };
-use form::{Checker, FormError, Path, Problem, did_you_mean, fits_path};
+use form::{Checker, FormError, Path, Problem, did_you_mean, first_repeated, fits_path};
 use kernel::{
     assets::{self, FolderError, MeshOrigin, MeshRefusal, MeshSource, ScaleRule},
     ids::{Digest, ObjectId},
@@ -159,7 +159,7 @@ fn check_entry(checker: &mut Checker, entry: &ObjectsSpec, path: &Path) {
         }
     }
     let sizes = entry.sizes.as_deref().unwrap_or_default();
-    if let Some(twice) = (1..sizes.len()).find(|index| sizes[..*index].contains(&sizes[*index])) {
+    if let Some(twice) = first_repeated(sizes) {
         checker.invalid(path.key("sizes").index(twice), "each factor once", sizes[twice].to_string());
     }
     if let Some(limits) = entry.limits {

@@ -1,10 +1,6 @@
 //! `preview.mcap` of a dataset of grasps: the best grasp of a few objects, with hand and contacts.
 
-use std::{
-    collections::BTreeMap,
-    io::{BufWriter, Seek},
-    path::PathBuf,
-};
+use std::{collections::BTreeMap, io::Seek, path::PathBuf};
 
 use nalgebra::{IsometryMatrix3, UnitQuaternion, Vector3};
 
@@ -16,10 +12,11 @@ use super::{
         SpherePrimitive, TriangleListPrimitive,
     },
     google::protobuf::Timestamp,
+    write_file,
 };
 use format::{Grasp, HandShape, ObjectShape};
 use format::{
-    dataset::{DatasetError, DatasetReader, Selection, Temporary, layout::PREVIEW},
+    dataset::{DatasetError, DatasetReader, Selection},
     products::grasps::Shapes,
 };
 use kernel::{
@@ -54,12 +51,7 @@ pub fn write_grasp_preview(reader: &DatasetReader, max: usize) -> Result<PathBuf
             scenes.push((scene(second, &object, &hand, grasp), clouds(second, &object, &hand, grasp)));
         }
     }
-    let (file, temporary) = Temporary::create(folder, PREVIEW)?;
-    let path = temporary.path().to_owned();
-    let mut buffer = BufWriter::new(&file);
-    write_messages(&mut buffer, &scenes).map_err(DatasetError::mcap("writing", &path))?;
-    buffer.into_inner().map_err(|error| DatasetError::io("writing", &path)(error.into_error()))?;
-    temporary.publish(&file, folder, PREVIEW)
+    write_file(folder, |file| write_messages(file, &scenes))
 }
 
 /// A scene, and the same as clouds of points.

@@ -1,14 +1,15 @@
 //! `preview.mcap` of a dataset of heatmaps.
 
-use std::{io::BufWriter, path::PathBuf};
+use std::path::PathBuf;
 
-use super::{PREVIEWED, Preview, calibration, cloud::coloured_cloud, google::protobuf::Timestamp, image, transform};
-use crate::inspection::evenly;
-use format::{
-    Depth, PickState, SceneHeatmap,
-    dataset::{DatasetError, DatasetReader, Selection, Temporary, layout::PREVIEW},
+use super::{
+    Preview, calibration, cloud::coloured_cloud, google::protobuf::Timestamp, image, previewed, transform, write_file,
 };
-use kernel::ids::SampleIndex;
+use crate::{pick_colours::state_colour, picture::Colour};
+use format::{
+    Depth, SceneHeatmap,
+    dataset::{DatasetError, DatasetReader},
+};
 
 /// Writes `preview.mcap` into the folder of a dataset: image k at k seconds, some of them spread over the dataset, on
 /// `/preview/tf` (world -> camera), `/preview/camera`, `/preview/depth` (16 bit, millimetres) and `/preview/points`: palms and
@@ -18,21 +19,13 @@ use kernel::ids::SampleIndex;
 /// # Errors
 /// When a shard is missing or damaged, or the file cannot be written.
 pub fn write_heatmap_preview(reader: &DatasetReader) -> Result<PathBuf, DatasetError> {
-    let kept: Vec<SampleIndex> = reader.indices(Selection::default()).collect();
     let mut images = Vec::new();
-    for index in evenly(&kept, PREVIEWED) {
-        if let Some(sample) = reader.sample(index)?
-            && let Some(depth) = sample.heatmap_depth()?
-        {
+    for sample in previewed(reader)? {
+        if let Some(depth) = sample.heatmap_depth()? {
             images.push((sample.scene_heatmap()?, depth));
         }
     }
-    let (file, temporary) = Temporary::create(reader.folder(), PREVIEW)?;
-    let path = temporary.path().to_owned();
-    let mut buffer = BufWriter::new(&file);
-    write_messages(&mut buffer, &images).map_err(DatasetError::mcap("writing", &path))?;
-    buffer.into_inner().map_err(|error| DatasetError::io("writing", &path)(error.into_error()))?;
-    temporary.publish(&file, reader.folder(), PREVIEW)
+    write_file(reader.folder(), |file| write_messages(file, &images))
 }
 
 fn write_messages(file: impl std::io::Write + std::io::Seek, images: &[(SceneHeatmap, Depth)]) -> mcap::McapResult<()> {
@@ -56,14 +49,15 @@ fn write_messages(file: impl std::io::Write + std::io::Seek, images: &[(SceneHea
 fn points(heatmap: &SceneHeatmap) -> Vec<u8> {
     let mut data = Vec::new();
     for grasp in &heatmap.grasps {
-        let colour: [u8; 4] = match grasp.state {
-            PickState::Held => [0x00, 0x9e, 0x73, 255],
-            PickState::Failed => [0xd5, 0x5e, 0x00, 255],
-            PickState::Untried => [0x56, 0xb4, 0xe9, 255],
-        };
+        let Colour([red, green, blue]) = state_colour(grasp.state);
         for (index, point) in grasp.points.iter().enumerate() {
             let [x, y, z] = point.point.map(|value| value as f32);
-            data.extend([x, y, z, grasp.value, index as f32].into_iter().flat_map(f32::to_le_bytes).chain(colour));
+            data.extend(
+                [x, y, z, grasp.value, index as f32]
+                    .into_iter()
+                    .flat_map(f32::to_le_bytes)
+                    .chain([red, green, blue, 255]),
+            );
         }
     }
     data

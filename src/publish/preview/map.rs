@@ -1,7 +1,7 @@
 //! `preview.mcap` of a reachability dataset: how much of each position is reachable, and from where.
 
 use std::{
-    io::{BufWriter, Seek},
+    io::Seek,
     path::{Path, PathBuf},
 };
 
@@ -12,9 +12,10 @@ use super::{
     cloud::coloured_cloud,
     foxglove::{Color, PointCloud, SceneEntity, SceneUpdate},
     google::protobuf::Timestamp,
+    write_file,
 };
 use format::ReachabilityField;
-use format::dataset::{DatasetError, Temporary, layout::PREVIEW};
+use format::dataset::DatasetError;
 use kernel::geom::{PoseGrid, PoseLabel, approach_directions};
 
 /// The most positions with arrows along an axis: finer grids show every second, third, ... position.
@@ -30,12 +31,7 @@ const MAX_POINTS: usize = 200_000;
 /// # Errors
 /// When the file can't be written.
 pub fn write_map_preview(folder: &Path, field: &ReachabilityField) -> Result<PathBuf, DatasetError> {
-    let (file, temporary) = Temporary::create(folder, PREVIEW)?;
-    let path = temporary.path().to_owned();
-    let mut buffer = BufWriter::new(&file);
-    write_messages(&mut buffer, field).map_err(DatasetError::mcap("writing", &path))?;
-    buffer.into_inner().map_err(|error| DatasetError::io("writing", &path)(error.into_error()))?;
-    temporary.publish(&file, folder, PREVIEW)
+    write_file(folder, |file| write_messages(file, field))
 }
 
 fn write_messages(file: impl std::io::Write + Seek, field: &ReachabilityField) -> mcap::McapResult<()> {

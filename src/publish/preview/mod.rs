@@ -21,17 +21,24 @@ pub use scenes::write_scene_preview;
 pub use views::write_view_preview;
 pub use volumes::write_volume_preview;
 
-use std::{collections::BTreeMap, io::Seek};
+use std::{
+    collections::BTreeMap,
+    fs::File,
+    io::{BufWriter, Seek},
+    path::{Path, PathBuf},
+};
 
 use mcap::{Compression, WriteOptions, records::MessageHeader};
 use nalgebra::UnitQuaternion;
 use prost::Message;
 
-use format::dataset::DatasetError;
+use crate::inspection::evenly;
+use format::dataset::{DatasetError, DatasetReader, Sample, Selection, Temporary, layout::PREVIEW};
 use foxglove::{ArrowPrimitive, CameraCalibration, Color, FrameTransform, Quaternion, RawImage, Vector3};
 use google::protobuf::Timestamp;
 use kernel::{
     geom::{Frame, Intrinsics, Pose},
+    ids::SampleIndex,
     render::DepthError,
 };
 
@@ -57,6 +64,25 @@ pub(super) mod google {
     pub mod protobuf {
         include!("../generated/google.protobuf.rs");
     }
+}
+
+/// Writes `preview.mcap` into a folder, whole or not at all, out of what `write` writes.
+fn write_file(
+    folder: &Path,
+    write: impl FnOnce(&mut BufWriter<&File>) -> mcap::McapResult<()>,
+) -> Result<PathBuf, DatasetError> {
+    let (file, temporary) = Temporary::create(folder, PREVIEW)?;
+    let path = temporary.path().to_owned();
+    let mut buffer = BufWriter::new(&file);
+    write(&mut buffer).map_err(DatasetError::mcap("writing", &path))?;
+    buffer.into_inner().map_err(|error| DatasetError::io("writing", &path)(error.into_error()))?;
+    temporary.publish(&file, folder, PREVIEW)
+}
+
+/// Kept samples of a dataset, spread over it, that its preview shows.
+fn previewed(reader: &DatasetReader) -> Result<Vec<Sample>, DatasetError> {
+    let kept: Vec<SampleIndex> = reader.indices(Selection::default()).collect();
+    evenly(&kept, PREVIEWED).into_iter().filter_map(|index| reader.sample(index).transpose()).collect()
 }
 
 /// Messages of well-known schemas on their way to a file.

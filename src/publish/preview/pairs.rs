@@ -1,7 +1,7 @@
 //! `preview.mcap`: a few samples in Foxglove's well-known schemas, which Foxglove and Rerun open without code.
 
 use std::{
-    io::{BufWriter, Seek},
+    io::Seek,
     path::{Path, PathBuf},
 };
 
@@ -11,11 +11,11 @@ use super::{
     Preview, arrow, calibration,
     foxglove::{self, Color, PackedElementField, PointCloud, Quaternion, SceneEntity, SceneUpdate, Vector3},
     google::protobuf::Timestamp,
-    image, transform,
+    image, transform, write_file,
 };
 use format::{
     Channel, TouchContact, VoxelPair,
-    dataset::{DatasetError, DatasetReader, Selection, Temporary, layout::PREVIEW},
+    dataset::{DatasetError, DatasetReader, Selection},
 };
 use kernel::{
     geom::{DepthCrop, GridPlacement, OccupancyGrid},
@@ -60,12 +60,7 @@ pub fn preview_samples(reader: &DatasetReader, count: u32) -> Result<Vec<Preview
 /// # Errors
 /// When the file can't be written.
 pub fn write_preview(folder: &Path, samples: &[PreviewSample]) -> Result<PathBuf, DatasetError> {
-    let (file, temporary) = Temporary::create(folder, PREVIEW)?;
-    let path = temporary.path().to_owned();
-    let mut buffer = BufWriter::new(&file);
-    write_messages(&mut buffer, samples).map_err(DatasetError::mcap("writing", &path))?;
-    buffer.into_inner().map_err(|error| DatasetError::io("writing", &path)(error.into_error()))?;
-    temporary.publish(&file, folder, PREVIEW)
+    write_file(folder, |file| write_messages(file, samples))
 }
 
 fn write_messages(file: impl std::io::Write + Seek, samples: &[PreviewSample]) -> mcap::McapResult<()> {

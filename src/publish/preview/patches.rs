@@ -1,9 +1,6 @@
 //! `preview.mcap` of a dataset of patches: what the camera sees of a few grasps, and where their points are.
 
-use std::{
-    io::{BufWriter, Seek},
-    path::PathBuf,
-};
+use std::{io::Seek, path::PathBuf};
 
 use nalgebra::Vector3;
 
@@ -11,9 +8,9 @@ use super::{
     Preview, arrow, calibration,
     foxglove::{self, Color, Quaternion, RawImage, SceneEntity, SceneUpdate, SpherePrimitive},
     google::protobuf::Timestamp,
-    image, transform,
+    image, transform, write_file,
 };
-use format::dataset::{DatasetError, DatasetReader, Selection, Temporary, layout::PREVIEW};
+use format::dataset::{DatasetError, DatasetReader, Selection};
 use format::{HeatmapPatch, PATCH_POINTS, PatchColour};
 use kernel::{geom::DepthCrop, ids::SampleIndex};
 
@@ -59,12 +56,7 @@ pub fn write_patch_preview(reader: &DatasetReader, max: usize) -> Result<PathBuf
             grasps.push(Seen { patch: sample.heatmap_patch()?, colour: sample.patch_colour()?, image });
         }
     }
-    let (file, temporary) = Temporary::create(folder, PREVIEW)?;
-    let path = temporary.path().to_owned();
-    let mut buffer = BufWriter::new(&file);
-    write_messages(&mut buffer, &grasps).map_err(DatasetError::mcap("writing", &path))?;
-    buffer.into_inner().map_err(|error| DatasetError::io("writing", &path)(error.into_error()))?;
-    temporary.publish(&file, folder, PREVIEW)
+    write_file(folder, |file| write_messages(file, &grasps))
 }
 
 fn write_messages(file: impl std::io::Write + Seek, grasps: &[Seen]) -> mcap::McapResult<()> {

@@ -1,23 +1,23 @@
 //! `preview.mcap` of a dataset of picks.
 
-use std::{collections::BTreeMap, io::BufWriter, path::PathBuf};
+use std::{collections::BTreeMap, path::PathBuf};
 
 use nalgebra::UnitQuaternion;
 
 use super::{
-    PREVIEWED, Preview,
+    Preview,
     foxglove::{self, Color, Quaternion, SceneEntity, SceneUpdate, SpherePrimitive, TriangleListPrimitive},
     google::protobuf::Timestamp,
+    previewed, write_file,
 };
-use crate::inspection::evenly;
 use format::{
     PickCandidates,
-    dataset::{DatasetError, DatasetReader, Selection, Temporary, layout::PREVIEW},
+    dataset::{DatasetError, DatasetReader},
     products::grasps::Shapes,
 };
 use kernel::{
     geom::{Object, Pose, TriMesh, World},
-    ids::{ObjectId, SampleIndex},
+    ids::ObjectId,
 };
 
 const BODY: Color = Color { r: 0.9, g: 0.62, b: 0.0, a: 1.0 };
@@ -35,13 +35,11 @@ const BALL: f64 = 0.006;
 /// # Errors
 /// When a shard or the shapes are missing or damaged, or the file cannot be written.
 pub fn write_pick_preview(reader: &DatasetReader) -> Result<PathBuf, DatasetError> {
-    let kept: Vec<SampleIndex> = reader.indices(Selection::default()).collect();
     let shapes = Shapes::open(reader.folder())?;
     let places = reader.assets()?.objects.into_iter().map(|row| row.object);
     let places: BTreeMap<ObjectId, usize> = places.zip(0..).collect();
     let mut scenes = Vec::new();
-    for (second, index) in (0..).zip(evenly(&kept, PREVIEWED)) {
-        let Some(sample) = reader.sample(index)? else { continue };
+    for (second, sample) in (0..).zip(previewed(reader)?) {
         let candidates = sample.pick_candidates()?;
         let mut meshes = Vec::new();
         for (number, (object, pose)) in (1..).zip(&candidates.bodies) {
@@ -54,12 +52,7 @@ pub fn write_pick_preview(reader: &DatasetReader) -> Result<PathBuf, DatasetErro
         let hands = SceneEntity { spheres: balls(&candidates), ..entity(second, "hands") };
         scenes.push([bodies, hands].map(|entity| SceneUpdate { entities: vec![entity], ..SceneUpdate::default() }));
     }
-    let (file, temporary) = Temporary::create(reader.folder(), PREVIEW)?;
-    let path = temporary.path().to_owned();
-    let mut buffer = BufWriter::new(&file);
-    write_messages(&mut buffer, &scenes).map_err(DatasetError::mcap("writing", &path))?;
-    buffer.into_inner().map_err(|error| DatasetError::io("writing", &path)(error.into_error()))?;
-    temporary.publish(&file, reader.folder(), PREVIEW)
+    write_file(reader.folder(), |file| write_messages(file, &scenes))
 }
 
 fn write_messages(file: impl std::io::Write + std::io::Seek, scenes: &[[SceneUpdate; 2]]) -> mcap::McapResult<()> {

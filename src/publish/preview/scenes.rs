@@ -1,19 +1,17 @@
 //! `preview.mcap` of a dataset of scenes.
 
-use std::{io::BufWriter, path::PathBuf};
+use std::path::PathBuf;
 
 use super::{
-    PREVIEWED, Preview, arrow, calibration,
+    Preview, arrow, calibration,
     foxglove::{Color, SceneEntity, SceneUpdate},
     google::protobuf::Timestamp,
-    image, transform,
+    image, previewed, transform, write_file,
 };
-use crate::inspection::evenly;
 use format::{
     Scene, SceneOverview,
-    dataset::{DatasetError, DatasetReader, Selection, Temporary, layout::PREVIEW},
+    dataset::{DatasetError, DatasetReader},
 };
-use kernel::ids::SampleIndex;
 
 const FORCE: Color = Color { r: 0.9, g: 0.62, b: 0.0, a: 1.0 };
 
@@ -30,21 +28,13 @@ const MAX_ARROW: f64 = 0.1;
 /// # Errors
 /// When a shard is missing or damaged, or the file cannot be written.
 pub fn write_scene_preview(reader: &DatasetReader) -> Result<PathBuf, DatasetError> {
-    let kept: Vec<SampleIndex> = reader.indices(Selection::default()).collect();
     let mut scenes = Vec::new();
-    for index in evenly(&kept, PREVIEWED) {
-        if let Some(sample) = reader.sample(index)?
-            && let Some(overview) = sample.scene_overview()?
-        {
+    for sample in previewed(reader)? {
+        if let Some(overview) = sample.scene_overview()? {
             scenes.push((sample.scene()?, overview));
         }
     }
-    let (file, temporary) = Temporary::create(reader.folder(), PREVIEW)?;
-    let path = temporary.path().to_owned();
-    let mut buffer = BufWriter::new(&file);
-    write_messages(&mut buffer, &scenes).map_err(DatasetError::mcap("writing", &path))?;
-    buffer.into_inner().map_err(|error| DatasetError::io("writing", &path)(error.into_error()))?;
-    temporary.publish(&file, reader.folder(), PREVIEW)
+    write_file(reader.folder(), |file| write_messages(file, &scenes))
 }
 
 fn write_messages(

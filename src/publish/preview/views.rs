@@ -1,14 +1,12 @@
 //! `preview.mcap` of a dataset of views.
 
-use std::{io::BufWriter, path::PathBuf};
+use std::path::PathBuf;
 
-use super::{PREVIEWED, Preview, calibration, google::protobuf::Timestamp, image, transform};
-use crate::inspection::evenly;
+use super::{Preview, calibration, google::protobuf::Timestamp, image, previewed, transform, write_file};
 use format::{
     Depth, SceneImage,
-    dataset::{DatasetError, DatasetReader, Selection, Temporary, layout::PREVIEW},
+    dataset::{DatasetError, DatasetReader},
 };
-use kernel::ids::SampleIndex;
 
 /// Writes `preview.mcap` into the folder of a dataset: view k at k seconds, some of them spread over the dataset, on
 /// `/preview/tf` (world -> camera), `/preview/camera`, `/preview/depth` (16 bit, millimetres) and `/preview/bodies` (16 bit, the
@@ -17,21 +15,13 @@ use kernel::ids::SampleIndex;
 /// # Errors
 /// When a shard is missing or damaged, or the file cannot be written.
 pub fn write_view_preview(reader: &DatasetReader) -> Result<PathBuf, DatasetError> {
-    let kept: Vec<SampleIndex> = reader.indices(Selection::default()).collect();
     let mut views = Vec::new();
-    for index in evenly(&kept, PREVIEWED) {
-        if let Some(sample) = reader.sample(index)?
-            && let Some(depth) = sample.view_depth()?
-        {
+    for sample in previewed(reader)? {
+        if let Some(depth) = sample.view_depth()? {
             views.push((sample.scene_image()?, depth));
         }
     }
-    let (file, temporary) = Temporary::create(reader.folder(), PREVIEW)?;
-    let path = temporary.path().to_owned();
-    let mut buffer = BufWriter::new(&file);
-    write_messages(&mut buffer, &views).map_err(DatasetError::mcap("writing", &path))?;
-    buffer.into_inner().map_err(|error| DatasetError::io("writing", &path)(error.into_error()))?;
-    temporary.publish(&file, reader.folder(), PREVIEW)
+    write_file(reader.folder(), |file| write_messages(file, &views))
 }
 
 fn write_messages(file: impl std::io::Write + std::io::Seek, views: &[(SceneImage, Depth)]) -> mcap::McapResult<()> {

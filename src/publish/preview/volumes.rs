@@ -1,16 +1,14 @@
 //! `preview.mcap` of a dataset of volumes.
 
-use std::{io::BufWriter, path::PathBuf};
+use std::path::PathBuf;
 
 use nalgebra::Point3;
 
-use super::{PREVIEWED, Preview, cloud::coloured_cloud, google::protobuf::Timestamp, transform};
-use crate::inspection::evenly;
+use super::{Preview, cloud::coloured_cloud, google::protobuf::Timestamp, previewed, transform, write_file};
 use format::{
     SceneVolume, VolumeTruth,
-    dataset::{DatasetError, DatasetReader, Selection, Temporary, layout::PREVIEW},
+    dataset::{DatasetError, DatasetReader},
 };
-use kernel::ids::SampleIndex;
 
 /// Writes `preview.mcap` into the folder of a dataset: volume k at k seconds, some of them spread over the dataset, on
 /// `/preview/tf` (world -> volume), `/preview/surface` (centres of the voxels at the fused surface, with distance and weight) and
@@ -19,19 +17,11 @@ use kernel::ids::SampleIndex;
 /// # Errors
 /// When a shard is missing or damaged, or the file cannot be written.
 pub fn write_volume_preview(reader: &DatasetReader) -> Result<PathBuf, DatasetError> {
-    let kept: Vec<SampleIndex> = reader.indices(Selection::default()).collect();
     let mut volumes = Vec::new();
-    for index in evenly(&kept, PREVIEWED) {
-        if let Some(sample) = reader.sample(index)? {
-            volumes.push((sample.scene_volume()?, sample.volume_truth()?));
-        }
+    for sample in previewed(reader)? {
+        volumes.push((sample.scene_volume()?, sample.volume_truth()?));
     }
-    let (file, temporary) = Temporary::create(reader.folder(), PREVIEW)?;
-    let path = temporary.path().to_owned();
-    let mut buffer = BufWriter::new(&file);
-    write_messages(&mut buffer, &volumes).map_err(DatasetError::mcap("writing", &path))?;
-    buffer.into_inner().map_err(|error| DatasetError::io("writing", &path)(error.into_error()))?;
-    temporary.publish(&file, reader.folder(), PREVIEW)
+    write_file(reader.folder(), |file| write_messages(file, &volumes))
 }
 
 /// A point with two numbers and a colour.

@@ -8,7 +8,7 @@ use crate::products::{
         Channels, PairRules,
         touch::{RayTarget, Touch, TouchSpec},
     },
-    viewed::{FoundViews, VIEWS, read_views},
+    viewed::{FoundViews, VIEWS, found_views},
 };
 use form::Checker;
 use format::Product;
@@ -52,6 +52,5 @@ pub(super) fn dataset(checker: &mut Checker, spec: &AmodalSpec, folder: &FilePat
 
 /// The views, compared with the root that the job pins; `None` when something is wrong, which is reported.
 pub(super) fn views(checker: &mut Checker, spec: &AmodalSpec, dataset: &FilePath) -> Option<FoundViews> {
-    let found = VIEWS.found(checker, read_views(dataset))?;
-    VIEWS.has_root(checker, spec.views.root.as_deref(), found.root, dataset).then_some(found)
+    found_views(checker, &spec.views, dataset)
 }

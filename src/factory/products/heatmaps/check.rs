@@ -16,10 +16,10 @@ use crate::{
     products::{
         patches::Fingertips,
         picked::{FoundPicks, PICKS, PickedHand, found_picks, has_hand},
-        viewed::{FoundViews, VIEWS, read_views},
+        viewed::{VIEWS, found_views},
     },
 };
-use form::Checker;
+use form::{Checker, first_repeated};
 use format::{HeatmapLabel, dataset::DatasetReader};
 use robot::hand::Hand;
 use sim::HandModel;
@@ -33,7 +33,7 @@ pub(super) fn job(checker: &mut Checker, spec: &HeatmapsSpec, folder: &FilePath)
     let settings = hand.as_ref().and_then(|(_, hand)| settings(checker, spec, hand.hand()));
     let views_folder = VIEWS.folder(checker, spec.views.dataset.as_ref(), folder);
     let picks_folder = PICKS.folder(checker, spec.picks.dataset.as_ref(), folder);
-    let views = views_folder.as_ref().and_then(|dataset| views(checker, spec, dataset));
+    let views = views_folder.as_ref().and_then(|dataset| found_views(checker, &spec.views, dataset));
     let (views_folder, picks_folder, views) = (views_folder?, picks_folder?, views?);
     let picks = found_picks(checker, &spec.picks, &picks_folder, &views)?;
     let (hand, model) = hand?;
@@ -56,12 +56,6 @@ fn hand(checker: &mut Checker, spec: &HeatmapsSpec, folder: &FilePath) -> Option
     Some((hand, read.take()?))
 }
 
-/// The views, compared with the root that the job pins.
-fn views(checker: &mut Checker, spec: &HeatmapsSpec, dataset: &FilePath) -> Option<FoundViews> {
-    let found = VIEWS.found(checker, read_views(dataset))?;
-    VIEWS.has_root(checker, spec.views.root.as_deref(), found.root, dataset).then_some(found)
-}
-
 fn settings(checker: &mut Checker, spec: &HeatmapsSpec, hand: &Arc<Hand>) -> Option<HeatmapSettings> {
     let HeatmapSpec { label, types, angle, depth_step, .. } = spec.heatmaps;
     let SquaresSpec { side, metric, size } = spec.patches;
@@ -82,7 +76,7 @@ fn tips(checker: &mut Checker, spec: &HeatmapsSpec, hand: &Arc<Hand>) -> Option<
         }
         return pads;
     };
-    if let Some(twice) = (1..tips.len()).find(|index| tips[..*index].contains(&tips[*index])) {
+    if let Some(twice) = first_repeated(tips) {
         checker.invalid(KEY, "different contacts", format!("{} twice", tips[twice]));
         return None;
     }

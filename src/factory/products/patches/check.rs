@@ -8,7 +8,7 @@ use super::{
     spec::{PatchCameraSpec, PatchesSpec},
 };
 use crate::{job::read_hand, products::input::InputSection};
-use form::Checker;
+use form::{Checker, first_repeated};
 use kernel::geom::Intrinsics;
 use sim::HandModel;
 
@@ -87,7 +87,7 @@ fn settings(checker: &mut Checker, spec: &PatchesSpec) -> Option<PatchSettings> 
         checker.invalid("patches.side", expected, format!("{side} px: every patch would reach out of the image"));
     }
     let tips = <[String; 3]>::try_from(spec.patches.tips.clone()).ok()?;
-    if let Some(index) = (1..3).find(|index| tips[..*index].contains(&tips[*index])) {
+    if let Some(index) = first_repeated(&tips) {
         checker.invalid("patches.tips", "three different contacts", format!("{} twice", tips[index]));
     }
     Some(PatchSettings {

@@ -9,6 +9,6 @@ mod source;
 
 pub use found::{FoundViews, ViewedScene};
 pub use meshes::ViewMeshes;
-pub use reader::{InvalidViews, changed_view, open_views, read_views};
+pub use reader::{InvalidViews, changed_view, open_views};
 pub use redrawn::redraw;
-pub use source::{VIEWS, ViewsSourceSpec};
+pub use source::{VIEWS, ViewsSourceSpec, found_views};

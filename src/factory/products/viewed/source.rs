@@ -1,11 +1,13 @@
 //! The section of a job file that names a dataset of views.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::{found::FoundViews, reader::read_views};
 use crate::products::input::InputSection;
+use form::Checker;
 
 /// The section that names the dataset.
 pub const VIEWS: InputSection = InputSection {
@@ -23,4 +25,10 @@ pub struct ViewsSourceSpec {
     /// The digest of its views (64 hexadecimal digits, `exact` in its manifest); a resolved job pins it.
     #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
     pub root: Option<String>,
+}
+
+/// The views of a dataset, compared with the root that the job pins; `None` when something is wrong, which is reported.
+pub fn found_views(checker: &mut Checker, spec: &ViewsSourceSpec, dataset: &Path) -> Option<FoundViews> {
+    let found = VIEWS.found(checker, read_views(dataset))?;
+    VIEWS.has_root(checker, spec.root.as_deref(), found.root, dataset).then_some(found)
 }

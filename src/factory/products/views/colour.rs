@@ -32,13 +32,12 @@ pub(super) struct ColourView {
     settings: Colours,
     /// The scene and its renderer: made with the first scene, reused for the others.
     worker: Option<Box<SimWorker>>,
-    rgb: Vec<[u8; 3]>,
 }
 
 impl ColourView {
     /// A renderer of one thread.
     pub fn new(settings: Colours) -> Self {
-        Self { settings, worker: None, rgb: Vec::new() }
+        Self { settings, worker: None }
     }
 
     /// Switches to a scene.
@@ -73,11 +72,11 @@ impl ColourView {
             }
         };
         let camera_from_world = image.world_from_camera.inverse();
+        let mut rgb = Vec::new();
         worker
-            .gl_scene_colours(&image.camera, &camera_from_world, &appearance, &paints, &mut self.rgb)
+            .gl_scene_colours(&image.camera, &camera_from_world, &appearance, &paints, &mut rgb)
             .map_err(no_renderer)?;
-        let (width, height) = (image.camera.width, image.camera.height);
-        Ok(SceneColour { sample: image.sample, width, height, rgb: self.rgb.clone() })
+        Ok(SceneColour { sample: image.sample, width: image.camera.width, height: image.camera.height, rgb })
     }
 }
 

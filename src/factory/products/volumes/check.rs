@@ -10,7 +10,7 @@ use crate::{
     job::read_hand,
     products::{
         picked::{PICKS, found_picks, has_hand},
-        viewed::{FoundViews, VIEWS, read_views},
+        viewed::{FoundViews, VIEWS, found_views},
     },
 };
 use form::Checker;
@@ -40,10 +40,7 @@ pub(super) fn views(
     settings: &VolumeSettings,
     dataset: &FilePath,
 ) -> Option<FoundViews> {
-    let found = VIEWS.found(checker, read_views(dataset))?;
-    if !VIEWS.has_root(checker, spec.views.root.as_deref(), found.root, dataset) {
-        return None;
-    }
+    let found = found_views(checker, &spec.views, dataset)?;
     if let Some((key, seen)) = settings.too_small_for(&found.container) {
         let report = checker.invalid(key, "a cube that the room in the bin fits into", seen);
         report.help("give a larger `fusion.size`, with `fusion.resolution` to match, or make scenes in a smaller bin");

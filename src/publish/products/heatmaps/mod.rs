@@ -7,7 +7,6 @@ mod row;
 mod templates;
 
 pub use inspection::{HeatmapsInspection, inspect_heatmaps};
-pub(super) use painting::state_colour;
 pub use row::PAGES;
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Pictures of a heatmap of a scene: the points of its grasps over the depth of the image, and the patches of one grasp.
 
 use crate::{
+    pick_colours::state_colour,
     picture::{Colour, DepthRange, Picture, depth_picture, grey_depth_picture},
     scene_samples::ScenePanel,
 };
@@ -18,15 +19,6 @@ const SIDE: u32 = 640;
 
 /// Pixels of a picture for each of a patch.
 const ZOOM: u32 = 2;
-
-/// Colour of a free grasp in pictures.
-pub fn state_colour(state: PickState) -> Colour {
-    match state {
-        PickState::Held => Colour::TOUCHED,
-        PickState::Failed => Colour::HELD,
-        PickState::Untried => Colour::EXPLORED,
-    }
-}
 
 /// Range of the depths that most of an image has: a table reaches far beyond the bodies and would take most shades.
 fn range_of(depth: &DepthCrop) -> DepthRange {

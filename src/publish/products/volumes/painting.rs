@@ -1,8 +1,8 @@
 //! Pictures of a volume: what its images see, the true bodies, and cuts through distances and truth.
 
 use crate::{
+    pick_colours::state_colour,
     picture::{Colour, Eye, FLOOR, InstanceMap, Panel, Picture, SLICE_COLOURS, VoxelPainter, WALLS},
-    products::heatmaps::state_colour,
 };
 use format::{
     PickState, SceneVolume, VolumeAffordance, VolumeTruth,
