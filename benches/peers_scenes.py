@@ -37,7 +37,7 @@ import trimesh
 
 import graspmill
 from default_view import random_rotations
-from scenes import Meshes, container, motion
+from scenes import Meshes, boxes_of_bin, container, inertial, motion
 
 INNER = (0.40, 0.30, 0.20)
 WALL = 0.02
@@ -88,7 +88,7 @@ class Peer:
         raise NotImplementedError
 
     def drops(self, sample, draw: np.random.Generator):
-        """Of each body its rotation, and a function from the height of what lies in the bin to its position."""
+        """The rotation of each body, and a function from the height of what lies in the bin to the body's position."""
         for object_id, rotation in zip(sample.objects, random_rotations(draw, len(sample.objects))):
             corners = self.meshes[object_id].convex_hull.vertices @ rotation.T
             low, high = corners.min(axis=0), corners.max(axis=0)
@@ -119,18 +119,13 @@ class InMujoco(Peer):
     def model(self, sample) -> mujoco.MjModel:
         assets, bodies = [], []
         for number, object_id in enumerate(sample.objects):
-            row = self.facts[object_id]
-            mass, inertia = sample.masses[number], np.array(row["inertia_per_kilogram"]).reshape(3, 3)
-            full = [inertia[i, j] * mass for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
             geoms = []
             for index, part in enumerate(self.parts(object_id)):
                 name = f"m{number}_{index}"
                 assets.append(f'<mesh name="{name}" vertex="{" ".join(f"{value:.9g}" for value in part.ravel())}"/>')
                 geoms.append(f'<geom type="mesh" mesh="{name}" friction="{sample.frictions[number]} 0.005 0.002"/>')
-            bodies.append(
-                f'<body name="b{number}"><freejoint/><inertial pos="{" ".join(map(str, row["centre_of_mass"]))}" '
-                f'mass="{mass}" fullinertia="{" ".join(map(str, full))}"/>{"".join(geoms)}</body>'
-            )
+            weight = inertial(self.facts[object_id], sample.masses[number])
+            bodies.append(f'<body name="b{number}"><freejoint/>{weight}{"".join(geoms)}</body>')
         return mujoco.MjModel.from_xml_string(
             '<mujoco><option timestep="0.002" integrator="implicitfast" cone="elliptic" impratio="100"/>'
             '<default><geom condim="6" friction="0 0 0" solref="0.004 1" solimp="0.95 0.995 0.0005" mass="0"/></default>'
@@ -197,13 +192,8 @@ class InPybullet(Peer):
             self.meshes[object_id].export(path)
         return self.bullet.createCollisionShape(self.bullet.GEOM_MESH, fileName=str(path))
 
-    def floor_and_walls(self, sample) -> None:
-        x, y, z = INNER
-        boxes = [((x / 2 + WALL, y / 2 + WALL, WALL / 2), (0, 0, -WALL / 2))]
-        for sign in (-1, 1):
-            boxes.append(((WALL / 2, y / 2 + WALL, z / 2), (sign * (x + WALL) / 2, 0, z / 2)))
-            boxes.append(((x / 2, WALL / 2, z / 2), (0, sign * (y + WALL) / 2, z / 2)))
-        for half, position in boxes:
+    def add_bin(self) -> None:
+        for half, position in boxes_of_bin(*INNER, WALL):
             shape = self.bullet.createCollisionShape(self.bullet.GEOM_BOX, halfExtents=half)
             body = self.bullet.createMultiBody(0, shape, basePosition=position)
             self.bullet.changeDynamics(body, -1, lateralFriction=FRICTION)
@@ -213,7 +203,7 @@ class InPybullet(Peer):
         bullet.resetSimulation()
         bullet.setPhysicsEngineParameter(fixedTimeStep=self.STEP)
         bullet.setGravity(0, 0, -9.81)
-        self.floor_and_walls(sample)
+        self.add_bin()
         shapes = [self.shape(object_id) for object_id in sample.objects]
         centres = [np.array(self.facts[object_id]["centre_of_mass"]) for object_id in sample.objects]
         bodies: list[int] = []
@@ -288,7 +278,7 @@ def is_in_bin(pose: np.ndarray, centre: list[float]) -> bool:
 
 
 def judged(sample, poses: np.ndarray, meshes: Meshes, facts: dict) -> np.ndarray:
-    """How far bodies that are in the bin move [m] once their contacts are those of the true meshes."""
+    """Motion of the bodies in the bin [m] once their contacts are those of the true meshes."""
     here = [index for index, pose in enumerate(poses) if is_in_bin(pose, facts[sample.objects[index]]["centre_of_mass"])]
     scene = SimpleNamespace(
         objects=[sample.objects[index] for index in here], world_from_object=poses[here], masses=sample.masses[here],
@@ -298,7 +288,7 @@ def judged(sample, poses: np.ndarray, meshes: Meshes, facts: dict) -> np.ndarray
 
 
 class Tally:
-    """What is counted of one way."""
+    """Counts and times of one way."""
 
     def __init__(self) -> None:
         self.seconds, self.moved, self.moving, self.lost, self.left_out = [], [], [], 0, 0

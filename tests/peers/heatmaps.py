@@ -30,7 +30,7 @@ def expected_rows(image, scene_picks, hand):
         states, joints = states_of(picks), picks.closed_joints
         for candidate, world_from_base in enumerate(picks.world_from_base):
             is_free = picks.verdicts[candidate] == 0
-            # Of a hand that something stops there are no joints; its palm is fixed to its base.
+            # A hand that something stops has no joints in the record; its palm is fixed to its base.
             values = joints[candidate] if is_free else np.zeros(len(picks.joint_names))
             frames = world_from_base @ hand.frames(dict(zip(picks.joint_names, values)))
             cosine = frames[0, :3, 2] @ axis - np.cos(image.angle)

@@ -21,17 +21,29 @@ def box(size, position):
     return f'<geom type="box" size="{sides}" pos="{" ".join(map(str, position))}"/>'
 
 
+def boxes_of_bin(x, y, z, wall):
+    """Floor and walls of a bin with this room inside: half sides and centre of each box [m]."""
+    boxes = [((x / 2 + wall, y / 2 + wall, wall / 2), (0, 0, -wall / 2))]
+    for sign in (-1, 1):
+        boxes.append(((wall / 2, y / 2 + wall, z / 2), (sign * (x + wall) / 2, 0, z / 2)))
+        boxes.append(((x / 2, wall / 2, z / 2), (0, sign * (y + wall) / 2, z / 2)))
+    return boxes
+
+
 def container(sample):
     """The container out of MuJoCo's own solids."""
     kind, sizes = sample.container
     if kind == "plane":
         return '<geom type="plane" size="5 5 1"/>'
-    x, y, z, wall = sizes
-    parts = [box((x / 2 + wall, y / 2 + wall, wall / 2), (0, 0, -wall / 2))]
-    for sign in (-1, 1):
-        parts.append(box((wall / 2, y / 2 + wall, z / 2), (sign * (x + wall) / 2, 0, z / 2)))
-        parts.append(box((x / 2, wall / 2, z / 2), (0, sign * (y + wall) / 2, z / 2)))
-    return "".join(parts)
+    return "".join(box(half, centre) for half, centre in boxes_of_bin(*sizes))
+
+
+def inertial(row, mass):
+    """Mass, centre and inertia of a body of this row of the table of assets."""
+    inertia = np.array(row["inertia_per_kilogram"]).reshape(3, 3) * mass
+    full = [inertia[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    centre, full = (" ".join(map(str, values)) for values in (row["centre_of_mass"], full))
+    return f'<inertial pos="{centre}" mass="{mass}" fullinertia="{full}"/>'
 
 
 def triangles(mesh):
@@ -47,10 +59,6 @@ def triangles(mesh):
 def spec_of(sample, meshes, facts):
     bodies = []
     for number, (object_id, pose) in enumerate(zip(sample.objects, sample.world_from_object)):
-        row = facts[object_id]
-        mass, centre = sample.masses[number], row["centre_of_mass"]
-        inertia = np.array(row["inertia_per_kilogram"]).reshape(3, 3) * mass
-        full = [inertia[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
         quaternion = np.zeros(4)
         mujoco.mju_mat2Quat(quaternion, pose[:3, :3].flatten())
         points, faces = triangles(meshes[object_id])
@@ -59,7 +67,7 @@ def spec_of(sample, meshes, facts):
         bodies.append(
             f'<body name="b{number}" pos="{" ".join(map(repr, map(float, pose[:3, 3])))}" '
             f'quat="{" ".join(map(repr, map(float, quaternion)))}"><freejoint/>'
-            f'<inertial pos="{" ".join(map(str, centre))}" mass="{mass}" fullinertia="{" ".join(map(str, full))}"/>'
+            f"{inertial(facts[object_id], sample.masses[number])}"
             f'<flexcomp name="f{number}" type="direct" dim="2" rigid="true" radius="1e-5" point="{text}" element="{elements}">'
             f'<contact selfcollide="none" condim="6" friction="{sample.frictions[number]} 0.005 0.002" '
             f'solref="0.004 1" solimp="0.95 0.995 0.0005"/></flexcomp></body>'
@@ -72,7 +80,7 @@ def spec_of(sample, meshes, facts):
 
 
 def motion(sample, meshes, facts, seconds):
-    """How far each centre of mass moves [m] when the bodies are stepped from their poses, at rest."""
+    """Motion of each centre of mass [m] when the bodies are stepped from their poses, at rest."""
     model = mujoco.MjModel.from_xml_string(spec_of(sample, meshes, facts))
     state = mujoco.MjData(model)
     mujoco.mj_forward(model, state)

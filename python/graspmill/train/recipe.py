@@ -30,7 +30,7 @@ SIZES: dict[str, dict[str, int]] = {
 }
 """Widths of the layers of each network that completes shapes, in channels."""
 HEATMAP_SIZES: dict[str, dict[str, int]] = {"heatmap": {}, "heatmap-small": {"width": 32}}
-"""Those of each network that finds grasps in images."""
+"""Widths of the layers of each network that finds grasps in images, in channels."""
 PIXELS = {"depth": ("depth",), "rgbd": ("red", "green", "blue", "depth")}
 """Channels of the images that these see."""
 
