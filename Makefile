@@ -216,6 +216,14 @@ bench-data-torch: setup build $(TORCH)/.complete ## the same by a small network 
 bench-data-conditions: setup build $(TORCH)/.complete ## which data help under noise and occlusion? 30 minutes of one core
 	$(TORCH)/bin/python benches/data_conditions.py --graspmill $(PROGRAM)
 
+STUDY ?= touch
+# `--device cuda --workers 12` where there is a GPU; `--steps 100` to try it out.
+STUDY_OPTIONS ?=
+.PHONY: study
+study: setup build $(TORCH)/.complete ## trainings that differ in a few keys, and their scores: a STUDY of benches/studies; minutes of a GPU, hours of two cores
+	$(TORCH)/bin/python benches/study.py benches/studies/$(STUDY).toml --out datasets/study-$(STUDY) --graspmill $(PROGRAM) $(STUDY_OPTIONS)
+	$(TORCH)/bin/python benches/study_table.py datasets/study-$(STUDY)/rows
+
 .PHONY: bench-readers
 bench-readers: build $(PEERS)/.complete ## pairs a second from Python: our package, the exports, the official MCAP reader
 	$(PEERS)/bin/python benches/readers.py --graspmill $(PROGRAM)

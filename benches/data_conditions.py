@@ -30,7 +30,7 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 from data_faults import SOLID_SHARE, is_tested, unpack
 from data_job import make_dataset
-from data_neutral import NeutralObject
+from data_neutral import NeutralObject, frame_of, marked
 from data_torch import Completion, from_blocks, to_blocks
 from default_view import ANCHOR, AWAY, FOCAL, N, random_rotations
 
@@ -110,11 +110,8 @@ class Conditions(NeutralObject):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
         if len(points) < 2:
             return None
-        low, high = points.min(axis=0), points.max(axis=0)
-        centre, cell = (low + high) / 2, (high - low).max() / (0.8 * N)
-        partial = np.zeros((N, N, N), bool)
-        cells = np.floor((points - centre) / cell + ANCHOR).astype(int)
-        partial[tuple(cells[((cells >= 0) & (cells < N)).all(axis=1)].T)] = True
+        centre, cell = frame_of(points)
+        partial = marked(points, centre, cell)
         if partial.sum() < 100:
             return None
         # A cell is free where the pixel of its centre sees something behind it, or nothing at all.
@@ -132,24 +129,6 @@ class Conditions(NeutralObject):
             ends[hits(occluder, rays)] = 0.0
         free = (ends[back.reshape(-1)] > middles[:, 2]).reshape(N, N, N) & ~partial
         return partial, free, self.complete(rotation, centre, cell)
-
-    def complete(self, rotation: np.ndarray, centre: np.ndarray, cell: float) -> np.ndarray:
-        """Cells that the surface or the inside meets."""
-        complete = np.zeros((N, N, N), bool)
-        surface = self.surface @ rotation.T + AWAY
-        cells = np.floor((surface - centre) / cell + ANCHOR).astype(int)
-        complete[tuple(cells[((cells >= 0) & (cells < N)).all(axis=1)].T)] = True
-        x, y = np.meshgrid(np.arange(N), np.arange(N), indexing="ij")
-        start = (np.stack([x.ravel() + 0.5, y.ravel() + 0.5, np.zeros(N * N)], axis=1) - ANCHOR) * cell + centre
-        start[:, 2] = surface[:, 2].min() - 4 * cell
-        met, columns, _ = self.embree.intersects_location((start - AWAY) @ rotation, np.tile(rotation[2], (N * N, 1)))
-        crossing = (met @ rotation[2] + AWAY[2] - centre[2]) / cell + ANCHOR[2]
-        for column in np.unique(columns):
-            z = np.sort(crossing[columns == column])
-            for enter, leave in zip(z[0::2], z[1::2]):
-                first, end = int(np.ceil(enter - 0.5)), int(np.ceil(leave - 0.5))
-                complete[column // N, column % N, max(first, 0) : max(end, 0)] = True
-        return complete
 
 
 def hits(occluder: RayMeshIntersector, rays: np.ndarray) -> np.ndarray:

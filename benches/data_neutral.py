@@ -5,6 +5,7 @@ The same camera, distance and grid as a job's that says nothing of them.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,26 @@ from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 from default_view import ANCHOR, AWAY, FOCAL, HEIGHT, N, WIDTH, random_rotations
 
+# Points on the surface. Of 60,000 a mug's cells that the surface only just meets have none: 6 % of all that it meets were
+# missing, and grids without them beat right ones.
+SURFACE = 2_000_000
+# Columns along each side of a cell, for the share of it that is solid.
+COLUMNS = 4
+
+
+def frame_of(points: np.ndarray) -> tuple[np.ndarray, float]:
+    """Where the grid of seen points lies: the middle of their box, and the side of a cell [m]."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    return (low + high) / 2, float((high - low).max() / (0.8 * N))
+
+
+def marked(points: np.ndarray, centre: np.ndarray, cell: float) -> np.ndarray:
+    """Cells that hold a point, bool (N, N, N)."""
+    grid = np.zeros((N, N, N), bool)
+    cells = np.floor((points - centre) / cell + ANCHOR).astype(int)
+    grid[tuple(cells[((cells >= 0) & (cells < N)).all(axis=1)].T)] = True
+    return grid
+
 
 class NeutralObject:
     """A mesh before the pinhole camera (x right, y down, z away), 1 m off, seen by Embree; rays go to its frame."""
@@ -23,7 +44,7 @@ class NeutralObject:
         self.mesh = trimesh.load(scan)
         self.mesh.apply_translation(-self.mesh.bounds.mean(axis=0))
         self.embree = RayMeshIntersector(self.mesh)
-        self.surface = trimesh.sample.sample_surface(self.mesh, 60_000, seed=int(rng.integers(1 << 31)))[0]
+        self.surface = trimesh.sample.sample_surface(self.mesh, SURFACE, seed=int(rng.integers(1 << 31)))[0]
 
     def depth(self, rotation: np.ndarray) -> np.ndarray:
         """Points in camera axes [m] seen by the camera; shape (hits, 3)."""
@@ -50,34 +71,53 @@ class NeutralObject:
         points = self.depth(rotation)
         if len(points) < 2:
             return None
-        low, high = points.min(axis=0), points.max(axis=0)
-        centre, cell = (low + high) / 2, (high - low).max() / (0.8 * N)
-
-        def mark(points: np.ndarray) -> np.ndarray:
-            grid = np.zeros((N, N, N), bool)
-            cells = np.floor((points - centre) / cell + ANCHOR).astype(int)
-            grid[tuple(cells[((cells >= 0) & (cells < N)).all(axis=1)].T)] = True
-            return grid
-
-        partial = mark(points)
+        centre, cell = frame_of(points)
+        partial = marked(points, centre, cell)
         if partial.sum() < 100:
             return None
-        surface = self.surface @ rotation.T + AWAY
-        complete = mark(surface)
-        # Columns along z through the cell centres: what lies between an odd and an even crossing is inside.
-        x, y = np.meshgrid(np.arange(N), np.arange(N), indexing="ij")
-        start = (np.stack([x.ravel() + 0.5, y.ravel() + 0.5, np.zeros(N * N)], axis=1) - ANCHOR) * cell + centre
-        start[:, 2] = surface[:, 2].min() - 4 * cell
+        return partial, self.complete(rotation, centre, cell), ANCHOR - centre / cell
+
+    def complete(self, rotation: np.ndarray, centre: np.ndarray, cell: float) -> np.ndarray:
+        """Cells that the surface meets or whose centre is inside, bool (N, N, N); the middle of the seen box and the
+        side of a cell [m] say where the grid lies."""
+        complete = marked(self.surface @ rotation.T + AWAY, centre, cell)
+        for x, y, enter, leave in self.inside(rotation, centre, cell, 1):
+            first, end = int(np.ceil(enter - 0.5)), int(np.ceil(leave - 0.5))
+            complete[x, y, max(first, 0) : max(end, 0)] = True
+        return complete
+
+    def share(self, rotation: np.ndarray, centre: np.ndarray, cell: float) -> np.ndarray:
+        """Share of each cell that is solid, float32 (N, N, N), by columns through it."""
+        edges, share = np.arange(N + 1), np.zeros((N, N, N), np.float32)
+        for x, y, enter, leave in self.inside(rotation, centre, cell, COLUMNS):
+            share[x // COLUMNS, y // COLUMNS] += np.diff(np.clip(edges, enter, leave)) / COLUMNS**2
+        return share
+
+    def inside(
+        self, rotation: np.ndarray, centre: np.ndarray, cell: float, per_cell: int
+    ) -> Iterator[tuple[int, int, float, float]]:
+        """Where columns along z, so many along each side of a cell, are inside the mesh: column (x, y), and from where
+        to where [cells]. What lies between an odd and an even crossing is inside."""
+        side = N * per_cell
+        x, y = np.meshgrid(np.arange(side), np.arange(side), indexing="ij")
+        flat = np.stack([(x.ravel() + 0.5) / per_cell, (y.ravel() + 0.5) / per_cell, np.zeros(side * side)], axis=1)
+        start = (flat - ANCHOR) * cell + centre
+        start[:, 2] = (self.mesh.vertices @ rotation.T + AWAY)[:, 2].min() - 4 * cell
         hits, columns, _ = self.embree.intersects_location(
-            (start - AWAY) @ rotation, np.tile(rotation[2], (N * N, 1))
+            (start - AWAY) @ rotation, np.tile(rotation[2], (side * side, 1))
         )
         crossing = (hits @ rotation[2] + AWAY[2] - centre[2]) / cell + ANCHOR[2]
-        for column in np.unique(columns):
-            z = np.sort(crossing[columns == column])
+        order = np.lexsort((crossing, columns))
+        columns, crossing = columns[order], crossing[order]
+        for column, z in zip(*grouped(columns, crossing)):
             for enter, leave in zip(z[0::2], z[1::2]):
-                first, end = int(np.ceil(enter - 0.5)), int(np.ceil(leave - 0.5))
-                complete[column // N, column % N, max(first, 0) : max(end, 0)] = True
-        return partial, complete, ANCHOR - centre / cell
+                yield int(column) // side, int(column) % side, float(enter), float(leave)
+
+
+def grouped(keys: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Each of the sorted keys once, and the values of each."""
+    unique, firsts = np.unique(keys, return_index=True)
+    return unique, np.split(values, firsts[1:]) if len(unique) else []
 
 
 @dataclass(frozen=True)

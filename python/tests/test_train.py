@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +21,12 @@ torch = pytest.importorskip("torch")
 
 import onnx  # noqa: E402
 import onnxruntime  # noqa: E402
+from graspmill import AmodalSample, Dataset  # noqa: E402
 from graspmill.train import loop  # noqa: E402
 from graspmill.train.__main__ import main  # noqa: E402
+from graspmill.train.data import open_sources  # noqa: E402
 from graspmill.train.networks import Block, Thesis, UNet, from_blocks, parameters_of, to_blocks  # noqa: E402
-from graspmill.train.recipe import Training  # noqa: E402
+from graspmill.train.recipe import Recipe, Training  # noqa: E402
 
 SMALL = """
 [sizes]
@@ -228,3 +231,34 @@ def test_every_variant_comes_out(data: Path, tmp_path: Path, head: str, inputs: 
             for p, t in ((either, nothing), (golden["partial"], golden["touch"]))
         ]
         assert golden["touch"].any() and np.array_equal(found[0], found[1])
+
+
+BRIEF = "[sizes]\nfine = 4\ncoarse = 4\nmiddle = 8\n[training]\nsteps = 2\nbatch = 4\nbuffer = 8\n[validation]\nsamples = 64\n"
+
+
+def test_a_nested_subset_of_the_training_objects_is_learnt_from(data: Path) -> None:
+    recipe = Recipe(variant="depth", outputs=("occupancy",))
+    found = [open_sources([data / "pairs"], replace(recipe, objects=count))[0].splits for count in (1, 2, 0)]
+    objects = [{split: set(np.unique(each[split].column("object"))) for split in each} for each in found]
+    assert len(objects[0]["training"]) == 1 and len(objects[1]["training"]) == 2 and len(objects[2]["training"]) == 4
+    assert objects[0]["training"] < objects[1]["training"] < objects[2]["training"]
+    assert objects[0]["holdout"] <= objects[0]["training"] and objects[0]["validation"] == objects[2]["validation"]
+
+
+def test_a_subset_that_the_job_does_not_have_is_refused(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert train(data, tmp_path / "run", head="objects = 3\n", text=BRIEF) == 2
+    assert "the dataset has subsets of 1, 2 objects: give the job's split.training_subsets" in capsys.readouterr().err
+
+
+def test_pairs_in_clutter_train_a_model(data: Path, tmp_path: Path) -> None:
+    recipe, run = tmp_path / "recipe.toml", tmp_path / "run"
+    recipe.write_text(BRIEF)
+    assert main([str(recipe), "--data", str(data / "cluttered"), "--out", str(run), "--threads", "1"]) == 0
+    facts = json.loads((run / "model" / "model.json").read_text())
+    cluttered = Dataset(data / "cluttered", AmodalSample, split="validation")
+    bodies = {sample.clutter.object for sample in cluttered}
+    assert facts["scores"]["validation"]["all"]["objects"] == len(bodies) == 3
+    assert {"hollow or thin", "rest"} <= set(facts["scores"]["validation"])
+    assert "CC0-1.0" in (run / "model" / "card.md").read_text()

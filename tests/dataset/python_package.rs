@@ -106,6 +106,17 @@ fn make_held_patches(workspace: &Workspace) {
     workspace.make_dataset("held", &patches, &[]);
 }
 
+/// Pairs of bodies in bins in `cluttered`, for the trainer alone, since bodies take a while to settle.
+fn make_cluttered(workspace: &Workspace) {
+    let scenes = ["count=2", "scenes={ training = 4, validation = 2 }", "split={ validation_objects = 3, test_objects = 0 }"];
+    Program::run_job("jobs/scenes-quick.toml", workspace.path("bins")).set(scenes).succeed();
+    let from = |key: &str, dataset: &str| format!("{key}.dataset={:?}", workspace.path(dataset));
+    Program::run_job("jobs/views-quick.toml", workspace.path("bin-views")).set([from("scenes", "bins")]).succeed();
+    let channels = "channels={ visibility = true, coverage = true }".to_owned();
+    let amodal = Program::run_job("jobs/amodal-quick.toml", workspace.path("cluttered"));
+    amodal.set([from("views", "bin-views"), channels]).succeed();
+}
+
 /// A folder with small datasets of every product, made once.
 static DATA: LazyLock<Workspace> = LazyLock::new(|| {
     let workspace = Workspace::kept("python_package");
@@ -168,6 +179,7 @@ fn the_package_is_typed_and_of_this_version() {
 #[ignore = "slow: needs PyTorch (3 GB)"]
 fn pytorch_trains_on_it() {
     make_held_patches(&DATA);
+    make_cluttered(&DATA);
     let tests = ["tests/test_torch.py", "tests/test_train.py", "tests/test_heatmaps.py"];
     let said = run_pytest(Program::peer("torch/bin/python"), &tests);
     println!("{said}");

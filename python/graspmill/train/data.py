@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from ..amodal import AmodalSample
 from ..completion import TOUCH, CompletionSample, PairBatch
-from ..dataset import Dataset
+from ..folder import Folder
 from . import sources
 from .recipe import Augmentation, Recipe
 from .sources import Arrays, expect_agreement, open_source, spread
@@ -31,7 +32,10 @@ def open_sources(folders: Sequence[Path], recipe: Recipe) -> list[Source]:
 
 
 def _open(folder: Path, recipe: Recipe) -> Source:
-    stored, channels = Dataset(folder, CompletionSample).folder.channels, ["pair"]
+    found = Folder(folder)
+    # Pairs of the bodies of scenes are completion pairs, too; the object of each is said by what surrounds it.
+    kind = AmodalSample if found.product == AmodalSample.product else CompletionSample
+    stored, channels = found.channels, ["pair", *(["clutter"] if kind is AmodalSample else [])]
     needs = {"free": ["visibility"], "touch": [name for name in TOUCH if name in stored], "coverage": ["coverage"]}
     settings = {"visibility": "channels.visibility = true", "coverage": "channels.coverage = true"}
     for part in (*recipe.inputs, *recipe.outputs):
@@ -43,7 +47,7 @@ def _open(folder: Path, recipe: Recipe) -> Source:
             raise BadRecipe(f"{folder}: it has no touch; make it with touch.random_rays = true")
     # Tells hollow and thin objects from others.
     channels += ["coverage"] if "coverage" in stored else []
-    source = open_source(folder, CompletionSample, channels)
+    source: Source = open_source(folder, kind, channels, recipe.objects)
     resolution = source.splits["training"][0].resolution
     if resolution != RESOLUTION:
         raise BadRecipe(f"{folder}: grids of {resolution} cells a side; these networks complete {RESOLUTION}")

@@ -82,6 +82,8 @@ class Recipe:
     network: str = key("block", choices=tuple(SIZES))
     variant: str = key("depth-free", choices=tuple(VARIANTS))
     outputs: tuple[str, ...] = key(OUTPUTS, choices=OUTPUTS)
+    objects: int = key(0, low=0)
+    """Training objects, one of the counts of the job's `split.training_subsets`; 0 for all."""
     seed: int = key(0, low=0)
     roots: tuple[str, ...] = key(())
     """Root digests of the datasets that it may be used with; any without them."""

@@ -10,6 +10,7 @@ from typing import Any, Generic
 import numpy as np
 import numpy.typing as npt
 
+from ..amodal import AmodalSample
 from ..dataset import Dataset, S
 from ..shuffle import ShuffledChunks
 from .recipe import AnyRecipe
@@ -33,15 +34,28 @@ class Source(Generic[S]):
     """Split of each object, by digest."""
 
 
-def open_source(folder: Path, kind: type[S], channels: Sequence[str]) -> Source[S]:
-    """A dataset's training, holdout and validation samples; raises ``BadRecipe`` where some are missing."""
+def open_source(folder: Path, kind: type[S], channels: Sequence[str], objects: int = 0) -> Source[S]:
+    """A dataset's training, holdout and validation samples; of so many training objects, or of all of them. Raises
+    ``BadRecipe`` where some are missing."""
     whole = Dataset(folder, kind)
-    splits = {name: Dataset(folder, kind, split=name, channels=channels) for name in SPLITS}
+    subset = _subset(whole, objects) if objects else None
+    subsets = {"training": subset, "holdout": subset, "validation": None}
+    splits = {name: Dataset(folder, kind, split=name, channels=channels, subset=subsets[name]) for name in SPLITS}
     for name in ("training", "validation"):
         if not len(splits[name]):
             raise BadRecipe(f"{folder}: it has no {name} samples; give the job's [split] {name} objects")
     split_of = {row["object"]: row["split"] for row in whole.folder.splits()["objects"]}
     return Source(folder, splits, whole.folder.root, whole.folder.manifest["job"], split_of)
+
+
+def _subset(whole: Dataset[Any], objects: int) -> int:
+    """The place of the nested training subset of so many objects."""
+    subsets: list[int] = whole.folder.splits()["training_subsets"]
+    if objects not in subsets:
+        found = f"subsets of {', '.join(map(str, subsets))} objects" if subsets else "no training subsets"
+        problem = f"`objects` is {objects}; the dataset has {found}"
+        raise BadRecipe(f"{whole.folder.path}: {problem}: give the job's split.training_subsets such a count")
+    return subsets.index(objects)
 
 
 def expect_agreement(sources: Sequence[Source[Any]], recipe: AnyRecipe) -> None:
@@ -91,6 +105,14 @@ def batches_of(
         epoch += 1
 
 
+def objects_of(data: Dataset[S], samples: Sequence[S], places: Sequence[int]) -> list[str]:
+    """The object of each sample, which stand at these places: its name, or for a body of a scene its digest."""
+    if issubclass(data.kind, AmodalSample):
+        return [sample.clutter.object for sample in samples if isinstance(sample, AmodalSample)]
+    names: list[str] = data.column("object")[list(places)].tolist()
+    return names
+
+
 def spread(sources: Sequence[Source[S]], split: str, most: int) -> tuple[list[S], npt.NDArray[np.str_]]:
     """Samples of a split, evenly taken from each dataset, about so many in all, and the object of each; none where the
     split is empty."""
@@ -100,8 +122,9 @@ def spread(sources: Sequence[Source[S]], split: str, most: int) -> tuple[list[S]
     for data in sets:
         count = min(len(data), -(-most // len(sets)))
         places = np.linspace(0, len(data) - 1, count).round().astype(int).tolist()
-        samples += data.gather(places)
-        objects += data.column("object")[places].tolist()
+        found = data.gather(places)
+        samples += found
+        objects += objects_of(data, found, places)
     return samples, np.array(objects)
 
 

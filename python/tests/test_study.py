@@ -1,0 +1,154 @@
+"""The parts of `make study`, on grids and rows made by hand: recipes, tests, faults, scores, tables."""
+
+from __future__ import annotations
+
+import gzip
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+BENCHES = Path(__file__).resolve().parents[2] / "benches"
+sys.path.insert(0, str(BENCHES))
+
+import study  # noqa: E402
+import study_fault  # noqa: E402
+import study_table  # noqa: E402
+from graspmill.train.recipe import Recipe, read_recipe, tomllib  # noqa: E402
+from study_tests import N, Samples, changed, of_others, packed  # noqa: E402
+
+STUDIES = sorted((BENCHES / "studies").glob("*.toml"))
+
+
+def cells(*boxes: tuple[int, int]) -> np.ndarray:
+    """Grids of which the cells from one number to before another are occupied; (boxes, N, N, N)."""
+    grids = np.zeros((len(boxes), N**3), bool)
+    for grid, (first, end) in zip(grids, boxes):
+        grid[first:end] = True
+    return grids.reshape(-1, N, N, N)
+
+
+def four() -> Samples:
+    """Two samples of a cup and two of a ball."""
+    bits = {
+        "partial": packed(cells((0, 10), (10, 20), (20, 30), (30, 40))),
+        "touch": packed(cells((100, 101), (101, 103), (103, 106), (106, 110))),
+        "occupancy": packed(cells((0, 200), (0, 1), (0, N), (0, 2 * N))),
+    }
+    thin = np.array([True, True, False, False])
+    return Samples(bits, np.array(["cup", "cup", "ball", "ball"]), thin, np.array([0, 0.5, 0, 0]))
+
+
+@pytest.mark.parametrize("file", STUDIES, ids=lambda file: file.stem)
+def test_every_arm_is_a_recipe_on_datasets_that_are_there(file: Path, tmp_path: Path) -> None:
+    table = tomllib.loads(file.read_text(encoding="utf-8"))
+    for arm in table["arms"]:
+        path = tmp_path / f"{arm['name']}.toml"
+        path.write_text(study.recipe_text(table, arm, 7))
+        recipe = read_recipe(path)
+        assert isinstance(recipe, Recipe) and recipe.training.steps == 7
+        assert set(arm["data"]) <= set(table["datasets"]) and arm.get("fault", "shifted") in study_fault.FAULTS
+    for dataset in table["datasets"].values():
+        assert (study.HOME / dataset["job"]).exists()
+    names = [arm["name"] for arm in table["arms"]]
+    assert len(set(names)) == len(names)
+
+
+def test_an_arm_has_keys_of_its_own_over_those_of_the_study() -> None:
+    table = {"recipe": {"base": "completion-quick", "outputs": ["occupancy"], "augmentation": {"drop": 0.5}}}
+    arm = {"name": "own", "recipe": {"variant": "depth", "augmentation": {"hide": 0.1}}}
+    found = tomllib.loads(study.recipe_text(table, arm, None))
+    assert found["augmentation"] == {"drop": 0.5, "hide": 0.1} and found["training"]["steps"] == 800
+    assert (found["name"], found["variant"], found["outputs"]) == ("own", "depth", ["occupancy"])
+
+
+def test_first_seeds_come_first() -> None:
+    table = {"seeds": 2, "arms": [{"name": "a"}, {"name": "b"}]}
+    assert [(arm["name"], seed) for arm, seed in study.queue_of(table, None)] == [("a", 0), ("b", 0), ("a", 1), ("b", 1)]
+    assert [(arm["name"], seed) for arm, seed in study.queue_of(table, "b")] == [("b", 0), ("b", 1)]
+
+
+def test_overlaps_are_of_cells_and_of_volumes() -> None:
+    assert study.overlap(cells((0, 4), (0, 0)), cells((2, 6), (0, 0))).tolist() == [2 / 6, 1]
+    found, share = np.zeros((1, N, N, N)), np.zeros((1, N, N, N))
+    found[0, 0, 0, :3], share[0, 0, 0, :3] = [1, 0.5, 0], [0.25, 0.75, 0.5]
+    # Least 0.25 + 0.5, most 1 + 0.75 + 0.5.
+    assert study.overlap_of_solid(found, share).tolist() == [0.75 / 2.25]
+
+
+def test_a_test_comes_back_from_its_file(tmp_path: Path) -> None:
+    four().save(tmp_path / "test.npz")
+    again = Samples.load(tmp_path / "test.npz")
+    assert again.objects.tolist() == four().objects.tolist() and again.thin.tolist() == four().thin.tolist()
+    assert np.array_equal(again.cells("touch", slice(0, 4)), four().cells("touch", slice(0, 4))) and again.share is None
+    # 200 cells are five rows along z; one cell; one row; two.
+    assert again.end_on().tolist() == [N / 5, 1, N, N / 2]
+
+
+def test_changed_inputs_are_those_of_another_object_or_of_what_is_seen() -> None:
+    test = four()
+    others = of_others(test)
+    assert all(test.objects[row] != test.objects[other] for row, other in enumerate(others))
+    swapped = changed(test, "touch of others")
+    assert np.array_equal(swapped.bits["touch"], test.bits["touch"][others])
+    seen = changed(test, "touch of what is seen")
+    assert np.array_equal(seen.bits["touch"], test.bits["partial"]), "ten seen cells, fewer than rays"
+    assert not changed(test, "no touch").bits["touch"].any() and test.bits["touch"].any()
+    assert changed(test, "").bits == test.bits
+    with pytest.raises(ValueError, match="'sideways'"):
+        changed(test, "sideways")
+
+
+def test_faults_change_what_they_say() -> None:
+    def arrays() -> dict[str, np.ndarray]:
+        return {"partial": cells((0, 10), (10, 20)), "free": cells((20, 60), (0, 5)), "occupancy": cells((0, 50), (7, 9))}
+
+    found = arrays()
+    study_fault.another_body(found, [])
+    assert np.array_equal(found["occupancy"], arrays()["occupancy"][::-1])
+    found = arrays()
+    study_fault.shifted(found, [])
+    assert np.array_equal(found["occupancy"][:, 2:], arrays()["occupancy"][:, :-2])
+    found = arrays()
+    others: Any = [SimpleNamespace(clutter=SimpleNamespace(others_seen=grid)) for grid in cells((30, 40), (40, 50))]
+    study_fault.neighbours_left_in(found, others)
+    assert np.array_equal(found["partial"], arrays()["partial"] | cells((30, 40), (40, 50)))
+    assert not (found["partial"] & found["free"])[0, 0, 0, 30:40].any()
+
+
+def rows(folder: Path) -> Path:
+    """Two arms and two seeds of two objects; the second arm is 0.1 better at the cup and 0.3 at the ball."""
+    folder.mkdir()
+    facts = {"t": (four().objects, four().thin, four().hidden, np.array([1.0, 2.0, 1.0, 1.0]))}
+    for arm, gain in (("base", 0.0), ("other", 0.1)):
+        for seed in range(2):
+            iou = np.array([0.2, 0.4, 0.5, 0.5]) + np.array([1, 1, 3, 3]) * gain + 0.1 * seed
+            found = {"t": [iou, iou / 2, np.full(4, np.nan)]}
+            study.write_rows(study.rows_of(folder.parent, arm, seed), arm, seed, found, facts)
+    return folder
+
+
+def test_a_table_pairs_by_object(tmp_path: Path) -> None:
+    folder = rows(tmp_path / "rows")
+    assert sorted(path.name for path in folder.iterdir())[0] == "base-0.csv.gz"
+    found = study_table.read(folder, "iou", [])
+    assert found["all"]["base", "t"] == pytest.approx({"cup": 0.35, "ball": 0.55})
+    lines = study_table.table(found, "base", seeds=True)
+    assert lines[0] == "| arm | seeds | t |"
+    assert lines[2].startswith("| base | 2 | 0.450 [0.350, 0.550]; 0.400 to 0.500 |")
+    assert lines[3].startswith("| other | 2 | +0.200 [+0.100, +0.300]; 0.600 to 0.700 |")
+
+
+def test_rows_are_chosen_by_what_stands_in_them(tmp_path: Path) -> None:
+    folder = rows(tmp_path / "rows")
+    chosen = [study_table.read(folder, "iou", [where])["all"] for where in ("thin=0", "hidden>0.3", "end_on<1.5")]
+    assert chosen[0]["base", "t"] == pytest.approx({"ball": 0.55}) and chosen[1]["base", "t"] == pytest.approx({"cup": 0.45})
+    assert chosen[2]["base", "t"] == pytest.approx({"cup": 0.25, "ball": 0.55})
+    for wrong in ("thin", "weight>1", "thin!2"):
+        with pytest.raises(SystemExit, match="hidden>0.3"):
+            study_table.read(folder, "iou", [wrong])
+    with gzip.open(folder / "base-0.csv.gz", "rt") as file:
+        assert next(file).strip() == ",".join(study.COLUMNS)
