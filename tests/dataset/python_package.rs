@@ -108,7 +108,8 @@ fn make_held_patches(workspace: &Workspace) {
 
 /// Pairs of bodies in bins in `cluttered`, for the trainer alone, since bodies take a while to settle.
 fn make_cluttered(workspace: &Workspace) {
-    let scenes = ["count=2", "scenes={ training = 4, validation = 2 }", "split={ validation_objects = 3, test_objects = 0 }"];
+    let scenes =
+        ["count=2", "scenes={ training = 4, validation = 2 }", "split={ validation_objects = 3, test_objects = 0 }"];
     Program::run_job("jobs/scenes-quick.toml", workspace.path("bins")).set(scenes).succeed();
     let from = |key: &str, dataset: &str| format!("{key}.dataset={:?}", workspace.path(dataset));
     Program::run_job("jobs/views-quick.toml", workspace.path("bin-views")).set([from("scenes", "bins")]).succeed();

@@ -532,6 +532,7 @@ mod tests {
             rest_time: 0.25,
             cap: 4.0,
             recheck: 2.0,
+            finer: 1,
         };
         let mut settle = SettleWorker::new(bin(), settings, SimdLevel::Scalar);
         let (mut trials, mut agree, mut held, mut steps, mut seconds) = (0, 0, 0, 0_u32, [0.0; 2]);

@@ -107,4 +107,6 @@ pub struct SettleSettings {
     pub cap: f64,
     /// Time of the check from the stored poses [s].
     pub recheck: f64,
+    /// Bodies that end up in one another settle once more, in steps that are shorter by this factor; 1: they do not.
+    pub finer: u32,
 }

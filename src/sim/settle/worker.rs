@@ -38,6 +38,8 @@ pub struct SettleWorker {
     level: SimdLevel,
     /// A model per count of bodies.
     models: BTreeMap<usize, SceneModel>,
+    /// The worker with shorter steps, for bodies that end up in one another.
+    finer: Option<Box<SettleWorker>>,
 }
 
 /// A scene that is being settled.
@@ -58,18 +60,26 @@ struct Run<'w> {
 impl SettleWorker {
     /// A worker for scenes in one container.
     pub fn new(container: Container, settings: SettleSettings, level: SimdLevel) -> Self {
-        Self { container, walls: None, settings, level, models: BTreeMap::new() }
+        let finer = (settings.finer > 1).then(|| {
+            let timestep = settings.timestep / f64::from(settings.finer);
+            Box::new(Self::new(container.clone(), SettleSettings { timestep, finer: 1, ..settings }, level))
+        });
+        Self { container, walls: None, settings, level, models: BTreeMap::new(), finer }
     }
 
     /// The worker with walls between which bodies are dropped. Once the bodies rest, or do not within the cap, the walls are
     /// lifted away, and the bodies settle again.
     #[must_use]
     pub fn with_walls(self, walls: Walls) -> Self {
-        Self { walls: Some(walls), ..self }
+        let finer = self.finer.map(|finer| Box::new(finer.with_walls(walls.clone())));
+        Self { walls: Some(walls), finer, ..self }
     }
 
     /// Settles bodies from their placements, in the order in which they are let go; those before the scene leave no trace.
     /// `min`: how many have to stay in the container.
+    ///
+    /// Thin walls can pass one another between two steps. Bodies that end up in one another settle once more from the same
+    /// placements, in shorter steps; the check from the stored poses always has the steps of the settings.
     ///
     /// # Panics
     /// When there are not as many placements as bodies, or there is no body.
@@ -77,6 +87,11 @@ impl SettleWorker {
         assert_eq!(bodies.len(), placements.len(), "one placement per body");
         let mut scene = SettledScene::default();
         scene.fault = self.attempt(bodies, placements, min, &mut scene).err();
+        if let (Some(Fault::Crossed { .. } | Fault::TooDeep { .. }), Some(finer)) = (&scene.fault, &mut self.finer) {
+            scene = SettledScene::default();
+            let rested = finer.rest(bodies, placements, min, &mut scene);
+            scene.fault = rested.and_then(|()| self.check(bodies, &mut scene)).err();
+        }
         scene
     }
 
@@ -118,7 +133,19 @@ impl SettleWorker {
         min: usize,
         scene: &mut SettledScene,
     ) -> Result<(), Fault> {
-        // Fall, and come to rest; walls are the last of the bodies.
+        self.rest(bodies, placements, min, scene)?;
+        self.check(bodies, scene)
+    }
+
+    /// Lets the bodies fall until they rest; the scene then has those that stay.
+    fn rest(
+        &mut self,
+        bodies: &[SceneBody],
+        placements: &[Placement],
+        min: usize,
+        scene: &mut SettledScene,
+    ) -> Result<(), Fault> {
+        // Walls are the last of the bodies.
         let walls = self.walls.clone();
         let all: Vec<SceneBody> = bodies.iter().chain(walls.as_ref().map(|walls| &walls.body)).cloned().collect();
         let mut run = self.run(&all);
@@ -142,8 +169,13 @@ impl SettleWorker {
         if kept.len() < min.max(1) {
             return Err(Fault::Gone { bodies: scene.gone.clone() });
         }
+        Ok(())
+    }
+
+    /// Refuses a scene whose bodies are in one another, or move when they are stepped again.
+    fn check(&mut self, bodies: &[SceneBody], scene: &mut SettledScene) -> Result<(), Fault> {
         // Depths and crossings of the true meshes.
-        let kept: Vec<SceneBody> = kept.iter().map(|index| bodies[*index].clone()).collect();
+        let kept: Vec<SceneBody> = scene.bodies.iter().map(|settled| bodies[settled.index].clone()).collect();
         self.check_overlaps(&kept, scene)?;
         // From the stored poses, from rest: nothing moves.
         self.step_again(&kept, scene)?;
@@ -497,6 +529,7 @@ mod tests {
         rest_time: 0.25,
         cap: 4.0,
         recheck: 2.0,
+        finer: 1,
     };
 
     fn bin() -> Container {

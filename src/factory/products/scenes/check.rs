@@ -52,7 +52,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec) -> SceneSetting
 }
 
 /// Keys that an import makes idle.
-const IMPORTED_IDLE: [&str; 11] = [
+const IMPORTED_IDLE: [&str; 12] = [
     "mode",
     "count",
     "repeats",
@@ -64,6 +64,7 @@ const IMPORTED_IDLE: [&str; 11] = [
     "physics.rest_speed",
     "physics.rest_time",
     "physics.cap",
+    "physics.finer",
 ];
 
 /// Reports keys that the mode makes idle.
@@ -126,9 +127,10 @@ fn settle(checker: &mut Checker, spec: &ScenePhysicsSpec) -> SettleSettings {
         rest_time,
         cap,
         recheck,
+        finer,
     } = spec;
     if rest_time >= cap {
         checker.invalid("physics.rest_time", "less than `physics.cap`", format!("{rest_time} s of {cap} s"));
     }
-    SettleSettings { timestep, rolling, release_every, release_height, rest_speed, rest_time, cap, recheck }
+    SettleSettings { timestep, rolling, release_every, release_height, rest_speed, rest_time, cap, recheck, finer }
 }

@@ -54,8 +54,17 @@ impl SceneJob {
             true => FrictionSpec::Exactly(friction[0]),
             false => FrictionSpec::Between(*friction),
         };
-        let SettleSettings { timestep, rolling, release_every, release_height, rest_speed, rest_time, cap, recheck } =
-            *settle;
+        let SettleSettings {
+            timestep,
+            rolling,
+            release_every,
+            release_height,
+            rest_speed,
+            rest_time,
+            cap,
+            recheck,
+            finer,
+        } = *settle;
         spec.physics = ScenePhysicsSpec {
             friction,
             rolling,
@@ -66,6 +75,7 @@ impl SceneJob {
             rest_time,
             cap,
             recheck,
+            finer,
         };
         without(keys_of(&spec), &idle)
     }

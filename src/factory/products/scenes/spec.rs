@@ -177,6 +177,10 @@ pub struct ScenePhysicsSpec {
     /// degrees is rejected.
     #[schemars(range(min = 0.1, max = 60), extend("x-unit" = "s"))]
     pub recheck: f64,
+    /// Bodies that end up in one another, as thin walls do that pass each other between two steps, settle once more in steps
+    /// that are shorter by this factor; with 1 their scene is rejected at once.
+    #[schemars(range(min = 1, max = 16))]
+    pub finer: u32,
 }
 
 /// Coefficients of friction.
