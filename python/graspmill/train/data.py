@@ -18,6 +18,8 @@ from .sources import Arrays, expect_agreement, open_source, spread
 from .strict import BadRecipe
 
 RESOLUTION = 40
+KINDS: dict[str, type[CompletionSample]] = {kind.product: kind for kind in (CompletionSample, AmodalSample)}
+"""Products that are trained on. Pairs of the bodies of scenes are completion pairs, too."""
 Source = sources.Source[CompletionSample]
 
 
@@ -33,8 +35,10 @@ def open_sources(folders: Sequence[Path], recipe: Recipe) -> list[Source]:
 
 def _open(folder: Path, recipe: Recipe) -> Source:
     found = Folder(folder)
-    # Pairs of the bodies of scenes are completion pairs, too; the object of each is said by what surrounds it.
-    kind = AmodalSample if found.product == AmodalSample.product else CompletionSample
+    kind = KINDS.get(found.product)
+    if kind is None:
+        raise BadRecipe(f"{folder}: a dataset of {found.product}; these networks learn from pairs: {' or '.join(KINDS)}")
+    # What surrounds a body says which object it is.
     stored, channels = found.channels, ["pair", *(["clutter"] if kind is AmodalSample else [])]
     needs = {"free": ["visibility"], "touch": [name for name in TOUCH if name in stored], "coverage": ["coverage"]}
     settings = {"visibility": "channels.visibility = true", "coverage": "channels.coverage = true"}
