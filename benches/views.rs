@@ -17,7 +17,7 @@ use graspmill::{
         Volume,
     },
     ids::{Digest, ItemId, ObjectId, SampleId},
-    render::{Rasteriser, SensorModel},
+    render::{Rasteriser, SensorModel, SensorScratch},
     seed::Stream,
     voxel::{InsideTest, SolidObject, Truth, ViewGrids, VolumeFusion, VolumeGrid, solid_occupancy},
 };
@@ -286,11 +286,11 @@ fn whole_images(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("image_640x480");
     for profile in SensorModel::profiles() {
         let model = SensorModel::profile(profile).expect("a profile by its own name");
-        let mut noisy = images[0].0.clone();
+        let (mut noisy, mut scratch) = (images[0].0.clone(), SensorScratch::default());
         group.bench_function(format!("sensor/{profile}"), |bencher| {
             average(bencher, &images, |(depth, _)| {
                 noisy.clone_from(depth);
-                model.apply(&camera, &mut noisy, &mut Stream::of_job(1, b"bench", "sensor"));
+                model.apply_with(&mut scratch, &camera, &mut noisy, &mut Stream::of_job(1, b"bench", "sensor"));
             });
         });
     }

@@ -143,7 +143,7 @@ def test_the_command_line_says_what_is_wrong(data: Path, tmp_path: Path, capsys:
             "there are completion-quick, completion-standard, completion-thesis, heatmap-standard, heatmap-thesis",
         ),
         (["completion-quick", "--data", str(tmp_path), "--out", out], "manifest.json"),
-        (["completion-quick", "--data", str(data / "set/grasps"), "--out", out], "not of completion"),
+        (["completion-quick", "--data", str(data / "set/grasps"), "--out", out], "learn from pairs: completion or"),
         (["completion-quick", "--data", pairs, "--out", out, "--resume"], "no training to resume"),
     ):
         assert main(arguments) == 2

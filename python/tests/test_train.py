@@ -252,14 +252,6 @@ def test_a_subset_that_the_job_does_not_have_is_refused(
     assert "the dataset has subsets of 1, 2 objects: give the job's split.training_subsets" in capsys.readouterr().err
 
 
-def test_another_product_is_refused(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    recipe = tmp_path / "recipe.toml"
-    recipe.write_text(BRIEF)
-    assert main([str(recipe), "--data", str(data / "bins"), "--out", str(tmp_path / "run")]) == 2
-    said = "a dataset of scenes; these networks learn from pairs: completion or amodal"
-    assert said in capsys.readouterr().err and not (tmp_path / "run").exists()
-
-
 def test_pairs_in_clutter_train_a_model(data: Path, tmp_path: Path) -> None:
     recipe, run = tmp_path / "recipe.toml", tmp_path / "run"
     recipe.write_text(BRIEF)
