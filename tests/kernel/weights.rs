@@ -16,7 +16,7 @@ fn table() -> BTreeMap<String, (Option<f64>, Option<MadeOf>)> {
     let lines = text.lines().filter(|line| !line.starts_with('#')).skip(1);
     let row = |line: &str| {
         let fields: Vec<&str> = line.split(',').collect();
-        let [name, _, _, mass, source, material, wall] = fields[..] else { panic!("{line}") };
+        let [name, _, _, mass, source, material, wall, _] = fields[..] else { panic!("{line}") };
         let published = source.starts_with("Calli").then(|| mass.parse().expect("a mass"));
         let made_of = (!material.is_empty()).then(|| MadeOf {
             material: Material::named(material).unwrap_or_else(|| panic!("{line}")),
