@@ -32,7 +32,7 @@ from data_faults import SOLID_SHARE, is_tested, unpack
 from data_job import make_dataset
 from data_neutral import NeutralObject, frame_of, marked
 from data_torch import Completion, from_blocks, to_blocks
-from default_view import ANCHOR, AWAY, FOCAL, N, random_rotations
+from default_view import ANCHOR, FOCAL, N, random_rotations
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "python"))
 from graspmill import CompletionSample, Dataset, PairBatch  # noqa: E402

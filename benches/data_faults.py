@@ -48,6 +48,16 @@ def unpack(packed: np.ndarray) -> np.ndarray:
     return np.unpackbits(packed, axis=1, bitorder="little", count=N**3).reshape(-1, N, N, N).astype(bool)
 
 
+def of_others(objects: np.ndarray) -> np.ndarray:
+    """For the object of each sample the row of a sample of another object, wherever there is one."""
+    order = np.argsort(objects, kind="stable")
+    # As far on as the object with most samples reaches: no sample is left with its own object.
+    most = int(np.unique(objects, return_counts=True)[1].max())
+    rows = np.empty(len(order), int)
+    rows[order] = np.roll(order, most)
+    return rows
+
+
 def same(grids: np.ndarray) -> np.ndarray:
     return grids
 

@@ -22,7 +22,7 @@ import numpy as np
 import onnxruntime
 
 from data_baselines import extruded, hull, mirrored, nearest, pooled
-from data_faults import by_object, interval, jaccard
+from data_faults import by_object, interval, jaccard, of_others
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "python"))
 from graspmill import CompletionSample, Dataset  # noqa: E402
@@ -62,16 +62,6 @@ def completed(model: Path, arrays: dict[str, np.ndarray]) -> np.ndarray:
         feed = {name: arrays[name][row][None, None].astype(np.float32) for name in facts["inputs"]}
         found.append(session.run(["occupancy"], feed)[0][0, 0] > facts["thresholds"]["occupancy"])
     return np.array(found)
-
-
-def of_others(held: Held) -> np.ndarray:
-    """For each sample one of another object, wherever there is one."""
-    order = np.argsort(held.objects, kind="stable")
-    # As far on as the object with most samples reaches: no sample is left with its own object.
-    most = int(np.unique(held.objects, return_counts=True)[1].max())
-    rows = np.empty(len(order), int)
-    rows[order] = np.roll(order, most)
-    return rows
 
 
 def voted(partial: np.ndarray, folders: list[Path]) -> np.ndarray:
@@ -135,7 +125,7 @@ def main() -> int:
     if options.controls:
         facts = json.loads((options.models[0] / "model.json").read_text())
         for name in facts["inputs"][1:]:
-            swapped = held.arrays | {name: held.arrays[name][of_others(held)]}
+            swapped = held.arrays | {name: held.arrays[name][of_others(held.objects)]}
             learnt[f"{options.models[0]}, `{name}` of another object"] = completed(options.models[0], swapped)
     unlearnt = {
         "partial": partial,

@@ -55,7 +55,7 @@ HOME = Path(__file__).resolve().parent.parent
 BATCH = 64
 COLUMNS = ("arm", "seed", "test", "sample", "object", "thin", "hidden", "end_on", "iou", "iou_unseen", "iou_solid")
 Scores = dict[str, list[np.ndarray]]
-"""Of each test, for each sample: overlap of the occupied cells, of those that are not seen, and of the solid."""
+"""Three overlaps per sample of each test: of the occupied cells, of those that are not seen, and of the solid."""
 
 
 def make_datasets(study: dict[str, Any], program: str, out: Path) -> dict[str, list[Path]]:

@@ -1,6 +1,6 @@
 """The trainer on samples with a fault: `study_fault.py FAULT` and the arguments of `python -m graspmill.train`.
 
-What a network learns from wrong data must be worse; where it is not, the test could not tell. Used by study.py.
+A network that learns from wrong data must be worse; where it is not, the test could not tell. Used by study.py.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ TARGETS = ("occupancy", "coverage")
 
 
 def neighbours_left_in(arrays: Arrays, samples: Sequence[Any]) -> None:
-    """What the image shows of other bodies counts as seen of this one."""
+    """Cells in which the image shows other bodies count as seen of this one."""
     others = np.stack([sample.clutter.others_seen for sample in samples])
     arrays["partial"] |= others
     if "free" in arrays:

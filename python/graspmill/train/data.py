@@ -38,7 +38,7 @@ def _open(folder: Path, recipe: Recipe) -> Source:
     kind = KINDS.get(found.product)
     if kind is None:
         raise BadRecipe(f"{folder}: a dataset of {found.product}; these networks learn from pairs: {' or '.join(KINDS)}")
-    # What surrounds a body says which object it is.
+    # The record of a body's surroundings says which object it is.
     stored, channels = found.channels, ["pair", *(["clutter"] if kind is AmodalSample else [])]
     needs = {"free": ["visibility"], "touch": [name for name in TOUCH if name in stored], "coverage": ["coverage"]}
     settings = {"visibility": "channels.visibility = true", "coverage": "channels.coverage = true"}

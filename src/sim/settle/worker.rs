@@ -86,7 +86,8 @@ impl SettleWorker {
     pub fn settle(&mut self, bodies: &[SceneBody], placements: &[Placement], min: usize) -> SettledScene {
         assert_eq!(bodies.len(), placements.len(), "one placement per body");
         let mut scene = SettledScene::default();
-        scene.fault = self.attempt(bodies, placements, min, &mut scene).err();
+        let rested = self.rest(bodies, placements, min, &mut scene);
+        scene.fault = rested.and_then(|()| self.check(bodies, &mut scene)).err();
         if let (Some(Fault::Crossed { .. } | Fault::TooDeep { .. }), Some(finer)) = (&scene.fault, &mut self.finer) {
             scene = SettledScene::default();
             let rested = finer.rest(bodies, placements, min, &mut scene);
@@ -124,17 +125,6 @@ impl SettleWorker {
         let collider = Some(SceneCollider::new(0, container.clone(), surfaces));
         let present = vec![true; bodies.len()];
         Run { model, collider, bodies, container, settings, present, walls: None, steps: 0 }
-    }
-
-    fn attempt(
-        &mut self,
-        bodies: &[SceneBody],
-        placements: &[Placement],
-        min: usize,
-        scene: &mut SettledScene,
-    ) -> Result<(), Fault> {
-        self.rest(bodies, placements, min, scene)?;
-        self.check(bodies, scene)
     }
 
     /// Lets the bodies fall until they rest; the scene then has those that stay.
