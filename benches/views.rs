@@ -286,7 +286,7 @@ fn whole_images(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("image_640x480");
     for profile in SensorModel::profiles() {
         let model = SensorModel::profile(profile).expect("a profile by its own name");
-        let (mut noisy, mut scratch) = (images[0].0.clone(), SensorScratch::default());
+        let (mut noisy, mut scratch) = (images[0].0.clone(), SensorScratch::new(SimdLevel::detect()));
         group.bench_function(format!("sensor/{profile}"), |bencher| {
             average(bencher, &images, |(depth, _)| {
                 noisy.clone_from(depth);

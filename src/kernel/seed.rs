@@ -30,6 +30,15 @@ impl Stream {
         self.0.next_u64()
     }
 
+    /// The next [`Self::bits`], each little-endian, eight bytes a draw.
+    ///
+    /// # Panics
+    /// If the length is no multiple of eight.
+    pub fn fill(&mut self, bytes: &mut [u8]) {
+        assert!(bytes.len().is_multiple_of(8), "part of a draw");
+        self.0.fill_bytes(bytes);
+    }
+
     /// Uniform in [0, 1), a multiple of 2^-53.
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
@@ -71,5 +80,24 @@ impl Stream {
         for last in (1..items.len()).rev() {
             items.swap(last, self.below(last as u64 + 1) as usize);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_are_those_of_the_draws() {
+        let stream = || Stream::of_job(5, b"bytes", "draws");
+        let (mut draws, mut filled) = (stream(), stream());
+        // Lengths that end inside and at the end of the generator's own buffer.
+        for count in [1, 7, 24, 32, 100, 1] {
+            let expected: Vec<u8> = (0..count).flat_map(|_| draws.bits().to_le_bytes()).collect();
+            let mut bytes = vec![0; expected.len()];
+            filled.fill(&mut bytes);
+            assert_eq!(bytes, expected);
+        }
+        assert_eq!(filled.bits(), draws.bits());
     }
 }

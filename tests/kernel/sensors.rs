@@ -1,7 +1,7 @@
 //! The sensor profiles on synthetic planes against the published curves.
 
 use graspmill::{
-    geom::DepthCrop,
+    geom::{DepthCrop, SimdLevel},
     render::{SensorModel, SensorScratch},
     seed::Stream,
 };
@@ -259,6 +259,55 @@ fn the_same_stream_gives_the_same_bits_and_another_gives_others() {
     assert_ne!(bits("a"), bits("b"));
 }
 
+/// A ball over a slanted table, with pixels without return between them.
+fn ball_over_table(width: u32, height: u32) -> DepthCrop {
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (f64::from(x), f64::from(y))));
+    let middle = [f64::from(width) / 2.0, f64::from(height) / 2.0];
+    let radius = middle[0].min(middle[1]) / 2.0;
+    let depth = pixels.map(|(x, y)| {
+        let from_middle = ((x - middle[0]).powi(2) + (y - middle[1]).powi(2)) / (radius * radius);
+        if from_middle < 1.0 {
+            (0.62 - 0.06 * (1.0 - from_middle).sqrt()) as f32
+        } else if (x - 2.0 * y).rem_euclid(71.0) < 3.0 {
+            f32::NAN
+        } else {
+            (0.8 - 0.0004 * y) as f32
+        }
+    });
+    DepthCrop { left: 320 - width / 2, top: 240 - height / 2, width, height, depth: depth.collect() }
+}
+
+#[test]
+fn every_level_of_vector_instructions_gives_the_same_bits() {
+    for name in SensorModel::profiles() {
+        for (width, height, keys) in [
+            (173, 131, [("window_px", 9.0), ("baseline_m", 0.05), ("lateral_sigma_px", 0.8)]),
+            (64, 17, [("window_px", 3.0), ("baseline_m", -0.07), ("lateral_sigma_px", 3.0)]),
+            (5, 3, [("window_px", 1.0), ("baseline_m", 0.05), ("lateral_sigma_px", 0.0)]),
+        ] {
+            let mut model = SensorModel::profile(name).expect("a profile by its own name");
+            keys.iter().for_each(|(key, value)| model.set(key, *value).expect("a value in its range"));
+            let ball = ball_over_table(width, height);
+            let bits = |level| {
+                let mut scratch = SensorScratch::with_sources(level);
+                // The second image is made with the memory that the first leaves.
+                [ball.clone(), ball.clone()].map(|mut crop| {
+                    let mut stream = Stream::of_job(7, b"sensors", "levels");
+                    model.apply_with(&mut scratch, &default_camera(), &mut crop, &mut stream);
+                    let depth: Vec<_> = crop.depth.iter().map(|depth| depth.to_bits()).collect();
+                    (depth, scratch.sources().to_vec(), stream.bits())
+                })
+            };
+            let [first, second] = bits(SimdLevel::Scalar);
+            assert_eq!(first, second, "{name}, {width} x {height}");
+            assert!(first.0.iter().any(|depth| !f32::from_bits(*depth).is_nan()), "{name} sees something");
+            for level in SimdLevel::available() {
+                assert_eq!(bits(level), [first.clone(), second.clone()], "{name}, {width} x {height}, {level}");
+            }
+        }
+    }
+}
+
 #[test]
 fn cost_of_a_view() {
     // A ball of 60 px: printed, not judged, because machines and their load differ.
@@ -268,7 +317,7 @@ fn cost_of_a_view() {
         z as f32
     });
     let ball = DepthCrop { left: 290, top: 210, width: 60, height: 60, depth: ball.collect() };
-    let (mut scratch, mut crop) = (SensorScratch::default(), DepthCrop::default());
+    let (mut scratch, mut crop) = (SensorScratch::new(SimdLevel::detect()), DepthCrop::default());
     for name in SensorModel::profiles() {
         let model = SensorModel::profile(name).expect("a profile");
         let mut stream = Stream::of_job(7, b"sensors", "cost");

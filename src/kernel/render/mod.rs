@@ -7,6 +7,7 @@ mod raster_kernels;
 mod sensor;
 mod sensor_apply;
 mod sensor_field;
+mod sensor_kernels;
 mod source;
 
 pub use layers::{LayeredImage, Silhouette};

@@ -1,8 +1,12 @@
 //! The sensor model at work on one depth crop.
 
-use super::{SensorModel, sensor::MAX_ANGLE, sensor_field::BoxSum};
+use super::{
+    SensorModel,
+    sensor_field::BoxSum,
+    sensor_kernels::{self as kernels, BLOCK, BlockRange, Call, RayRow, SlantRow, same_surface},
+};
 use crate::{
-    geom::{DepthCrop, Intrinsics},
+    geom::{DepthCrop, Intrinsics, SimdLevel},
     seed::Stream,
 };
 
@@ -10,9 +14,11 @@ use crate::{
 ///
 /// Images of the grown crop; depth and disparities have a border of one pixel without return, so that every pixel has
 /// four neighbours.
-#[derive(Default)]
 pub struct SensorScratch {
+    level: SimdLevel,
     boxes: BoxSum,
+    /// Pixels of which a neighbour is another surface or a step of more than half a jump.
+    uneven: BoxSum,
     /// Depth [m]; 0 = no return.
     depth: Vec<f32>,
     /// Disparity in pixels of the image; 0 = no return.
@@ -20,10 +26,12 @@ pub struct SensorScratch {
     /// Disparity that the matcher can find: `disparity` without shadows and thin parts.
     matched: Vec<f32>,
     slants: Slants,
+    rays: Rays,
+    ranges: BlockRange,
     axial: Vec<f32>,
     lateral: [Vec<f32>; 2],
     grazing: Vec<f32>,
-    /// Spread of the disparity of each returned pixel, in the device's pixels.
+    /// Spread of the disparity of each pixel of a row, in the device's pixels.
     spread: Vec<f32>,
     /// Source of each pixel, where somebody asked for it.
     sources: Option<Vec<u32>>,
@@ -33,9 +41,30 @@ impl SensorScratch {
     /// Source of a pixel whose disparity lies between those of two surfaces, and so is of neither.
     pub const BETWEEN: u32 = u32::MAX;
 
+    /// Memory for a model at this level of vector instructions, or at the best one that the machine has.
+    pub fn new(level: SimdLevel) -> Self {
+        let level = level.usable();
+        Self {
+            level,
+            boxes: BoxSum::new(level),
+            uneven: BoxSum::new(level),
+            depth: Vec::new(),
+            disparity: Vec::new(),
+            matched: Vec::new(),
+            slants: Slants::default(),
+            rays: Rays::default(),
+            ranges: BlockRange::default(),
+            axial: Vec::new(),
+            lateral: [Vec::new(), Vec::new()],
+            grazing: Vec::new(),
+            spread: Vec::new(),
+            sources: None,
+        }
+    }
+
     /// Memory that remembers from which pixel of the perfect image each pixel has its disparity.
-    pub fn with_sources() -> Self {
-        Self { sources: Some(Vec::new()), ..Self::default() }
+    pub fn with_sources(level: SimdLevel) -> Self {
+        Self { sources: Some(Vec::new()), ..Self::new(level) }
     }
 
     /// For each pixel of the last crop the pixel of it whose surface it measured, or [`Self::BETWEEN`]; empty unless the memory
@@ -56,27 +85,19 @@ struct Slants {
     at_jump: Vec<f32>,
 }
 
-/// Numbers of one call, in f32 as the kernel wants them.
-struct Call {
-    width: usize,
-    height: usize,
-    /// Row length of the images with a border.
-    stride: usize,
-    /// Principal point in the grown crop [px].
-    centre: [f32; 2],
-    /// Focal lengths of the job's camera [px].
-    focal: [f32; 2],
-    /// Disparity of the device [px] times depth [m].
-    device: f32,
-    /// Device's pixels per pixel of the image.
-    device_per_image: f32,
-    jump: f32,
+/// Columns of the crop from the principal point [px], and the same over the focal length.
+#[derive(Default)]
+struct Rays {
+    u: Vec<f32>,
+    ray_x: Vec<f32>,
+    /// Row of the principal point in the crop [px].
+    centre_row: f32,
 }
 
 impl SensorModel {
     /// Converts a perfect depth crop to what the sensor returns, with memory of its own for the call.
     pub fn apply(&self, camera: &Intrinsics, crop: &mut DepthCrop, stream: &mut Stream) {
-        self.apply_with(&mut SensorScratch::default(), camera, crop, stream);
+        self.apply_with(&mut SensorScratch::new(SimdLevel::detect()), camera, crop, stream);
     }
 
     /// Converts a perfect depth crop to what the sensor returns. Class `exact`: a function of its arguments alone.
@@ -94,161 +115,120 @@ impl SensorModel {
         if crop.depth.is_empty() {
             return;
         }
-        grow(scratch, camera, crop, libm::ceil(3.0 * self.lateral_sigma_px) as u32);
+        grow(scratch, camera, crop, self.lateral_reach() as u32);
         let call = self.prepare(scratch, camera, crop);
-        self.drop_shadows(&call, &scratch.disparity, &mut scratch.matched);
-        self.drop_thin(&call, &mut scratch.boxes, &mut scratch.matched);
-        self.measure_slants(&call, &scratch.depth, &scratch.matched, &mut scratch.slants);
+        self.drop_shadows(&call, scratch);
+        self.drop_thin(&call, scratch);
+        measure_slants(&call, scratch, self.lateral_reach());
         let (width, height, window) = (call.width, call.height, self.window_px as usize);
         let SensorScratch { boxes, axial, lateral: [across, down], grazing, .. } = scratch;
         for field in [axial, across, down, grazing] {
             boxes.noise(field, width, height, window, stream);
         }
-        self.choose_sources(&call, scratch, &mut crop.depth, stream);
-        self.measure(&call, &scratch.axial, &scratch.spread, &mut crop.depth);
+        self.measure(&call, scratch, &mut crop.depth, stream);
     }
 
-    /// Fills the disparity image of the grown crop.
+    /// The farthest that lateral noise goes [px].
+    fn lateral_reach(&self) -> usize {
+        libm::ceil(3.0 * self.lateral_sigma_px) as usize
+    }
+
+    /// Fills the disparity image of the grown crop and the positions of its pixels.
     fn prepare(&self, scratch: &mut SensorScratch, camera: &Intrinsics, crop: &DepthCrop) -> Call {
         let image = (camera.fx * self.baseline_m.abs()) as f32;
-        scratch.disparity.clear();
-        scratch.disparity.extend(scratch.depth.iter().map(|depth| if *depth > 0.0 { image / depth } else { 0.0 }));
+        scratch.disparity.resize(scratch.depth.len(), 0.0);
+        kernels::disparities(scratch.level, image, &scratch.depth, &mut scratch.disparity);
         scratch.matched.clone_from(&scratch.disparity);
-        Call {
+        let device = (self.focal_px * self.baseline_m.abs()) as f32;
+        let call = Call {
             width: crop.width as usize,
             height: crop.height as usize,
             stride: crop.width as usize + 2,
-            centre: [(camera.cx - f64::from(crop.left)) as f32, (camera.cy - f64::from(crop.top)) as f32],
             focal: [camera.fx as f32, camera.fy as f32],
-            device: (self.focal_px * self.baseline_m.abs()) as f32,
+            device,
             device_per_image: (self.focal_px / camera.fx) as f32,
             jump: self.jump_px as f32,
-        }
+            disparity_sigma: self.disparity_sigma_px as f32,
+            angle_sigma: self.angle_sigma_m as f32 * device,
+            grazing_angle: (self.grazing_angle_deg as f32).to_radians(),
+            grazing_spread: (self.grazing_spread_deg as f32).to_radians(),
+            step: self.disparity_step_px as f32,
+            depth_step: self.depth_step_m as f32,
+            range: [self.min_range_m as f32, self.max_range_m as f32],
+        };
+        let centre = [(camera.cx - f64::from(crop.left)) as f32, (camera.cy - f64::from(crop.top)) as f32];
+        let Rays { u, ray_x, centre_row } = &mut scratch.rays;
+        u.clear();
+        u.extend((0..call.width).map(|x| x as f32 + 0.5 - centre[0]));
+        ray_x.clear();
+        ray_x.extend(u.iter().map(|u| u / call.focal[0]));
+        *centre_row = centre[1];
+        call
     }
 
     /// Removes the pixels that the projector or second camera does not see: a nearer part of the image lies on the
     /// same line from there. Between two depths the shadow is as wide as their disparities differ.
-    fn drop_shadows(&self, call: &Call, disparity: &[f32], matched: &mut [f32]) {
+    fn drop_shadows(&self, call: &Call, scratch: &mut SensorScratch) {
         if self.shadow == 0.0 || self.baseline_m == 0.0 {
             return;
         }
-        let last = call.stride - 1;
-        for (row, matched) in disparity.chunks_exact(call.stride).zip(matched.chunks_exact_mut(call.stride)) {
-            let nearest = row.iter().fold(0.0f32, |nearest, d| nearest.max(*d));
-            if self.baseline_m > 0.0 {
-                shade_row(|x| row[x], last, nearest, call.jump, |x| matched[x] = 0.0);
-            } else {
-                shade_row(|x| row[last - x], last, nearest, call.jump, |x| matched[last - x] = 0.0);
+        let SensorScratch { level, disparity, matched, ranges, .. } = scratch;
+        for (row, matched) in disparity.chunks_exact_mut(call.stride).zip(matched.chunks_exact_mut(call.stride)) {
+            // Seen from the left, a row is walked from its other end. Nobody reads the disparities after the shadows.
+            if self.baseline_m < 0.0 {
+                row.reverse();
+                matched.reverse();
+            }
+            kernels::block_ranges(*level, row, ranges);
+            shade_row(row, ranges, call.jump, |x| matched[x] = 0.0);
+            if self.baseline_m < 0.0 {
+                matched.reverse();
             }
         }
     }
 
     /// Removes the pixels whose matching window sees too little.
-    fn drop_thin(&self, call: &Call, boxes: &mut BoxSum, matched: &mut [f32]) {
+    fn drop_thin(&self, call: &Call, scratch: &mut SensorScratch) {
+        let (level, boxes, matched) = (scratch.level, &mut scratch.boxes, &mut scratch.matched);
         let window = self.window_px as usize;
-        let min = self.min_support * (window * window) as f64;
-        if min <= 1.0 {
+        // The least whole count that is not below the share.
+        let min = libm::ceil(self.min_support * (window * window) as f64) as i32;
+        if min <= 1 {
             return;
         }
         let (padded, stride) = boxes.padded(call.width, call.height, window);
         for y in 0..call.height {
             let line = &mut padded[(y + window / 2) * stride + window / 2..][..call.width];
-            for (seen, disparity) in line.iter_mut().zip(&matched[call.row(y)]) {
-                *seen = i32::from(*disparity > 0.0);
-            }
+            kernels::mark_returns(level, &matched[call.row(y)], line);
         }
         boxes.sums(call.width, call.height, window, |y, sums| {
-            for (disparity, sum) in matched[call.row(y)].iter_mut().zip(sums) {
-                if f64::from(*sum) < min {
-                    *disparity = 0.0;
-                }
-            }
+            kernels::drop_below(level, min, sums, &mut matched[call.row(y)]);
         });
     }
 
-    /// Fills the slants of all pixels. No branch and equal slices, so that the compiler takes several pixels at a time.
-    fn measure_slants(&self, call: &Call, depth: &[f32], matched: &[f32], slants: &mut Slants) {
-        let width = call.width;
-        for image in [&mut slants.angle, &mut slants.spread, &mut slants.at_jump] {
-            image.clear();
-            image.resize(width * call.height, 0.0);
-        }
-        let (disparity_sigma, step) = (self.disparity_sigma_px as f32, self.disparity_step_px as f32);
-        let angle_sigma = self.angle_sigma_m as f32 * call.device;
-        // The published figure holds the quantisation, whose variance is step^2 / 12.
-        let quantisation = step * step / 12.0;
-        for y in 0..call.height {
-            let first = call.at(0, y);
-            // The pixel and its four neighbours, as slices of one row each.
-            let starts = [first, first - 1, first + 1, first - call.stride, first + call.stride];
-            let [z, z_left, z_right, z_up, z_down] = starts.map(|start| &depth[start..][..width]);
-            let [d, d_left, d_right, d_up, d_down] = starts.map(|start| &matched[start..][..width]);
-            let angles = &mut slants.angle[y * width..][..width];
-            let spreads = &mut slants.spread[y * width..][..width];
-            let jumps = &mut slants.at_jump[y * width..][..width];
-            let v = y as f32 + 0.5 - call.centre[1];
-            for x in 0..width {
-                let u = x as f32 + 0.5 - call.centre[0];
-                // Depth slope from neighbours on the same surface: central where both are, one-sided where one is, else 0.
-                let side = |other: f32| if same_surface(d[x], other, call.jump) { 1.0f32 } else { 0.0 };
-                let slope = |before: f32, with_before: f32, after: f32, with_after: f32| {
-                    let rise = with_before * (z[x] - before) + with_after * (after - z[x]);
-                    rise * (1.0 - 0.5 * with_before * with_after)
-                };
-                let along_x = slope(z_left[x], side(d_left[x]), z_right[x], side(d_right[x]));
-                let along_y = slope(z_up[x], side(d_up[x]), z_down[x], side(d_down[x]));
-                // Incidence angle from the normal, held below 90 degrees, where the noise model diverges.
-                let angle = call.incidence(z[x], [u, v], [along_x, along_y]);
-                let held = if angle < MAX_ANGLE as f32 { angle } else { MAX_ANGLE as f32 };
-                // Angle term of Nguyen, Izadi and Lovell 2012, theta^2 / (pi/2 - theta)^2 / sqrt(z), as disparity.
-                let steep = held / (std::f32::consts::FRAC_PI_2 - held);
-                let sigma = disparity_sigma + angle_sigma * steep * steep / (z[x] * z[x] * z[x].sqrt());
-                let variance = sigma * sigma - quantisation;
-                angles[x] = angle;
-                spreads[x] = (if variance > 0.0 { variance } else { 0.0 }).sqrt();
-                // Count of neighbours across a disparity jump.
-                let jump = |other: f32| if (other > 0.0) & ((other - d[x]).abs() > call.jump) { 1.0f32 } else { 0.0 };
-                jumps[x] = jump(d_left[x]) + jump(d_right[x]) + jump(d_up[x]) + jump(d_down[x]);
-            }
-        }
-    }
-
-    /// Writes to `out` the disparity that every pixel finds, in pixels of the device and without noise, 0 = none.
-    fn choose_sources(&self, call: &Call, scratch: &mut SensorScratch, out: &mut [f32], stream: &mut Stream) {
-        let SensorScratch { matched, slants, lateral: [across, down], grazing, spread, sources, .. } = scratch;
+    /// Writes the returned depths [m] to `out`, NaN = no return.
+    fn measure(&self, call: &Call, scratch: &mut SensorScratch, out: &mut [f32], stream: &mut Stream) {
+        let SensorScratch { level, uneven, matched, slants, axial, lateral, grazing, spread, sources, .. } = scratch;
         if let Some(sources) = sources {
             sources.clear();
-            sources.resize(out.len(), 0);
+            sources.extend(0..out.len() as u32);
         }
-        let lateral = self.lateral_sigma_px as f32;
-        let reach = libm::ceil(3.0 * self.lateral_sigma_px) as f32;
-        // Rounds to nearest without a call: casts cut towards zero, and the sum is positive.
-        let shift = |noise: f32| ((noise * lateral).clamp(-reach, reach) + (reach + 0.5)) as i32 - reach as i32;
-        let grazing_angle = (self.grazing_angle_deg as f32).to_radians();
-        let grazing_spread = (self.grazing_spread_deg as f32).to_radians();
-        spread.clear();
-        spread.resize(out.len(), 0.0);
-        for y in 0..call.height {
-            for x in 0..call.width {
-                let i = y * call.width + x;
-                // Lateral noise: a shifted neighbour is the source where it lies on another surface.
-                let (dx, dy) = (shift(across[i]), shift(down[i]));
-                let (mut source_x, mut source_y) = (x, y);
-                let (from_x, from_y) = (x.wrapping_add_signed(dx as isize), y.wrapping_add_signed(dy as isize));
-                if from_x < call.width && from_y < call.height {
-                    // A shift along one surface is no error of its own: the axial noise holds it. It only moves edges.
-                    let jump = call.jump * (dx.abs() + dy.abs()) as f32;
-                    if !same_surface(matched[call.at(x, y)], matched[call.at(from_x, from_y)], jump) {
-                        (source_x, source_y) = (from_x, from_y);
-                    }
-                }
-                let at = call.at(source_x, source_y);
-                let source = source_y * call.width + source_x;
-                // Dropout at grazing incidence, with a random limit.
-                let mut seen = matched[at];
-                if seen > 0.0 && slants.angle[source] > grazing_angle + grazing_spread * grazing[i] {
-                    seen = 0.0;
-                }
+        let (sigma, reach) = (self.lateral_sigma_px as f32, self.lateral_reach());
+        // The sums are counts of uneven pixels within reach. Where there is none, any two pixels differ by less than a jump
+        // per step between them, and so are one surface: each measures itself, wherever its lateral noise points.
+        uneven.sums(call.width, call.height, 2 * reach + 1, |y, uneven| {
+            let row = y * call.width..(y + 1) * call.width;
+            let [angle, grazing_row] = [&slants.angle, &*grazing].map(|image| &image[row.clone()]);
+            kernels::find_own(*level, call, &matched[call.row(y)], angle, grazing_row, &mut out[row.clone()]);
+            spread.clear();
+            spread.extend_from_slice(&slants.spread[row.clone()]);
+            for (x, _) in uneven.iter().enumerate().filter(|(_, uneven)| **uneven > 0) {
+                let i = row.start + x;
+                let shift = [0, 1].map(|axis| lateral_shift(lateral[axis][i], sigma, reach));
+                let source = source_of(call, matched, [x, y], shift);
+                let at = call.at(source[0], source[1]);
+                let source = source[1] * call.width + source[0];
+                let mut seen = kernels::seen_at(call, matched[at], slants.angle[source], grazing[i]);
                 // Pixels beside a jump mix or lose their match.
                 let of_surface = seen;
                 if seen > 0.0 && slants.at_jump[source] > 0.0 {
@@ -258,11 +238,11 @@ impl SensorModel {
                     let is_between = seen > 0.0 && seen != of_surface;
                     sources[i] = if is_between { SensorScratch::BETWEEN } else { source as u32 };
                 }
-                // Disparity in pixels of the device, and the noise of the source.
                 out[i] = seen * call.device_per_image;
-                spread[i] = slants.spread[source];
+                spread[x] = slants.spread[source];
             }
-        }
+            kernels::measure(*level, call, &axial[row.clone()], spread, &mut out[row]);
+        });
     }
 
     /// Disparity in pixels of the image after what a jump beside pixel `at` does to it; 0 when it is lost.
@@ -284,97 +264,94 @@ impl SensorModel {
             own
         }
     }
+}
 
-    /// Converts disparities without noise to returned depths [m], NaN = no return.
-    fn measure(&self, call: &Call, axial: &[f32], spread: &[f32], out: &mut [f32]) {
-        let (step, depth_step) = (self.disparity_step_px as f32, self.depth_step_m as f32);
-        let (min, max) = (self.min_range_m as f32, self.max_range_m as f32);
-        for ((value, noise), spread) in out.iter_mut().zip(axial).zip(spread) {
-            let found = *value > 0.0;
-            let mut disparity = *value + noise * spread;
-            if step > 0.0 {
-                disparity = nearest_multiple(disparity, step);
-            }
-            let mut depth = call.device / disparity;
-            if depth_step > 0.0 {
-                depth = nearest_multiple(depth, depth_step);
-            }
-            // A disparity of 0 or less is infinitely far or behind: out of range as well.
-            *value = if found & (depth >= min) & (depth <= max) { depth } else { f32::NAN };
+/// Fills the slants of all pixels, and marks the uneven ones for counts over a window of this reach.
+fn measure_slants(call: &Call, scratch: &mut SensorScratch, reach: usize) {
+    let SensorScratch { level, uneven, depth, matched, slants, rays, .. } = scratch;
+    for image in [&mut slants.angle, &mut slants.spread, &mut slants.at_jump] {
+        image.resize(call.width * call.height, 0.0);
+    }
+    let (padded, stride) = uneven.padded(call.width, call.height, 2 * reach + 1);
+    for (y, padded) in padded.chunks_exact_mut(stride).skip(reach).take(call.height).enumerate() {
+        let rays = RayRow { u: &rays.u, ray_x: &rays.ray_x, v: y as f32 + 0.5 - rays.centre_row };
+        let row = y * call.width..(y + 1) * call.width;
+        let out = SlantRow {
+            angle: &mut slants.angle[row.clone()],
+            spread: &mut slants.spread[row.clone()],
+            at_jump: &mut slants.at_jump[row],
+            is_uneven: &mut padded[reach..][..call.width],
+        };
+        kernels::measure_slants(*level, call, &rays, call.cross(depth, y), call.cross(matched, y), out);
+    }
+}
+
+/// Lateral noise in whole pixels, at most `reach`. Rounds to nearest without a call: casts cut towards zero, and the sum is
+/// positive.
+fn lateral_shift(noise: f32, sigma: f32, reach: usize) -> isize {
+    let limit = reach as f32;
+    ((noise * sigma).clamp(-limit, limit) + (limit + 0.5)) as isize - reach as isize
+}
+
+/// The pixel whose surface a pixel measures: a shifted neighbour where that lies on another surface, else itself. A shift
+/// along one surface is no error of its own, since the axial noise holds it: lateral noise only moves edges.
+fn source_of(call: &Call, matched: &[f32], [x, y]: [usize; 2], [dx, dy]: [isize; 2]) -> [usize; 2] {
+    let (from_x, from_y) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
+    if from_x < call.width && from_y < call.height {
+        let jump = call.jump * (dx.abs() + dy.abs()) as f32;
+        if !same_surface(matched[call.at(x, y)], matched[call.at(from_x, from_y)], jump) {
+            return [from_x, from_y];
         }
     }
-}
-
-impl Call {
-    /// Index of a pixel in the images with a border.
-    fn at(&self, x: usize, y: usize) -> usize {
-        (y + 1) * self.stride + x + 1
-    }
-
-    /// Indices of a row in the images with a border.
-    fn row(&self, y: usize) -> std::ops::Range<usize> {
-        let first = self.at(0, y);
-        first..first + self.width
-    }
-
-    /// Angle between the line of sight through (u, v), from the principal point [px], and the normal of a surface of
-    /// this depth [m] and these slopes [m/px], in radians.
-    fn incidence(&self, depth: f32, [u, v]: [f32; 2], [along_x, along_y]: [f32; 2]) -> f32 {
-        // Point = depth * ray; the cross product of its derivatives along u and v, times the focal lengths.
-        let normal = [self.focal[0] * along_x, self.focal[1] * along_y, depth + u * along_x + v * along_y];
-        let ray = [u / self.focal[0], v / self.focal[1], 1.0];
-        let square = |v: [f32; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-        let cosine = depth / (square(normal) * square(ray)).sqrt();
-        arc_cosine(if cosine < 1.0 { cosine } else { 1.0 })
-    }
-}
-
-/// Whether two pixels see one surface: both see something and their disparities differ by at most `jump`; or neither does.
-fn same_surface(a: f32, b: f32, jump: f32) -> bool {
-    ((a > 0.0) == (b > 0.0)) & ((a - b).abs() <= jump)
-}
-
-/// Abramowitz and Stegun 4.4.45, good to 7e-5 rad for 0 <= x <= 1; adds and products only, so the same bits everywhere.
-fn arc_cosine(x: f32) -> f32 {
-    (1.0 - x).sqrt() * (1.570_728_8 + x * (-0.212_114_4 + x * (0.074_261 - x * 0.018_729_3)))
-}
-
-/// The multiple of `step` next to `value`, for values from 0 to 2^22 steps: above 2^23 an f32 holds whole numbers only.
-fn nearest_multiple(value: f32, step: f32) -> f32 {
-    const WHOLE: f32 = 8_388_608.0;
-    ((value / step + WHOLE) - WHOLE) * step
+    [x, y]
 }
 
 /// Walks a row whose second viewpoint lies towards growing x and calls `lose` for every pixel hidden from there.
-fn shade_row(at: impl Fn(usize) -> f32, last: usize, nearest: f32, jump: f32, mut lose: impl FnMut(usize)) {
-    for x in 0..=last {
-        let own = at(x);
-        // No return, or nothing in the row sufficiently nearer: no shadow here.
-        if own == 0.0 || nearest - own <= jump {
+fn shade_row(row: &[f32], ranges: &BlockRange, jump: f32, mut lose: impl FnMut(usize)) {
+    let last = row.len() - 1;
+    let nearest = ranges.max.iter().fold(0.0f32, |nearest, d| nearest.max(*d));
+    // How far to the right of pixel x, of disparity `own`, an occluder can stand.
+    let end = |x: usize, own: f32| last.min(x + (nearest - own + 1.0) as usize);
+    for (block, &farthest) in ranges.min.iter().enumerate() {
+        let pixels = block * BLOCK..((block + 1) * BLOCK).min(row.len());
+        // No return, or nothing in reach sufficiently nearer: no shadow on these pixels.
+        let is_nearer = |block: &f32| *block - farthest > jump;
+        if nearest - farthest <= jump || !ranges.max[block..=end(pixels.end, farthest) / BLOCK].iter().any(is_nearer) {
             continue;
         }
-        // Column in the second view, and how far to the right an occluder can stand.
-        let column = x as f32 - own;
-        let end = last.min(x + (nearest - own + 1.0) as usize);
-        let hidden = (x + 1..=end).any(|j| {
-            let other = at(j);
-            if other - own <= jump {
-                return false;
+        for x in pixels {
+            let own = row[x];
+            if own == 0.0 || nearest - own <= jump {
+                continue;
             }
-            // Occluder's column in the second view: hides the pixel when it falls on the same one.
-            let first = j as f32 - other;
-            if (first - column).abs() <= 0.5 {
-                return true;
+            let end = end(x, own);
+            let hidden = ((x + 1) / BLOCK..=end / BLOCK).any(|block| {
+                let (first, past) = ((block * BLOCK).max(x + 1), ((block + 1) * BLOCK).min(end + 1));
+                ranges.max[block] - own > jump && (first..past).any(|j| is_hidden_by(row, jump, x, j))
+            });
+            if hidden {
+                lose(x);
             }
-            // Between two pixels of one surface the line of sight is closed too.
-            let next = if j < last { at(j + 1) } else { 0.0 };
-            let second = (j + 1) as f32 - next;
-            next > 0.0 && (next - other).abs() <= jump && first.min(second) <= column && column <= first.max(second)
-        });
-        if hidden {
-            lose(x);
         }
     }
+}
+
+/// Whether the second viewpoint, towards growing x, sees pixel `j` and not pixel `x` of a row of disparities.
+#[inline(always)]
+fn is_hidden_by(row: &[f32], jump: f32, x: usize, j: usize) -> bool {
+    let (own, other) = (row[x], row[j]);
+    if other - own <= jump {
+        return false;
+    }
+    // Columns in the second view: the occluder hides the pixel when both fall on the same one.
+    let (column, first) = (x as f32 - own, j as f32 - other);
+    if (first - column).abs() <= 0.5 {
+        return true;
+    }
+    // Between two pixels of one surface the line of sight is closed too.
+    let next = row.get(j + 1).copied().unwrap_or(0.0);
+    let second = (j + 1) as f32 - next;
+    next > 0.0 && (next - other).abs() <= jump && first.min(second) <= column && column <= first.max(second)
 }
 
 /// Widens the crop by `margin` pixels on each side, inside the image, and copies its depth to the scratch with 0 for
@@ -390,12 +367,9 @@ fn grow(scratch: &mut SensorScratch, camera: &Intrinsics, crop: &mut DepthCrop, 
     scratch.depth.resize(stride * (height + 2), 0.0);
     let first = ((crop.top - top) as usize + 1) * stride + (crop.left - left) as usize + 1;
     for (y, row) in crop.depth.chunks_exact(crop.width as usize).enumerate() {
-        let target = &mut scratch.depth[first + y * stride..][..row.len()];
-        for (target, depth) in target.iter_mut().zip(row) {
-            *target = if depth.is_nan() { 0.0 } else { *depth };
-        }
+        kernels::copy_returns(scratch.level, row, &mut scratch.depth[first + y * stride..][..row.len()]);
     }
     *crop = DepthCrop { left, top, width: right - left, height: bottom - top, depth: std::mem::take(&mut crop.depth) };
-    crop.depth.clear();
+    // Every pixel is written later.
     crop.depth.resize(width * height, f32::NAN);
 }

@@ -1,20 +1,36 @@
 //! Random fields that are correlated over a matching window, and box sums.
 
-use crate::seed::Stream;
+use super::sensor_kernels as kernels;
+use crate::{geom::SimdLevel, seed::Stream};
 
 /// Least count of uniform draws behind one value of a field: their sum is normal to within an excess kurtosis of
 /// -1.2/48 (Irwin and Hall), and a window of 7 px has them already.
 const MIN_DRAWS: usize = 48;
 
+/// Values that are drawn at a time; a multiple of four, since one draw of 64 bits gives four.
+const DRAWN: usize = 2048;
+
 /// Memory for [`BoxSum`]; kept between calls.
-#[derive(Default)]
 pub(super) struct BoxSum {
+    level: SimdLevel,
     /// Values on the padded grid, shape (height + window - 1, width + window - 1), row-major.
     padded: Vec<i32>,
+    /// Sums over the rows of the window, one per column of the padded grid.
     columns: Vec<i32>,
+    /// Sums over 1, 2, 4, ... columns, and the next of them.
+    powers: [Vec<i32>; 2],
+    /// Sums over the window, one per pixel of a row.
+    sums: Vec<i32>,
+    bytes: Vec<u8>,
 }
 
 impl BoxSum {
+    /// Memory for sums by these vector instructions.
+    pub(super) fn new(level: SimdLevel) -> Self {
+        let [padded, columns, sums, first, second] = std::array::from_fn(|_| Vec::new());
+        Self { level, padded, columns, powers: [first, second], sums, bytes: vec![0; 2 * DRAWN] }
+    }
+
     /// Zeroed input on the padded grid and its row length.
     pub(super) fn padded(&mut self, width: usize, height: usize, window: usize) -> (&mut [i32], usize) {
         let stride = width + window - 1;
@@ -27,29 +43,18 @@ impl BoxSum {
     /// Integers: no rounding, whatever the order.
     pub(super) fn sums(&mut self, width: usize, height: usize, window: usize, mut row: impl FnMut(usize, &[i32])) {
         let stride = width + window - 1;
-        for line in self.padded.chunks_exact_mut(stride) {
-            let mut sum: i32 = line[..window - 1].iter().sum();
-            for x in 0..width {
-                sum += line[x + window - 1];
-                let first = line[x];
-                line[x] = sum;
-                sum -= first;
-            }
+        let Self { level, padded, columns, powers, sums, .. } = self;
+        columns.clear();
+        columns.resize(stride, 0);
+        for line in padded.chunks_exact(stride).take(window - 1) {
+            kernels::add(*level, columns, line);
         }
-        self.columns.clear();
-        self.columns.resize(width, 0);
-        for y in 0..height + window - 1 {
-            let line = &self.padded[y * stride..][..width];
-            for (sum, value) in self.columns.iter_mut().zip(line) {
-                *sum += value;
-            }
-            if let Some(top) = (y + 1).checked_sub(window) {
-                row(top, &self.columns);
-                let line = &self.padded[top * stride..][..width];
-                for (sum, value) in self.columns.iter_mut().zip(line) {
-                    *sum -= value;
-                }
-            }
+        for y in 0..height {
+            let [top, bottom] = [y, y + window - 1].map(|y| &padded[y * stride..][..stride]);
+            kernels::add(*level, columns, bottom);
+            kernels::window_sums(*level, columns, window, powers, sums);
+            row(y, sums);
+            kernels::subtract(*level, columns, top);
         }
     }
 
@@ -64,25 +69,23 @@ impl BoxSum {
         stream: &mut Stream,
     ) {
         let rounds = MIN_DRAWS.div_ceil(window * window);
-        let (padded, _) = self.padded(width, height, window);
-        for _ in 0..rounds {
-            for four in padded.chunks_mut(4) {
-                let mut bits = stream.bits();
-                for value in four {
-                    // Uniform over the odd numbers from -65535 to 65535: mean 0, variance (2^32 - 1) / 3.
-                    *value += 2 * (bits & 0xffff) as i32 - 0xffff;
-                    bits >>= 16;
-                }
+        self.padded.resize((width + window - 1) * (height + window - 1), 0);
+        for round in 0..rounds {
+            // What the memory held before does not count.
+            let keep = i32::from(round > 0);
+            for values in self.padded.chunks_mut(DRAWN) {
+                let bytes = &mut self.bytes[..values.len().div_ceil(4) * 8];
+                stream.fill(bytes);
+                kernels::draws(self.level, values, keep, bytes);
             }
         }
+        // A draw is uniform over the odd numbers from -65535 to 65535: mean 0, variance (2^32 - 1) / 3.
         let variance = (rounds * window * window) as f64 * (4_294_967_295.0 / 3.0);
         let scale = (1.0 / variance.sqrt()) as f32;
-        field.clear();
         field.resize(width * height, 0.0);
+        let level = self.level;
         self.sums(width, height, window, |y, sums| {
-            for (value, sum) in field[y * width..][..width].iter_mut().zip(sums) {
-                *value = *sum as f32 * scale;
-            }
+            kernels::scale(level, sums, scale, &mut field[y * width..][..width]);
         });
     }
 }
@@ -93,7 +96,7 @@ mod tests {
 
     fn field(window: usize) -> Vec<f32> {
         let (mut field, mut stream) = (Vec::new(), Stream::of_job(3, b"", "field"));
-        BoxSum::default().noise(&mut field, 400, 400, window, &mut stream);
+        BoxSum::new(SimdLevel::detect()).noise(&mut field, 400, 400, window, &mut stream);
         field
     }
 
@@ -118,6 +121,28 @@ mod tests {
             let (sum, n) = pairs.fold((0.0, 0.0), |(sum, n), i| (sum + f64::from(field[i] * field[i + lag]), n + 1.0));
             let expected = (1.0 - lag as f64 / 9.0).max(0.0);
             assert!((sum / n - expected).abs() < 0.06, "lag {lag}: {} for {expected}", sum / n);
+        }
+    }
+
+    #[test]
+    fn sums_are_those_of_the_window_at_every_level() {
+        let (width, height) = (37, 21);
+        for window in [1, 3, 5, 9, 31] {
+            for level in SimdLevel::available() {
+                let mut boxes = BoxSum::new(level);
+                let (padded, stride) = boxes.padded(width, height, window);
+                (0..).zip(padded.iter_mut()).for_each(|(i, value)| *value = (i * 7919) % 257 - 128);
+                let input = padded.to_vec();
+                let mut rows = 0;
+                boxes.sums(width, height, window, |y, sums| {
+                    let expected = (0..width).map(|x| {
+                        (0..window).map(|dy| input[(y + dy) * stride + x..][..window].iter().sum::<i32>()).sum::<i32>()
+                    });
+                    assert_eq!(sums, expected.collect::<Vec<_>>(), "window {window}, row {y}, {level}");
+                    rows += 1;
+                });
+                assert_eq!(rows, height);
+            }
         }
     }
 }

@@ -127,7 +127,7 @@ impl<'j> CompletionWorker<'j> {
             level,
             rasteriser: Rasteriser::new(level),
             grids: ViewGrids::new(level),
-            sensor: SensorScratch::default(),
+            sensor: SensorScratch::new(level),
             crop: DepthCrop::default(),
             occlusion: ViewOcclusion::default(),
             pair: VoxelPair {

@@ -73,7 +73,7 @@ impl ImageMaker {
             unseen_draws: 0,
         };
         let image = LayeredImage::new(camera, level);
-        Self { image, sensor: SensorScratch::with_sources(), depth: DepthCrop::default(), record }
+        Self { image, sensor: SensorScratch::with_sources(level), depth: DepthCrop::default(), record }
     }
 
     /// Renders a scene: fills the record but for its sample and its draws.
