@@ -61,6 +61,60 @@ fn packed_bodies_stand_upright_around_the_middle() {
 }
 
 #[test]
+fn bodies_stand_where_their_place_on_the_table_is() {
+    let workspace = Workspace::new();
+    let keys = |place: &str| {
+        format!("mode = \"table\"\ncount = 4\nscenes = {{ training = 6 }}\ntable = {{ size = [1.0, 0.8] }}\n{place}")
+    };
+    // A ring around a shoulder beside the table, as an arm has it.
+    let ring = made(&workspace, &keys("place = { around = [-0.6, 0.1], radius = [0.45, 0.6] }"));
+    let middles = |scenes: &[Result<Scene, String>]| {
+        let bodies: Vec<[f64; 2]> = scenes
+            .iter()
+            .flatten()
+            .flat_map(|scene| scene.bodies.iter().map(|body| body.world_from_object.translation().xy().into()))
+            .collect();
+        assert!(bodies.len() >= 20, "{scenes:?}");
+        bodies
+    };
+    // The middles of outlines lie in the region; the origins of these shapes are within 6 cm of them, also when they rest.
+    let slack = 0.06;
+    let distances: Vec<f64> = middles(&ring).iter().map(|[x, y]| (x + 0.6).hypot(y - 0.1)).collect();
+    assert!(distances.iter().all(|distance| (0.45 - slack..0.6 + slack).contains(distance)), "{distances:?}");
+    let rectangle =
+        workspace.make_dataset("rim", &job(&SHAPES, &keys("place = { x = [-0.4, 0.4], y = [0.2, 0.4] }")), &[]);
+    let rim = middles(&scenes(&rectangle));
+    assert!(rim.iter().all(|[x, y]| x.abs() < 0.4 + slack && (0.2 - slack..0.4).contains(y)), "{rim:?}");
+    // Regions make samples of their own, and none at all the ones of before.
+    let subject = |scenes: &[Result<Scene, String>]| scenes.iter().flatten().next().expect("a scene").sample.subject;
+    let plain = workspace.make_dataset("plain", &job(&SHAPES, &keys("")), &[]);
+    assert_ne!(subject(&ring), subject(&scenes(&rectangle)));
+    assert_ne!(subject(&ring), subject(&scenes(&plain)));
+    // A region too small for its bodies rejects the scene.
+    let file = workspace.write("small.toml", job(&SHAPES, &keys("place = { x = [0.0, 0.02], y = [0.0, 0.02] }")));
+    let said = Program::run_job(file, workspace.path("small")).expect_code(3).stdout;
+    assert!(said.contains("6 no_room"), "{said}");
+}
+
+#[test]
+fn mistakes_about_a_place_are_said_with_key_and_remedy() {
+    let workspace = Workspace::new();
+    for (keys, expected) in [
+        ("place = { x = [0.2, 0.1], y = [0.0, 0.1] }", "place.x"),
+        ("place = { around = [0.0, 0.0], radius = [0.2, 0.2] }", "place.radius"),
+        ("place = { around = [2.0, 0.0], radius = [0.1, 0.2] }", "a part of the table (`table.size`)"),
+        ("place = { around = [0.0, 0.0], radius = [0.5, 0.6] }", "a part of the table (`table.size`)"),
+        ("place = { x = [0.5, 0.6], y = [0.0, 0.1] }", "a part of the table (`table.size`)"),
+        ("place = { around = [0.0, 0.0] }", "place"),
+        ("mode = \"heap\"\nplace = { x = [0.0, 0.1], y = [0.0, 0.1] }", "bodies are put one beside another"),
+    ] {
+        let file = workspace.write("job.toml", job(&SHAPES, &format!("{keys}\nscenes = {{ training = 1 }}")));
+        let said = Program::run_job(file, workspace.path("none")).expect_code(2).stderr;
+        assert!(said.contains(expected), "{keys}\n{said}");
+    }
+}
+
+#[test]
 fn what_finds_no_room_is_rejected_and_never_left_out() {
     let workspace = Workspace::new();
     let keys =

@@ -1,8 +1,11 @@
 //! From the keys of a job for scenes to settings that make sense: every mistake that the schema cannot see.
 
 use super::{
-    settings::{PileWalls, SceneSettings},
-    spec::{CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, PileSpec, ScenePhysicsSpec, ScenesSpec},
+    settings::{PileWalls, Region, SceneSettings},
+    spec::{
+        CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, PileSpec, PlaceSpec, RectangleSpec, RingSpec,
+        ScenePhysicsSpec, ScenesSpec,
+    },
 };
 use form::Checker;
 use format::{SceneContainer, SceneMode};
@@ -24,6 +27,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec) -> SceneSetting
         _ => SceneContainer::Plane { size: spec.table.size },
     };
     let walls = (mode == SceneMode::Pile).then(|| walls(checker, &spec.pile, spec.table.size));
+    let place = spec.place.and_then(|place| region(checker, place, spec.table.size));
     let count = match spec.count {
         CountSpec::Exactly(count) => [count; 2],
         CountSpec::Between(CountRangeSpec { min, max }) => {
@@ -43,6 +47,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec) -> SceneSetting
         container,
         import: None,
         walls,
+        place,
         count,
         repeats: spec.repeats,
         scenes,
@@ -52,13 +57,14 @@ pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec) -> SceneSetting
 }
 
 /// Keys that an import makes idle.
-const IMPORTED_IDLE: [&str; 12] = [
+const IMPORTED_IDLE: [&str; 13] = [
     "mode",
     "count",
     "repeats",
     "scenes",
     "container",
     "pile",
+    "place",
     "physics.release_every",
     "physics.release_height",
     "physics.rest_speed",
@@ -82,16 +88,42 @@ pub(super) fn idle_keys(mode: SceneMode) -> Vec<(&'static str, &'static str)> {
     const CONTAINER: (&str, &str) = ("container", "a bin has a container, the other modes have a table");
     const TABLE: (&str, &str) = ("table", "a bin has a container, the other modes have a table");
     const PILE: (&str, &str) = ("pile", "a pile alone has walls that are lifted away");
+    const PLACE: (&str, &str) = ("place", "on a table alone bodies are put one beside another");
     const AT_ONCE: &str = "on a table all bodies are let go at once, 2 mm up";
     const AS_THEY_ARE: &str = "imported scenes are kept as they are: nothing is drawn, dropped or settled";
     let put_down = [("physics.release_every", AT_ONCE), ("physics.release_height", AT_ONCE)];
     match mode {
-        SceneMode::Bin => vec![TABLE, PILE],
-        SceneMode::Pile => vec![CONTAINER],
-        SceneMode::Heap => vec![CONTAINER, PILE],
-        SceneMode::Table | SceneMode::Packed => [CONTAINER, PILE].into_iter().chain(put_down).collect(),
+        SceneMode::Bin => vec![TABLE, PILE, PLACE],
+        SceneMode::Pile => vec![CONTAINER, PLACE],
+        SceneMode::Heap => vec![CONTAINER, PILE, PLACE],
+        SceneMode::Table => [CONTAINER, PILE].into_iter().chain(put_down).collect(),
+        SceneMode::Packed => [CONTAINER, PILE, PLACE].into_iter().chain(put_down).collect(),
         SceneMode::Imported => IMPORTED_IDLE.map(|key| (key, AS_THEY_ARE)).to_vec(),
     }
+}
+
+/// A region of a table of these sides [m].
+fn region(checker: &mut Checker, spec: PlaceSpec, table: [f64; 2]) -> Option<Region> {
+    let mut is_ordered = |key: &str, [from, to]: [f64; 2]| {
+        if from >= to {
+            checker.invalid(key, "the lower number first", format!("[{from}, {to}]"));
+        }
+        from < to
+    };
+    let region = match spec {
+        PlaceSpec::Rectangle(RectangleSpec { x, y }) => {
+            let ordered = [is_ordered("place.x", x), is_ordered("place.y", y)];
+            ordered.iter().all(|ordered| *ordered).then_some(Region::Rectangle([x, y]))
+        }
+        PlaceSpec::Ring(RingSpec { around, radius }) => {
+            is_ordered("place.radius", radius).then_some(Region::Ring { around, radius })
+        }
+    }?;
+    if !region.meets(table) {
+        let found = format!("nothing of a table of {} x {} m", table[0], table[1]);
+        checker.invalid("place", "a part of the table (`table.size`), around whose middle x and y are 0", found);
+    }
+    Some(region)
 }
 
 /// The walls of a pile on a table of these sides [m].

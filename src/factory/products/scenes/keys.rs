@@ -6,10 +6,10 @@ use super::{
         Import, ImportedBody, ImportedScene,
         spec::{ImportSpec, ImportedBodySpec, ImportedSceneSpec},
     },
-    settings::{PileWalls, SceneJob, SceneSettings},
+    settings::{PileWalls, Region, SceneJob, SceneSettings},
     spec::{
-        ContainerSpec, CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, PileSpec, ScenePhysicsSpec,
-        ScenesPerSplitSpec, ScenesSpec, TableSpec,
+        ContainerSpec, CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, PileSpec, PlaceSpec, RectangleSpec, RingSpec,
+        ScenePhysicsSpec, ScenesPerSplitSpec, ScenesSpec, TableSpec,
     },
 };
 use crate::job::{keys_of, without};
@@ -20,8 +20,18 @@ impl SceneJob {
     /// Keys of the job file beside objects, split and shards, without those that the other keys make idle. `name` says how an
     /// object is called that the job knows by a name.
     pub(super) fn keys(&self, name: impl Fn(&str) -> String) -> toml::Table {
-        let SceneSettings { mode, container, import, walls, count: [min, max], repeats, scenes, friction, settle } =
-            &self.settings;
+        let SceneSettings {
+            mode,
+            container,
+            import,
+            walls,
+            place,
+            count: [min, max],
+            repeats,
+            scenes,
+            friction,
+            settle,
+        } = &self.settings;
         let mut spec = ScenesSpec::standard();
         let idle = idle_keys(*mode).into_iter().map(|(key, _)| key);
         // Without repeats the keys are those of jobs that know none.
@@ -43,6 +53,10 @@ impl SceneJob {
         if let Some(PileWalls { side, height, lift_speed }) = *walls {
             spec.pile = PileSpec { side, height, lift_speed };
         }
+        spec.place = place.map(|place| match place {
+            Region::Rectangle([x, y]) => PlaceSpec::Rectangle(RectangleSpec { x, y }),
+            Region::Ring { around, radius } => PlaceSpec::Ring(RingSpec { around, radius }),
+        });
         spec.count = match min == max {
             true => CountSpec::Exactly(*min),
             false => CountSpec::Between(CountRangeSpec { min: *min, max: *max }),

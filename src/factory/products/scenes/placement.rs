@@ -7,6 +7,7 @@ use nalgebra::{IsometryMatrix3, Quaternion, Rotation3, Translation3, UnitQuatern
 use super::{
     loaded::LoadedObject,
     packing::{Outline, PackedTable},
+    settings::Region,
 };
 use kernel::{geom::RestingPose, seed::Stream};
 use sim::Placement;
@@ -36,10 +37,13 @@ impl Footprint {
     fn meets(&self, other: &Self) -> bool {
         let boxes =
             (0..2).all(|axis| self.low[axis] < other.high[axis] + APART && other.low[axis] < self.high[axis] + APART);
-        let centre = |of: &Self| [0, 1].map(|axis| f64::midpoint(of.low[axis], of.high[axis]));
         let radius = |of: &Self| (of.high[0] - of.low[0]).hypot(of.high[1] - of.low[1]) / 2.0;
-        let ([ax, ay], [bx, by]) = (centre(self), centre(other));
+        let ([ax, ay], [bx, by]) = (self.middle(), other.middle());
         boxes && (ax - bx).hypot(ay - by) < radius(self) + radius(other) + APART
+    }
+
+    fn middle(&self) -> [f64; 2] {
+        [0, 1].map(|axis| f64::midpoint(self.low[axis], self.high[axis]))
     }
 
     fn moved(&self, [x, y]: [f64; 2]) -> Self {
@@ -60,11 +64,12 @@ pub(super) fn dropped(stream: &mut Stream) -> Placement {
     Placement::Dropped { rotation, shares: [stream.unit(), stream.unit()] }
 }
 
-/// A resting pose of a body, drawn by its probability, anywhere on a table [m] beside what stands there. While no position is
-/// found, it is rotated about the vertical anew; `None` where that does not help.
+/// A resting pose of a body, drawn by its probability, on a table [m] beside what stands there, with the middle of its outline
+/// in a region where there is one. While no position is found, it is rotated about the vertical anew; `None` where that does not help.
 pub(super) fn standing(
     object: &LoadedObject,
     size: [f64; 2],
+    place: Option<&Region>,
     taken: &mut Vec<Footprint>,
     stream: &mut Stream,
 ) -> Option<Placement> {
@@ -80,12 +85,24 @@ pub(super) fn standing(
         let [low, high] = bounds(object, &rotation);
         let footprint = Footprint { low: [low.x, low.y], high: [high.x, high.y] };
         for _ in 0..TRIES {
-            let position = [0, 1].map(|axis| {
-                let [from, to] = [-size[axis] / 2.0 - low[axis], size[axis] / 2.0 - high[axis]];
-                if from < to { stream.uniform(from, to) } else { f64::midpoint(from, to) }
+            // Positions at which the outline lies on the table; a body larger than it stands in the middle.
+            let ends = [0, 1].map(|axis| [-size[axis] / 2.0 - low[axis], size[axis] / 2.0 - high[axis]]);
+            let position = match place {
+                Some(region) => {
+                    let middle = footprint.middle();
+                    let point = region.point(stream);
+                    [0, 1].map(|axis| point[axis] - middle[axis])
+                }
+                None => {
+                    ends.map(|[from, to]| if from < to { stream.uniform(from, to) } else { f64::midpoint(from, to) })
+                }
+            };
+            let is_on_table = (0..2).all(|axis| {
+                let [from, to] = ends[axis];
+                from >= to || (from..=to).contains(&position[axis])
             });
             let here = footprint.moved(position);
-            if taken.iter().all(|other| !here.meets(other)) {
+            if is_on_table && taken.iter().all(|other| !here.meets(other)) {
                 taken.push(here);
                 return Some(placed(position, low.z, rotation));
             }

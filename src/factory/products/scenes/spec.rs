@@ -28,6 +28,9 @@ pub struct ScenesSpec {
     pub scenes: ScenesPerSplitSpec,
     /// The rectangle of a plane, for every mode but `bin`.
     pub table: TableSpec,
+    /// Region of the table in which the middles of bodies are put, for `mode = "table"`; without it anywhere on the table.
+    #[schemars(extend("examples" = [{ "around": [-0.5, 0.0], "radius": [0.3, 0.5] }]))]
+    pub place: Option<PlaceSpec>,
     /// The open box of `mode = "bin"`.
     pub container: ContainerSpec,
     /// The walls of `mode = "pile"`.
@@ -115,6 +118,40 @@ pub struct TableSpec {
     /// Sides along x and y. A body whose centre of mass ends outside is gone.
     #[schemars(inner(range(min = 0.05, max = 10)), extend("x-unit" = "m"))]
     pub size: [f64; 2],
+}
+
+/// A region of a table, in the frame of its middle.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum PlaceSpec {
+    /// A rectangle along the sides of the table.
+    Rectangle(RectangleSpec),
+    /// A ring, such as what an arm reaches from its shoulder.
+    Ring(RingSpec),
+}
+
+/// A rectangle along the sides of the table.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RectangleSpec {
+    /// From the first to the second along x.
+    #[schemars(inner(range(min = -10, max = 10)), extend("x-unit" = "m"))]
+    pub x: [f64; 2],
+    /// From the first to the second along y.
+    #[schemars(inner(range(min = -10, max = 10)), extend("x-unit" = "m"))]
+    pub y: [f64; 2],
+}
+
+/// A ring around a point of the table's plane.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RingSpec {
+    /// Middle of the ring, x and y; on the table or beside it.
+    #[schemars(inner(range(min = -10, max = 10)), extend("x-unit" = "m"))]
+    pub around: [f64; 2],
+    /// Distance from the middle, from the first to the second.
+    #[schemars(inner(range(min = 0, max = 20)), extend("x-unit" = "m"))]
+    pub radius: [f64; 2],
 }
 
 /// An open box that bodies are dropped into.
