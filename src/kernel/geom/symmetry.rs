@@ -175,7 +175,7 @@ impl Search<'_> {
         let mut astray = 0.0;
         for (index, point) in self.points.iter().enumerate() {
             let moved = self.centre + map * (point - self.centre);
-            if self.tree.nearest(moved.coords.map(|part| part as f32).into(), bound).is_none() {
+            if !self.tree.is_near(moved.coords.map(|part| part as f32).into(), bound) {
                 astray += 1.0;
                 if astray > allowed || (index >= FIRST_POINTS && astray > ASTRAY[1] * index as f64) {
                     return false;

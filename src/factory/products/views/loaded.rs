@@ -77,7 +77,7 @@ impl LoadedMesh {
         }
         let single = [point.x, point.y, point.z].map(|value| value as f32);
         let bound = (clearance * clearance) as f32;
-        if self.tree.nearest(single, bound).is_some() {
+        if self.tree.is_near(single, bound) {
             return true;
         }
         let far = 4.0 * self.render.half_extents().norm() + clearance;

@@ -13,6 +13,33 @@ impl TriangleTree {
     /// [`TriangleTree::nearest`], with its squared distance [m^2].
     pub fn nearest_with_distance(&self, point: [f32; 3], mut bound: f32) -> Option<(u32, f32)> {
         let mut best = None;
+        self.visit(point, &mut bound, |leaf, distances, bound| {
+            for (index, distance) in distances.iter().enumerate().take(leaf.count as usize) {
+                if *distance < *bound {
+                    *bound = *distance;
+                    best = Some((leaf.first + index as u32, *distance));
+                }
+            }
+            false
+        });
+        best
+    }
+
+    /// Whether a triangle has a squared distance from `point` below `bound` [m^2]: whether there is a
+    /// [nearest](TriangleTree::nearest) one, without looking for it.
+    pub fn is_near(&self, point: [f32; 3], mut bound: f32) -> bool {
+        let mut found = false;
+        self.visit(point, &mut bound, |leaf, distances, bound| {
+            found = distances.iter().take(leaf.count as usize).any(|distance| *distance < *bound);
+            found
+        });
+        found
+    }
+
+    /// Calls `at_leaf` with the leaves that may hold triangles nearer than `bound`, about the nearest first, and their squared
+    /// distances, until it returns true. It may lower the bound.
+    #[inline(always)]
+    fn visit(&self, point: [f32; 3], bound: &mut f32, mut at_leaf: impl FnMut(&Leaf, &Lanes, &mut f32) -> bool) {
         // Three waiting children a level; medians of 2^31 triangles make at most 16 levels.
         let mut waiting = [(0f32, NONE); 64];
         let mut depth = 0;
@@ -21,36 +48,31 @@ impl TriangleTree {
             let mut nearest = (f32::INFINITY, NONE);
             if next & LEAF != 0 {
                 let leaf = &self.leaves[(next & !LEAF) as usize];
-                let distances = leaf.distances(point);
-                for (index, distance) in distances.iter().enumerate().take(leaf.count as usize) {
-                    if *distance < bound {
-                        bound = *distance;
-                        best = Some((leaf.first + index as u32, *distance));
-                    }
+                if at_leaf(leaf, &leaf.distances(point), bound) {
+                    return;
                 }
             } else {
                 let node = &self.nodes[next as usize];
                 let distances = node.distances(point);
                 for (distance, child) in distances.into_iter().zip(node.children) {
                     if distance < nearest.0 {
-                        if nearest.0 < bound {
+                        if nearest.0 < *bound {
                             waiting[depth] = nearest;
                             depth += 1;
                         }
                         nearest = (distance, child);
-                    } else if distance < bound {
+                    } else if distance < *bound {
                         waiting[depth] = (distance, child);
                         depth += 1;
                     }
                 }
             }
-            while nearest.0 >= bound && depth > 0 {
+            while nearest.0 >= *bound && depth > 0 {
                 depth -= 1;
                 nearest = waiting[depth];
             }
-            next = if nearest.0 < bound { nearest.1 } else { NONE };
+            next = if nearest.0 < *bound { nearest.1 } else { NONE };
         }
-        best
     }
 
     /// Reports to `found` the index and the squared distance [m^2] of every triangle that is nearer to `point` than `bound`
@@ -154,5 +176,36 @@ impl Leaf {
         }
         let (height, length) = (dot(&normal, &from_first), dot(&normal, &normal));
         lanes(|lane| if inside[lane] { height[lane] * height[lane] / length[lane] } else { min[lane] })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{assets::built_in_source, geom::TriangleTree, object::PreparedObject, seed::Stream};
+
+    #[test]
+    fn something_is_near_where_there_is_a_nearest_triangle() {
+        let mut stream = Stream::of_job(3, b"", "near");
+        let (mut near, mut far) = (0, 0);
+        for name in ["mug-01", "goblet-01", "box-01"] {
+            let object = PreparedObject::prepare(&built_in_source(name)).expect("a built-in shape");
+            let tree: &TriangleTree = object.tree();
+            let bounds = object.bounds();
+            for _ in 0..2000 {
+                let point =
+                    [0, 1, 2].map(|axis| stream.uniform(bounds.min[axis] - 0.02, bounds.max[axis] + 0.02) as f32);
+                let bound = stream.uniform(0.0, 0.03).powi(2) as f32;
+                let is_near = tree.is_near(point, bound);
+                assert_eq!(is_near, tree.nearest(point, bound).is_some(), "{name}, {point:?}, {bound}");
+                // At the very distance of the nearest triangle nothing is nearer.
+                let (_, distance) = tree.nearest_with_distance(point, f32::INFINITY).expect("a triangle");
+                assert!(
+                    !tree.is_near(point, distance) && tree.is_near(point, distance * 1.001 + 1e-12),
+                    "{name}, {point:?}"
+                );
+                *(if is_near { &mut near } else { &mut far }) += 1;
+            }
+        }
+        assert!(near > 1000 && far > 1000, "{near} {far}");
     }
 }
