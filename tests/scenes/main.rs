@@ -172,6 +172,14 @@ fn every_body_is_carried_and_stands_still_on_a_table() {
     assert_eq!(facts["samples"], 4);
 }
 
+/// Asserts that a job of [`SHAPES`] with these keys is refused with these words, and that nothing is written.
+fn assert_refused(workspace: &Workspace, keys: &str, expected: &str) {
+    let file = workspace.write("job.toml", job(&SHAPES, keys));
+    let said = Program::run_job(file, workspace.path("none")).expect_code(2).stderr;
+    assert!(said.contains(expected), "{keys}\n{said}");
+    assert!(!workspace.path("none").exists(), "{keys}");
+}
+
 #[test]
 fn mistakes_are_said_with_key_and_remedy() {
     let workspace = Workspace::new();
@@ -192,10 +200,7 @@ fn mistakes_are_said_with_key_and_remedy() {
         (format!("container = {{ inner = [0.4, 0.3, -0.2] }}\nmode = \"bin\"\n{scenes}"), "container.inner"),
         (format!("bodies = 4\n{scenes}"), "`count` says how many bodies"),
     ] {
-        let file = workspace.write("job.toml", job(&SHAPES, &keys));
-        let said = Program::run_job(file, workspace.path("none")).expect_code(2).stderr;
-        assert!(said.contains(expected), "{keys}\n{said}");
-        assert!(!workspace.path("none").exists(), "{keys}");
+        assert_refused(&workspace, &keys, expected);
     }
     // More bodies than objects: known once the objects are split.
     let file = workspace.write("job.toml", job(&SHAPES, &format!("count = 7\n{scenes}")));

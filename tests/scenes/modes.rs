@@ -3,7 +3,7 @@
 use graspmill::format::{Scene, SceneContainer, SceneMode};
 
 use crate::{
-    SHAPES, job, scenes,
+    SHAPES, assert_refused, job, scenes,
     support::{
         files::{FULL_CHECK, assert_intact},
         program::{Program, print_root},
@@ -107,9 +107,7 @@ fn mistakes_about_a_place_are_said_with_key_and_remedy() {
         ("place = { around = [0.0, 0.0] }", "place"),
         ("mode = \"heap\"\nplace = { x = [0.0, 0.1], y = [0.0, 0.1] }", "bodies are put one beside another"),
     ] {
-        let file = workspace.write("job.toml", job(&SHAPES, &format!("{keys}\nscenes = {{ training = 1 }}")));
-        let said = Program::run_job(file, workspace.path("none")).expect_code(2).stderr;
-        assert!(said.contains(expected), "{keys}\n{said}");
+        assert_refused(&workspace, &format!("{keys}\nscenes = {{ training = 1 }}"), expected);
     }
 }
 
@@ -188,9 +186,7 @@ fn mistakes_about_walls_are_said_with_key_and_remedy() {
         ("mode = \"packed\"\nphysics = { release_every = 0.2 }", "2 mm up"),
         ("mode = \"upright\"", "packed"),
     ] {
-        let file = workspace.write("job.toml", job(&SHAPES, &format!("{keys}\nscenes = {{ training = 1 }}")));
-        let said = Program::run_job(file, workspace.path("none")).expect_code(2).stderr;
-        assert!(said.contains(expected), "{keys}\n{said}");
+        assert_refused(&workspace, &format!("{keys}\nscenes = {{ training = 1 }}"), expected);
     }
     // A square that an object does not fit into is announced.
     let keys = "mode = \"pile\"\ncount = 1\nscenes = { training = 2 }\npile = { side = 0.06 }";

@@ -84,25 +84,25 @@ pub(super) fn standing(
         let rotation = resting(pose, stream);
         let [low, high] = bounds(object, &rotation);
         let footprint = Footprint { low: [low.x, low.y], high: [high.x, high.y] };
+        // Positions at which the outline lies on the table; along a side that is shorter than the body there is none.
+        let ends = [0, 1].map(|axis| [-size[axis] / 2.0 - low[axis], size[axis] / 2.0 - high[axis]]);
         for _ in 0..TRIES {
-            // Positions at which the outline lies on the table; a body larger than it stands in the middle.
-            let ends = [0, 1].map(|axis| [-size[axis] / 2.0 - low[axis], size[axis] / 2.0 - high[axis]]);
             let position = match place {
                 Some(region) => {
-                    let middle = footprint.middle();
-                    let point = region.point(stream);
-                    [0, 1].map(|axis| point[axis] - middle[axis])
+                    let (point, middle) = (region.point(stream), footprint.middle());
+                    let position = [0, 1].map(|axis| point[axis] - middle[axis]);
+                    let is_beside = |([from, to], at): (&[f64; 2], &f64)| from < to && !(from..=to).contains(&at);
+                    if ends.iter().zip(&position).any(is_beside) {
+                        continue;
+                    }
+                    position
                 }
                 None => {
                     ends.map(|[from, to]| if from < to { stream.uniform(from, to) } else { f64::midpoint(from, to) })
                 }
             };
-            let is_on_table = (0..2).all(|axis| {
-                let [from, to] = ends[axis];
-                from >= to || (from..=to).contains(&position[axis])
-            });
             let here = footprint.moved(position);
-            if is_on_table && taken.iter().all(|other| !here.meets(other)) {
+            if taken.iter().all(|other| !here.meets(other)) {
                 taken.push(here);
                 return Some(placed(position, low.z, rotation));
             }
