@@ -105,7 +105,7 @@ fn trials(criterion: &mut Criterion) {
         .map(|grasp| started(&model, &grasp))
         .collect();
     assert!(!kept.is_empty(), "something to be tried");
-    let mass = MassProperties::of_solid(surface.solid()).expect("a solid");
+    let mass = MassProperties::of_solid(&surface.solid()).expect("a solid");
     let sim = TrialSim::new(&model, &surface, &mass).expect("MuJoCo takes it");
     let (mut worker, conditions) = (TrialWorker::new(&sim), TrialConditions::new(mass_of_volume(mass.volume)));
     let mut group = criterion.benchmark_group("trials");

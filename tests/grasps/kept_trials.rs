@@ -61,7 +61,7 @@ impl Kept {
     fn new(model: &HandModel, annealing: &Annealing, name: &str) -> Self {
         let mesh = prepare_scan(&scan_file(name));
         let surface = Arc::new(ContactSurface::new(&mesh, InsideTest::WindingNumber).expect("a surface"));
-        let mass = MassProperties::of_solid(surface.solid()).expect("a solid");
+        let mass = MassProperties::of_solid(&surface.solid()).expect("a solid");
         let (bodies, _) = model.bodies().expect("its bodies");
         let search = Arc::new(HandSearch::new(model.hand(), &bodies).expect("eigengrasps"));
         let object = ObjectSearch::new(&surface, &mesh).expect("a solid");

@@ -34,7 +34,7 @@ struct Tried {
 impl Tried {
     fn new(mesh: TriMesh) -> Self {
         let surface = Arc::new(ContactSurface::new(&mesh, InsideTest::WindingNumber).expect("a surface"));
-        let mass = MassProperties::of_solid(surface.solid()).expect("a solid");
+        let mass = MassProperties::of_solid(&surface.solid()).expect("a solid");
         let resting = RestingPoses::of(&mesh, &mass.centre);
         Self { surface, mass, resting, mesh }
     }

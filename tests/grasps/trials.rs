@@ -62,7 +62,7 @@ fn cylinder(radius: f32, half: f32) -> TriMesh {
 
 fn trials(model: &HandModel, mesh: &TriMesh) -> TrialSim {
     let surface = Arc::new(ContactSurface::new(mesh, InsideTest::Crossings).expect("a surface"));
-    let mass = MassProperties::of_solid(surface.solid()).expect("a solid");
+    let mass = MassProperties::of_solid(&surface.solid()).expect("a solid");
     TrialSim::new(model, &surface, &mass).expect("a simulation")
 }
 
@@ -145,7 +145,7 @@ fn triangles_slip_where_friction_ends() {
     const FRICTION: f64 = 0.3;
     let (model, mesh) = (open_hand(GRIPPER), ball(0.02));
     let surface = ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface");
-    let mass = MassProperties::of_solid(surface.solid()).expect("a solid");
+    let mass = MassProperties::of_solid(&surface.solid()).expect("a solid");
     let still = TrialProtocol { lift: 0.0, shake: 0.0, ..TrialProtocol::STANDARD };
     let native = |mesh: &TriMesh| TrialSim::with_native_mesh(&model, mesh, &mass, NativeContacts::Triangles);
     let sim = native(&mesh).and_then(|sim| sim.with_protocol(still)).expect("a simulation");
@@ -423,7 +423,7 @@ impl Grasped {
     fn new(model: &HandModel, name: &str, grasps: usize) -> Self {
         let mesh = prepare_scan(&scan_file(name));
         let surface = Arc::new(ContactSurface::new(&mesh, InsideTest::WindingNumber).expect("a surface"));
-        let mass = MassProperties::of_solid(surface.solid()).expect("a solid");
+        let mass = MassProperties::of_solid(&surface.solid()).expect("a solid");
         let worker = TrialWorker::new(&TrialSim::new(model, &surface, &mass).expect("a simulation"));
         let mut feeler = HandWorker::new(&Arc::new(HandSim::with_mesh(model, &surface).expect("a simulation")));
         let mut draw = Stream::of_job(4, name.as_bytes(), "trials");

@@ -112,8 +112,8 @@ impl PreparedObject {
         self.contact_surface.get().expect("it was made").as_ref().map_err(Clone::clone)
     }
 
-    /// Makes [`Self::contact_surface`] and what it needs, which takes seconds for a small object or a large mesh, unless
-    /// somebody wishes to stop.
+    /// Makes [`Self::contact_surface`] and what it needs, which takes seconds for a large mesh, unless somebody wishes to
+    /// stop.
     ///
     /// # Errors
     /// When it is cancelled; parts that were made until then stay.
@@ -125,7 +125,7 @@ impl PreparedObject {
         let solid = Arc::clone(self.solid());
         cancel.check()?;
         let surface = Arc::clone(self.surface());
-        let made = ContactSurface::of_parts(&self.mesh, surface, solid, cancel)?;
+        let made = ContactSurface::of_parts(&self.mesh, surface, &solid);
         self.contact_surface.get_or_init(|| made.map(Arc::new));
         Ok(())
     }

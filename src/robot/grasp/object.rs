@@ -29,7 +29,7 @@ pub struct ObjectSearch {
 impl ObjectSearch {
     /// Prepares an object; `None` where it has no solid inside.
     pub fn new(surface: &Arc<ContactSurface>, mesh: &TriMesh) -> Option<Self> {
-        let centre = MassProperties::of_solid(surface.solid())?.centre;
+        let centre = MassProperties::of_solid(&surface.solid())?.centre;
         Some(Self::of_parts(surface, mesh, &centre, RestingPoses::of(mesh, &centre)))
     }
 

@@ -376,7 +376,7 @@ mod tests {
         let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
         let mesh = TriMesh { vertices: (0..8).map(corner).collect(), triangles };
         let surface = Arc::new(ContactSurface::new(&mesh, InsideTest::WindingNumber).expect("a surface"));
-        let solid = MassProperties::of_solid(surface.solid()).expect("a solid");
+        let solid = MassProperties::of_solid(&surface.solid()).expect("a solid");
         let body = Arc::new(ContactBody::new(&mesh, surface, Sampled::Everywhere));
         SceneBody { body, solid, mass: 0.2, friction: 0.5 }
     }

@@ -594,7 +594,7 @@ mod tests {
         const FRICTION: f64 = 0.4;
         let half = 0.03_f32;
         let surface = Arc::new(ContactSurface::new(&block([half; 3]), InsideTest::Crossings).expect("a surface"));
-        let mass = MassProperties::of_solid(surface.solid()).expect("a solid");
+        let mass = MassProperties::of_solid(&surface.solid()).expect("a solid");
         let mut worker = on_table(&surface, &mass);
         let table = Some(TableSupport { up: Vector3::z_axis(), friction: FRICTION });
         for of_limit in [0.5, 0.9, 0.97, 1.03, 1.1, 1.2] {

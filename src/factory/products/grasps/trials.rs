@@ -120,7 +120,7 @@ impl Trials {
     ) -> Result<(), ProduceError> {
         self.object = None;
         let no_solid = || ProduceError::unusable(&self.scene, "no solid to be weighed");
-        let properties = MassProperties::of_solid(surface.solid()).ok_or_else(no_solid)?;
+        let properties = *object.mass().ok_or_else(no_solid)?;
         let compile = if self.settings.table_friction.is_some() { TrialSim::on_table } else { TrialSim::new };
         let sim =
             compile(&self.model, surface, &properties).map_err(|error| ProduceError::unusable(&self.scene, error))?;

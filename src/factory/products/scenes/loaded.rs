@@ -16,7 +16,7 @@ use kernel::{
     geom::{MassProperties, RenderMesh, RestingPoses},
 };
 
-/// Objects that are kept, at most: about 7 MB each.
+/// Objects that are kept, at most: about 4 MB each.
 const KEPT: usize = 128;
 
 /// An object, ready for scenes.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::geom::{SolidGrid, TriMesh, TriangleTree};
+use crate::geom::{SolidCells, TriMesh, TriangleTree};
 
 /// No neighbour across an edge.
 const NONE: u32 = u32::MAX;
@@ -174,17 +174,17 @@ impl Surface {
     /// Farther than the diagonal of one fine cell from the surface, the solid decides, whatever the mesh's defects; nearer,
     /// the angle-weighted pseudo-normal decides (Baerentzen and Aanaes 2005, "Signed distance computation using the angle
     /// weighted pseudonormal").
-    pub fn inside(&self, solid: &SolidGrid, point: &Point3<f64>, closest: Option<&Closest>) -> bool {
+    pub fn inside(&self, solid: &impl SolidCells, point: &Point3<f64>, closest: Option<&Closest>) -> bool {
         match closest {
-            Some(closest) if closest.distance_squared <= 3.0 * solid.pitch * solid.pitch => {
+            Some(closest) if closest.distance_squared <= 3.0 * solid.pitch() * solid.pitch() => {
                 (point - closest.point).dot(&self.pseudo_normal(closest)) < 0.0
             }
-            _ => solid_at(solid, point),
+            _ => solid.holds(point),
         }
     }
 
     /// Signed distance to the surface [m], negative inside; exact.
-    pub fn signed_distance(&self, solid: &SolidGrid, point: &Point3<f64>) -> f64 {
+    pub fn signed_distance(&self, solid: &impl SolidCells, point: &Point3<f64>) -> f64 {
         let closest = self.closest(point, f64::INFINITY);
         let distance = closest.map_or(f64::INFINITY, |closest| closest.distance_squared.sqrt());
         if self.inside(solid, point, closest.as_ref()) { -distance } else { distance }
@@ -257,14 +257,6 @@ impl Surface {
     }
 }
 
-/// Whether a point (in `Object`) lies in a solid fine cell.
-pub(super) fn solid_at(solid: &SolidGrid, point: &Point3<f64>) -> bool {
-    let cell = (point - solid.origin) / solid.pitch;
-    // NaN and everything outside the grid fail the test.
-    let inside = cell.iter().all(|v| (0.0..SolidGrid::SIDE as f64).contains(v));
-    inside && solid.get(cell.x as usize, cell.y as usize, cell.z as usize)
-}
-
 /// The triangle across each edge, where there is one; of more than two at an edge, some other one.
 fn neighbours(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
     let mut edges: Vec<(u32, u32, u32, u8)> = Vec::with_capacity(3 * triangles.len());
@@ -335,7 +327,7 @@ pub(super) mod shapes {
     use std::rc::Rc;
 
     use super::*;
-    use crate::geom::{CameraCv, GridPlacement, Object, Pose, rotation_from_rpy};
+    use crate::geom::{CameraCv, GridPlacement, Object, Pose, SolidGrid, rotation_from_rpy};
 
     /// Signed distance [m] of a point.
     type Distance = Rc<dyn Fn(&Point3<f64>) -> f64>;
@@ -436,7 +428,7 @@ pub(super) mod shapes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::seed::Stream;
+    use crate::{geom::SolidGrid, seed::Stream};
 
     #[test]
     fn the_tree_finds_what_trying_every_triangle_finds() {

@@ -2,8 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::surface::{Closest, Surface, solid_at};
-use crate::geom::{CameraCv, GridPlacement, Object, Pose, SolidGrid};
+use super::surface::{Closest, Surface};
+use crate::geom::{CameraCv, GridPlacement, Object, Pose, SolidCells, SolidGrid};
 
 /// Steps of the truncation distance; also the value of everything beyond.
 pub const TSDF_STEPS: i16 = i16::MAX;
@@ -67,7 +67,7 @@ impl Field<'_> {
         let radius = 0.5 * (side - 1) as f64 * 3f64.sqrt() * self.cell_size;
         let Some(closest) = self.surface.closest_from(&point, self.truncation + radius, hint) else {
             // No surface near: the whole block is on one side.
-            if solid_at(self.solid, &point) {
+            if self.solid.holds(&point) {
                 self.set(cell, side, -TSDF_STEPS, out);
             }
             return;
