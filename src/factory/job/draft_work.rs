@@ -1,14 +1,14 @@
 //! The checked keys of a product, before its meshes are read.
 
-use std::{fmt, sync::Arc};
+use std::{fmt, ops::RangeInclusive, sync::Arc};
 
 use super::{JobObjects, ObjectsDraft};
-use crate::work::Work;
+use crate::{plan::SubjectItems, work::Work};
 
 /// The checked keys of a product, before its meshes are read.
 pub struct DraftWork {
     /// Samples per shard.
-    pub shard_samples: u32,
+    pub shard_samples: ShardSamples,
     /// Whether the job draws with OpenGL.
     pub draws_colours: bool,
     /// Rules that every record of the job obeys, by name, for `verify`.
@@ -33,9 +33,9 @@ pub type MakeWork = Box<dyn FnOnce(Option<JobObjects>, &mut Vec<String>) -> Arc<
 
 impl DraftWork {
     /// Work that is complete: no mesh is to be read.
-    pub fn ready(work: impl Work, shard_samples: u32) -> Self {
+    pub fn ready(work: impl Work, shard_samples: impl Into<ShardSamples>) -> Self {
         Self {
-            shard_samples,
+            shard_samples: shard_samples.into(),
             draws_colours: false,
             rules: Vec::new(),
             notes: Vec::new(),
@@ -50,7 +50,7 @@ impl DraftWork {
     /// Work about objects.
     pub fn of_objects<W: Work>(
         (objects, notes): (ObjectsDraft, Vec<String>),
-        shard_samples: u32,
+        shard_samples: impl Into<ShardSamples>,
         make: impl FnOnce(JobObjects, &mut Vec<String>) -> W + Send + 'static,
     ) -> Self {
         let make = move |objects: Option<JobObjects>, notes: &mut Vec<String>| -> Arc<dyn Work> {
@@ -58,7 +58,7 @@ impl DraftWork {
         };
         let objects = Some(objects);
         Self {
-            shard_samples,
+            shard_samples: shard_samples.into(),
             draws_colours: false,
             rules: Vec::new(),
             notes,
@@ -97,9 +97,84 @@ impl fmt::Debug for DraftWork {
     }
 }
 
+/// Count of samples in each shard.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ShardSamples {
+    /// So many at most.
+    Most(u32),
+    /// A thirty-second of all samples at most, within a range: threads and tasks take whole shards, so that even a small job
+    /// keeps many of them busy, while a large one does not fall into many files.
+    Share(RangeInclusive<u32>),
+}
+
+impl ShardSamples {
+    /// The count that a job asks for, else its share within a range.
+    pub fn or_share(asked: Option<u32>, range: RangeInclusive<u32>) -> Self {
+        asked.map_or(Self::Share(range), Self::Most)
+    }
+
+    /// Makes room for at least so many.
+    pub fn at_least(self, least: u32) -> Self {
+        match self {
+            Self::Most(most) => Self::Most(most.max(least)),
+            Self::Share(range) => Self::Share(*range.start().max(&least)..=*range.end().max(&least)),
+        }
+    }
+
+    /// Samples per shard of a job with these subjects.
+    pub fn of(&self, subjects: &[SubjectItems]) -> u32 {
+        match self {
+            Self::Most(most) => *most,
+            Self::Share(range) => {
+                let samples = |subject: &SubjectItems| u64::from(subject.items) * u64::from(subject.samples_per_item);
+                let share = subjects.iter().map(samples).sum::<u64>().div_ceil(SHARDS);
+                u32::try_from(share).unwrap_or(u32::MAX).clamp(*range.start(), *range.end())
+            }
+        }
+    }
+}
+
+impl From<u32> for ShardSamples {
+    fn from(most: u32) -> Self {
+        Self::Most(most)
+    }
+}
+
+/// Shards of a job whose samples are enough for so many.
+const SHARDS: u64 = 32;
+
 /// The multiple of the items per object that is nearest below 4,096, so that shards end where objects end; 4,096 when an
 /// object has more items than that.
 pub fn default_shard_samples(items: u32) -> u32 {
     const ABOUT: u32 = 4096;
     if items == 0 || items > ABOUT { ABOUT } else { ABOUT / items * items }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kernel::ids::{Digest, ObjectId};
+
+    fn subjects(count: u32, items: u32, samples_per_item: u32) -> Vec<SubjectItems> {
+        (0..count).map(|_| SubjectItems { id: ObjectId(Digest::of(b"any")), items, samples_per_item }).collect()
+    }
+
+    #[test]
+    fn a_small_job_has_many_shards_and_a_large_one_full_ones() {
+        let share = ShardSamples::or_share(None, 4..=64);
+        for (samples, expected) in [(0, 4), (12, 4), (40, 4), (320, 10), (321, 11), (2048, 64), (10_000, 64)] {
+            assert_eq!(share.of(&subjects(samples, 1, 1)), expected, "{samples}");
+        }
+        assert_eq!(share.of(&subjects(10, 8, 4)), 10, "samples count, not items");
+        assert_eq!(share.of(&subjects(2, u32::MAX, u32::MAX)), 64);
+        assert_eq!(ShardSamples::or_share(Some(7), 4..=64).of(&subjects(10_000, 1, 1)), 7);
+    }
+
+    #[test]
+    fn a_shard_has_room_for_what_belongs_together() {
+        assert_eq!(ShardSamples::from(3).at_least(15), ShardSamples::Most(15));
+        assert_eq!(ShardSamples::from(30).at_least(15), ShardSamples::Most(30));
+        assert_eq!(ShardSamples::Share(4..=8).at_least(6), ShardSamples::Share(6..=8));
+        assert_eq!(ShardSamples::Share(4..=8).at_least(20), ShardSamples::Share(20..=20));
+    }
 }

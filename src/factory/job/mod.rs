@@ -40,7 +40,7 @@ pub(crate) use csv::csv_records;
 pub use description::pinned_description;
 pub use difference::{InvalidSettings, SettingDifference, setting_differences};
 pub use draft::JobDraft;
-pub use draft_work::{DraftWork, MakeWork, default_shard_samples};
+pub use draft_work::{DraftWork, MakeWork, ShardSamples, default_shard_samples};
 pub use found_mesh::{FoundMesh, KnownMass, KnownObject, PackageFile};
 pub use hand::{JobHand, read_hand};
 pub use objects::{JobObject, JobObjects, ObjectsDraft, SplitInput, Weight};

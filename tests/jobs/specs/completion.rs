@@ -4,9 +4,12 @@ use std::path::Path;
 
 use graspmill::{
     assets::AssetRecord,
-    factory::products::{
-        completion::Distance,
-        pair::touch::{RandomRays, RayTarget},
+    factory::{
+        job::ShardSamples,
+        products::{
+            completion::Distance,
+            pair::touch::{RandomRays, RayTarget},
+        },
     },
     geom::ViewSet,
     voxel::Truth,
@@ -18,7 +21,7 @@ use super::{MINIMAL, assert_same_job, asset, completion_settings, read, resolve}
 fn the_smallest_job_has_the_standard_defaults() {
     let draft = read(MINIMAL, &[]).expect("the smallest job is a job");
     assert_eq!(draft.name, "test");
-    assert_eq!((draft.sources().count(), draft.work.shard_samples), (4, 726 * 5));
+    assert_eq!((draft.sources().count(), &draft.work.shard_samples), (4, &ShardSamples::Most(726 * 5)));
     let settings = completion_settings(draft);
     assert_eq!(settings.views, ViewSet::standard());
     assert_eq!(settings.distance, Distance::Fixed(1.0));

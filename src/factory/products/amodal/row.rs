@@ -8,7 +8,7 @@ use super::{
     spec::{AmodalSpec, PROFILES},
 };
 use crate::{
-    job::{DraftWork, JobContext},
+    job::{DraftWork, JobContext, ShardSamples},
     product::{InputDataset, ProductFactory},
     products::pair::touch::EXPLORES,
 };
@@ -47,6 +47,9 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, _: &JobContext) ->
     let rules = if obeys { vec![PARTIAL_INSIDE_COMPLETE] } else { Vec::new() };
     // A shard holds the bodies of one view at least.
     let most = views.scenes.iter().map(|scene| scene.bodies).max().unwrap_or(1);
-    let work = DraftWork::ready(AmodalJob { dataset, views, settings }, spec.shards.samples.max(most));
+    let work = DraftWork::ready(
+        AmodalJob { dataset, views, settings },
+        ShardSamples::or_share(spec.shards.samples, 64..=4096).at_least(most),
+    );
     Ok(DraftWork { rules, ..work })
 }

@@ -7,7 +7,7 @@ use super::{
     spec::{HeatmapsSpec, PROFILES},
 };
 use crate::{
-    job::{DraftWork, JobContext},
+    job::{DraftWork, JobContext, ShardSamples},
     product::{InputDataset, ProductFactory},
 };
 use form::{Checker, FormErrors, schema_of};
@@ -38,5 +38,5 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, _: &JobContext) ->
     let (spec, mut checker) = checker.value_of::<HeatmapsSpec>(keys)?;
     let job = check::job(&mut checker, &spec, folder);
     checker.finish()?;
-    Ok(DraftWork::ready(job.expect("mistakes were reported"), spec.shards.samples))
+    Ok(DraftWork::ready(job.expect("mistakes were reported"), ShardSamples::or_share(spec.shards.samples, 8..=64)))
 }

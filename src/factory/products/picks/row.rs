@@ -8,7 +8,7 @@ use super::{
     spec::{PROFILES, PicksSpec},
 };
 use crate::{
-    job::{DraftWork, JobContext},
+    job::{DraftWork, JobContext, ShardSamples},
     product::{InputDataset, ProductFactory},
     products::settled::draft_objects,
 };
@@ -40,7 +40,7 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobConte
     let check::Checked { scenes_folder, scenes, rolling, keys, grasps_folder, grasps, hand, settings } =
         checked.expect("mistakes were reported");
     let objects = draft_objects(&keys, &scenes, &scenes_folder, context)?;
-    Ok(DraftWork::of_objects(objects, spec.shards.samples, move |objects, _| PickJob {
+    Ok(DraftWork::of_objects(objects, ShardSamples::or_share(spec.shards.samples, 8..=64), move |objects, _| PickJob {
         scenes_folder,
         scenes,
         rolling,

@@ -8,7 +8,7 @@ use super::{
     spec::{PROFILES, ScenesSpec},
 };
 use crate::{
-    job::{DraftWork, JobContext, ObjectsDraft},
+    job::{DraftWork, JobContext, ObjectsDraft, ShardSamples},
     product::ProductFactory,
 };
 use form::{Checker, FormErrors, schema_of};
@@ -42,7 +42,7 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobConte
         checker.finish()?;
         settings = settings.with_import(import.expect("mistakes were reported"));
     }
-    let work = DraftWork::of_objects(objects, spec.shards.scenes, |objects, notes| {
+    let work = DraftWork::of_objects(objects, ShardSamples::or_share(spec.shards.scenes, 4..=64), |objects, notes| {
         if settings.import.is_none() {
             notes.extend(loaded::too_large_notes(&objects, &settings));
         }

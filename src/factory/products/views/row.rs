@@ -8,7 +8,7 @@ use super::{
     spec::{PROFILES, ViewsSpec},
 };
 use crate::{
-    job::{DraftWork, JobContext, describe_cameras, describe_sensors},
+    job::{DraftWork, JobContext, ShardSamples, describe_cameras, describe_sensors},
     product::{InputDataset, ProductFactory},
     products::settled::{draft_objects, object_keys},
 };
@@ -48,10 +48,7 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobConte
     let (dataset, scenes) = (dataset.expect("a missing one was reported"), scenes.expect("mistakes were reported"));
     let keys = keys.expect("mistakes of the job of the scenes were reported");
     let objects = draft_objects(&keys, &scenes, &dataset, context)?;
-    Ok(DraftWork::of_objects(objects, spec.shards.samples, move |objects, _| ViewJob {
-        dataset,
-        scenes,
-        objects,
-        settings,
+    Ok(DraftWork::of_objects(objects, ShardSamples::or_share(spec.shards.samples, 32..=256), move |objects, _| {
+        ViewJob { dataset, scenes, objects, settings }
     }))
 }

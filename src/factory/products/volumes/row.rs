@@ -8,7 +8,7 @@ use super::{
     spec::{PROFILES, VolumesSpec},
 };
 use crate::{
-    job::{DraftWork, JobContext},
+    job::{DraftWork, JobContext, ShardSamples},
     product::{InputDataset, ProductFactory},
 };
 use form::{Checker, FormErrors, Schema, schema_of};
@@ -47,5 +47,8 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, _: &JobContext) ->
     let grasps = views.as_ref().and_then(|views| check::grasps(&mut checker, &spec, folder, views));
     checker.finish()?;
     let (dataset, views) = (dataset.expect("a missing one was reported"), views.expect("mistakes were reported"));
-    Ok(DraftWork::ready(VolumeJob { dataset, views, settings, grasps }, spec.shards.samples))
+    Ok(DraftWork::ready(
+        VolumeJob { dataset, views, settings, grasps },
+        ShardSamples::or_share(spec.shards.samples, 8..=256),
+    ))
 }
