@@ -204,6 +204,14 @@ CLASSIFIER_DATA ?= datasets/panda-grasps datasets/barrett-table-grasps
 bench-grasp-classifier: build $(VENV)/.complete $(TORCH)/.complete ## do labels by trials beat labels by the analytic gate? CLASSIFIER_DATA, by what a network then chooses
 	$(TORCH)/bin/python benches/grasp_classifier.py $(CLASSIFIER_DATA) --graspmill $(PROGRAM)
 
+NEIGHBOURS ?= datasets/neighbours
+# A model that completes pairs in clutter, such as a training of the study `clutter`.
+NEIGHBOURS_MODEL ?= datasets/study-clutter/runs/clutter-0/model
+.PHONY: bench-neighbours
+bench-neighbours: setup build $(PEERS)/.complete ## do plans among completed neighbours hit fewer of them than plans among what was seen? by NEIGHBOURS_MODEL
+	$(PROGRAM) run benches/studies/jobs/neighbours.toml --out $(NEIGHBOURS)
+	$(PEERS)/bin/python benches/neighbours.py $(NEIGHBOURS) --model $(NEIGHBOURS_MODEL) --graspmill $(PROGRAM)
+
 .PHONY: bench-data
 bench-data: build deps-test ## does good data beat planted faults? numpy only
 	$(VENV_PYTHON) benches/data.py --graspmill $(PROGRAM)

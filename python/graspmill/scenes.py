@@ -47,7 +47,7 @@ class Overview:
 
 
 class SceneSample(Sample):
-    """Bodies of a scene in the order of their release, with poses, contacts and who rests on whom."""
+    """Bodies of a scene in the order of their first release, with poses, contacts and who rests on whom."""
 
     product = "scenes"
     __slots__ = ()

@@ -1293,7 +1293,7 @@ pub struct SceneHeatmap {
 }
 /// Topic /scenes/scene. Bodies at rest on their true meshes, or where others say that they stood. SampleId.subject is the digest of
 /// container, mode and split, and of the walls of a pile, and SampleId.item the number of the scene in it. Bodies are counted from
-/// 1, in the order of their release; 0 is the container. The world's origin is the middle of the container's floor, z up. Lengths
+/// 1, in the order of their first release; 0 is the container. The world's origin is the middle of the container's floor, z up. Lengths
 /// in m, masses in kg, forces in N, angles in rad.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Scene {

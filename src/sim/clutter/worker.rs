@@ -533,6 +533,7 @@ mod tests {
             cap: 4.0,
             recheck: 2.0,
             finer: 1,
+            put_back: 0,
         };
         let mut settle = SettleWorker::new(bin(), settings, SimdLevel::Scalar);
         let (mut trials, mut agree, mut held, mut steps, mut seconds) = (0, 0, 0, 0_u32, [0.0; 2]);

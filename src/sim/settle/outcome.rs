@@ -85,7 +85,7 @@ pub struct SceneTouch {
 pub struct SettledScene {
     /// Why it is no scene, if it is none.
     pub fault: Option<Fault>,
-    /// The bodies that stayed, in the order of their release.
+    /// The bodies that stayed, in the order of their first release.
     pub bodies: Vec<SettledBody>,
     /// Indices of the bodies that left the container.
     pub gone: Vec<usize>,

@@ -109,4 +109,7 @@ pub struct SettleSettings {
     pub recheck: f64,
     /// Bodies that end up in one another settle once more, in steps that are shorter by this factor; 1: they do not.
     pub finer: u32,
+    /// Dropped bodies that leave the container, where too few would stay, are dropped again so many times at most, each time
+    /// half as far from the middle.
+    pub put_back: u32,
 }

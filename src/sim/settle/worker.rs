@@ -140,22 +140,27 @@ impl SettleWorker {
         let all: Vec<SceneBody> = bodies.iter().chain(walls.as_ref().map(|walls| &walls.body)).cloned().collect();
         let mut run = self.run(&all);
         run.walls = walls.as_ref().map(|walls| walls.standing(bodies.len()));
-        let released = run.fall(placements)?;
+        let mut released = run.fall(placements)?;
         let mut speed = run.wait(bodies.len(), scene)?;
         if let Some(walls) = &walls {
             run.lift_walls(walls.lift_speed, bodies.len())?;
             speed = run.wait(bodies.len(), scene)?;
         }
+        // Bodies that left the container are none of the scene's.
+        let [mut kept, mut gone] = run.kept_and_gone(bodies.len());
+        for time in 0..run.settings.put_back {
+            if speed.is_some() || kept.len() >= min.max(1) {
+                break;
+            }
+            run.put_back(&gone, placements, 0.5_f64.powi(time as i32 + 1), &mut released)?;
+            speed = run.wait(bodies.len(), scene)?;
+            [kept, gone] = run.kept_and_gone(bodies.len());
+        }
         if let Some(speed) = speed {
             return Err(Fault::NeverRested { speed });
         }
-        let poses: Vec<IsometryMatrix3<f64>> = (0..bodies.len()).map(|index| run.pose(index)).collect();
-        // Bodies that left the container are none of the scene's.
-        let stays = |index: &usize| run.present[*index] && run.contains(&(poses[*index] * bodies[*index].solid.centre));
-        let (kept, gone): (Vec<usize>, Vec<usize>) = (0..bodies.len()).partition(stays);
         scene.gone = gone;
-        let of = |index: &usize| SettledBody::at(*index, poses[*index], released[*index]);
-        scene.bodies = kept.iter().map(of).collect();
+        scene.bodies = kept.iter().map(|index| SettledBody::at(*index, run.pose(*index), released[*index])).collect();
         if kept.len() < min.max(1) {
             return Err(Fault::Gone { bodies: scene.gone.clone() });
         }
@@ -278,6 +283,38 @@ impl Run<'_> {
             }
         }
         Ok(released)
+    }
+
+    /// The first `count` bodies, those that are in the container and those that left it.
+    fn kept_and_gone(&self, count: usize) -> [Vec<usize>; 2] {
+        let stays = |index: &usize| {
+            self.present[*index] && self.contains(&(self.pose(*index) * self.bodies[*index].solid.centre))
+        };
+        let (kept, gone) = (0..count).partition(stays);
+        [kept, gone]
+    }
+
+    /// Drops bodies again that left the container, one after the other, each at a share of the distance from the middle at
+    /// which it was dropped before; notes the times of these releases [s].
+    fn put_back(
+        &mut self,
+        gone: &[usize],
+        placements: &[Placement],
+        share_of_way: f64,
+        released: &mut [f64],
+    ) -> Result<(), Fault> {
+        gone.iter().for_each(|index| self.present[*index] = false);
+        for (position, index) in gone.iter().enumerate() {
+            let Placement::Dropped { rotation, shares } = &placements[*index] else { continue };
+            let pose = self.drop_pose(*index, rotation, shares.map(|share| 0.5 + (share - 0.5) * share_of_way));
+            self.put(*index, &pose);
+            self.present[*index] = true;
+            released[*index] = f64::from(self.steps) * self.settings.timestep;
+            if position + 1 < gone.len() {
+                self.step_for(self.settings.release_every)?;
+            }
+        }
+        Ok(())
     }
 
     /// Steps until the first `count` bodies rest, which is when no speed is above the bound for a while: `None`, or the largest
@@ -416,10 +453,16 @@ impl Run<'_> {
             fits &= from <= to;
             position[axis] = if from <= to { from + (to - from) * share } else { f64::midpoint(from, to) };
         }
-        let top = (0..index).filter(|other| self.present[*other]).map(|other| self.top(other)).fold(0.0, f64::max);
+        let is_there = |other: &usize| *other != index && self.present[*other] && !self.is_wall(*other);
+        let top = (0..self.bodies.len()).filter(is_there).map(|other| self.top(other)).fold(0.0, f64::max);
         let floor = if fits { 0.0 } else { rim };
         position.z = top.max(floor) + self.settings.release_height - low.z;
         IsometryMatrix3::from_parts(Translation3::from(position), *rotation)
+    }
+
+    /// Whether a body is the walls around the others.
+    fn is_wall(&self, index: usize) -> bool {
+        self.walls.is_some_and(|walls| walls.index == index)
     }
 
     /// Sides of the room that bodies are dropped into, and the height of its rim [m].
@@ -520,6 +563,7 @@ mod tests {
         cap: 4.0,
         recheck: 2.0,
         finer: 1,
+        put_back: 0,
     };
 
     fn bin() -> Container {

@@ -57,7 +57,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec) -> SceneSetting
 }
 
 /// Keys that an import makes idle.
-const IMPORTED_IDLE: [&str; 13] = [
+const IMPORTED_IDLE: [&str; 14] = [
     "mode",
     "count",
     "repeats",
@@ -71,6 +71,7 @@ const IMPORTED_IDLE: [&str; 13] = [
     "physics.rest_time",
     "physics.cap",
     "physics.finer",
+    "physics.put_back",
 ];
 
 /// Reports keys that the mode makes idle.
@@ -91,7 +92,7 @@ pub(super) fn idle_keys(mode: SceneMode) -> Vec<(&'static str, &'static str)> {
     const PLACE: (&str, &str) = ("place", "on a table alone bodies are put one beside another");
     const AT_ONCE: &str = "on a table all bodies are let go at once, 2 mm up";
     const AS_THEY_ARE: &str = "imported scenes are kept as they are: nothing is drawn, dropped or settled";
-    let put_down = [("physics.release_every", AT_ONCE), ("physics.release_height", AT_ONCE)];
+    let put_down = ["physics.release_every", "physics.release_height", "physics.put_back"].map(|key| (key, AT_ONCE));
     match mode {
         SceneMode::Bin => vec![TABLE, PILE, PLACE],
         SceneMode::Pile => vec![CONTAINER, PLACE],
@@ -160,9 +161,21 @@ fn settle(checker: &mut Checker, spec: &ScenePhysicsSpec) -> SettleSettings {
         cap,
         recheck,
         finer,
+        put_back,
     } = spec;
     if rest_time >= cap {
         checker.invalid("physics.rest_time", "less than `physics.cap`", format!("{rest_time} s of {cap} s"));
     }
-    SettleSettings { timestep, rolling, release_every, release_height, rest_speed, rest_time, cap, recheck, finer }
+    SettleSettings {
+        timestep,
+        rolling,
+        release_every,
+        release_height,
+        rest_speed,
+        rest_time,
+        cap,
+        recheck,
+        finer,
+        put_back,
+    }
 }

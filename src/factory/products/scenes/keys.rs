@@ -78,6 +78,7 @@ impl SceneJob {
             cap,
             recheck,
             finer,
+            put_back,
         } = *settle;
         spec.physics = ScenePhysicsSpec {
             friction,
@@ -90,6 +91,7 @@ impl SceneJob {
             cap,
             recheck,
             finer,
+            put_back,
         };
         without(keys_of(&spec), &idle)
     }

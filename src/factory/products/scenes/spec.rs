@@ -218,6 +218,10 @@ pub struct ScenePhysicsSpec {
     /// that are shorter by this factor; with 1 their scene is rejected at once.
     #[schemars(range(min = 1, max = 16))]
     pub finer: u32,
+    /// Dropped bodies that leave the container, where fewer than `count` asks for would stay, are dropped again, so many times
+    /// at most: the first time half as far from the middle as before, then half of that. With 0 their scene is rejected at once.
+    #[schemars(range(min = 0, max = 10))]
+    pub put_back: u32,
 }
 
 /// Coefficients of friction.

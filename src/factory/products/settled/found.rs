@@ -42,7 +42,7 @@ pub struct SettledScene {
     pub number: u32,
     /// Container of the scene.
     pub container: SceneContainer,
-    /// Object and pose of each body, in the order of their release.
+    /// Object and pose of each body, in the order of their first release.
     pub bodies: Vec<(ObjectId, Pose<World, Object>)>,
 }
 

@@ -139,7 +139,7 @@ pub struct Scene {
     pub mode: SceneMode,
     /// Container.
     pub container: SceneContainer,
-    /// The bodies, in the order of their release.
+    /// The bodies, in the order of their first release.
     pub bodies: Vec<SceneBody>,
     /// Contacts at these poses.
     pub contacts: Vec<SceneContact>,
