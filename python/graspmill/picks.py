@@ -83,7 +83,8 @@ class PickSample(Sample):
 
     @content
     def container(self) -> tuple[str, Floats]:
-        """``("plane", [x, y])`` or ``("bin", [x, y, z, wall])`` [m]; the world's origin is the middle of the floor."""
+        """``("plane", [x, y])`` or ``("bin", [x, y, z, wall])`` [m], and fifth the tilt [degree] of a bin that has one: its side at
+        positive y is raised. The world's origin is the middle of the floor."""
         message = self.message("grasps")
         return str(message["container"]), message["container_size"]
 

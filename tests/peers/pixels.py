@@ -31,15 +31,17 @@ def fixed_meshes(view):
     meshes = []
     floor = 0.0
     if kind == "bin":
-        x, y, z, wall = sizes
-        floor = -wall
+        x, y, z, wall = sizes[:4]
         parts = [trimesh.creation.box((x + 2 * wall, y + 2 * wall, wall), trimesh.transformations.translation_matrix((0, 0, -wall / 2)))]
         for sign in (-1, 1):
             at = trimesh.transformations.translation_matrix((sign * (x + wall) / 2, 0, (z - wall) / 2))
             parts.append(trimesh.creation.box((wall, y + 2 * wall, z + wall), at))
             at = trimesh.transformations.translation_matrix((0, sign * (y + wall) / 2, (z - wall) / 2))
             parts.append(trimesh.creation.box((x + 2 * wall, wall, z + wall), at))
-        meshes.append((CONTAINER, trimesh.util.concatenate(parts)))
+        walls = trimesh.util.concatenate(parts)
+        walls.apply_transform(trimesh.transformations.rotation_matrix(np.radians(sizes[4]) if len(sizes) > 4 else 0.0, (1, 0, 0)))
+        floor = walls.bounds[0][2]
+        meshes.append((CONTAINER, walls))
     half = np.asarray(view.table_size) / 2
     corners = [(sx * half[0], sy * half[1], floor) for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     meshes.append((TABLE, trimesh.Trimesh(corners, [(0, 1, 2), (0, 2, 3)], process=False)))

@@ -16,9 +16,9 @@ import numpy as np
 import trimesh
 
 
-def box(size, position):
+def box(size, position, rest=""):
     sides = " ".join(str(half) for half in size)
-    return f'<geom type="box" size="{sides}" pos="{" ".join(map(str, position))}"/>'
+    return f'<geom type="box" size="{sides}" pos="{" ".join(map(str, position))}"{rest}/>'
 
 
 def boxes_of_bin(x, y, z, wall):
@@ -35,7 +35,9 @@ def container(sample):
     kind, sizes = sample.container
     if kind == "plane":
         return '<geom type="plane" size="5 5 1"/>'
-    return "".join(box(half, centre) for half, centre in boxes_of_bin(*sizes))
+    tilt = sizes[4] if len(sizes) > 4 else 0.0
+    rotation = trimesh.transformations.rotation_matrix(np.radians(tilt), (1, 0, 0))[:3, :3]
+    return "".join(box(half, rotation @ centre, f' axisangle="1 0 0 {tilt}"') for half, centre in boxes_of_bin(*sizes[:4]))
 
 
 def inertial(row, mass):

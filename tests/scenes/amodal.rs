@@ -295,7 +295,7 @@ fn compare_with_lone_rays(sample: &Sample, views: &Path) {
 }
 
 /// trimesh: points on the mesh, cells of solids, cells of what is seen.
-fn check_by_trimesh(pairs: &Path, views: &Path, count: &str) -> Value {
+pub(super) fn check_by_trimesh(pairs: &Path, views: &Path, count: &str) -> Value {
     let python = Program::python().arg("tests/peers/amodal.py").arg(pairs).arg(views).arg(count);
     let found: Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();
     let number = |name: &str| found[name].as_f64().expect("a number");

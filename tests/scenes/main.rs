@@ -12,6 +12,7 @@ mod picks;
 mod sets;
 #[path = "../support/mod.rs"]
 mod support;
+mod tilted;
 mod views;
 mod volumes;
 

@@ -38,7 +38,7 @@ const BINS: &str = "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\nc
                     built_in = [\"bottle-01\", \"box-01\", \"can-01\", \"cup-01\"]\n";
 
 /// Grasps of a gripper on these shapes.
-fn grasps_job(shapes: &[&str], more: &str) -> String {
+pub(super) fn grasps_job(shapes: &[&str], more: &str) -> String {
     format!(
         "product = \"grasps\"\nseed = 7\n[hand]\nscene = {:?}\n[[objects]]\nbuilt_in = {shapes:?}\n[grasps]\nseeds = 2\n\
          sampler = \"antipodal\"\n[antipodal]\nbest = 5\n[keep]\ntorsion = 0.002\n{more}\n{NO_SPLIT}",
@@ -47,11 +47,11 @@ fn grasps_job(shapes: &[&str], more: &str) -> String {
 }
 
 /// Three of the four shapes: the cup has no grasp.
-const GRASPED: [&str; 3] = ["bottle-01", "box-01", "can-01"];
+pub(super) const GRASPED: [&str; 3] = ["bottle-01", "box-01", "can-01"];
 
 const PHYSICS: &str = "[physics]\nperturbed = 1";
 
-fn picks_job(picks: &str) -> String {
+pub(super) fn picks_job(picks: &str) -> String {
     format!(
         "product = \"picks\"\nseed = 3\n[scenes]\ndataset = \"scenes\"\n[grasps]\ndataset = \"grasps\"\n[hand]\nscene = {:?}\n\
          [picks]\ncandidates = 60\n{picks}\n[shards]\nsamples = 4\n",
@@ -202,7 +202,7 @@ fn threads_tasks_and_other_objects_change_nothing() {
 /// A scene as the filter takes it, out of the stored records alone.
 fn surroundings(scene: &Scene, shapes: &BTreeMap<ObjectId, TriMesh>) -> Surroundings {
     let surface = |mesh: &TriMesh| ContactSurface::new(mesh, InsideTest::WindingNumber).expect("a surface").into();
-    let SceneContainer::Bin { inner, wall } = scene.container else { panic!("scenes in bins") };
+    let SceneContainer::Bin { inner, wall, .. } = scene.container else { panic!("scenes in bins") };
     let container = surface(&TriMesh::open_box(inner, wall));
     let object = |body: &graspmill::format::SceneBody| Obstacle {
         surface: surface(&shapes[&body.object]),

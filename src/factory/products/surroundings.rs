@@ -9,7 +9,7 @@ use kernel::{
     geom::TriMesh,
     voxel::InsideTest,
 };
-use sim::Container;
+use sim::{Container, OpenBox};
 
 /// The container of a scene, and the table below it, in the scene's frame.
 pub struct Surroundings {
@@ -24,10 +24,7 @@ pub struct Surroundings {
 impl Surroundings {
     /// A container on a table of these sides [m]; without a container the table is the plane on which the bodies stand.
     pub fn new(container: &SceneContainer, table: [f64; 2]) -> Self {
-        let (container, table_z) = match *container {
-            SceneContainer::Plane { .. } => (None, 0.0),
-            SceneContainer::Bin { inner, wall } => (Some(TriMesh::open_box(inner, wall)), -wall),
-        };
+        let (container, table_z) = (container.mesh(), container.table_z());
         let [x, y] = table.map(|side| (side / 2.0) as f32);
         let z = table_z as f32;
         let vertices = vec![[-x, -y, z], [x, -y, z], [x, y, z], [-x, y, z]];
@@ -42,8 +39,11 @@ impl Surroundings {
 pub fn settled_container(container: &SceneContainer) -> Result<Container, ProduceError> {
     match *container {
         SceneContainer::Plane { size } => Ok(Container::Plane { size }),
-        SceneContainer::Bin { inner, wall } => {
-            Ok(Container::Bin { body: flat_sided("container", &TriMesh::open_box(inner, wall))?, inner })
+        SceneContainer::Bin { inner, wall, .. } => {
+            let mesh = container.mesh().expect("a bin has walls");
+            let outer = TriMesh::open_box(inner, wall).aabb().expect("a bin has walls");
+            let body = flat_sided("container", &mesh)?;
+            Ok(Container::Bin(OpenBox { body, inner, outer, world_from_box: container.world_from_container() }))
         }
     }
 }

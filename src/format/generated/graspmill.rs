@@ -911,7 +911,7 @@ pub struct PickCandidates {
     /// plane, bin
     #[prost(string, tag = "2")]
     pub container: ::prost::alloc::string::String,
-    /// plane: sides of the rectangle; bin: room inside along x, y, z, and wall
+    /// plane: sides of the rectangle; bin: room inside along x, y, z, wall, and its tilt \[degree\] where it has one
     #[prost(double, repeated, tag = "3")]
     pub container_size: ::prost::alloc::vec::Vec<f64>,
     /// 32 bytes per body of the scene: its object's digest
@@ -1308,7 +1308,7 @@ pub struct Scene {
     /// plane, bin
     #[prost(string, tag = "4")]
     pub container: ::prost::alloc::string::String,
-    /// plane: sides of the rectangle; bin: room inside along x, y, z, and wall
+    /// plane: sides of the rectangle; bin: room inside along x, y, z, wall, and its tilt \[degree\] where it has one
     #[prost(double, repeated, tag = "5")]
     pub container_size: ::prost::alloc::vec::Vec<f64>,
     /// 32 bytes per body: its object's digest

@@ -16,7 +16,7 @@ use crate::{
         GeomOwner, HandSim, Held, Hold, SLIDE_MASS, SLIDES, add_free_object, check_mass, free_object, hand_spec,
         is_finite, object_body, refused_by,
     },
-    settle::{BodyPatch, Container, SceneBody},
+    settle::{BodyPatch, Container, OpenBox, SceneBody},
     true_mesh::{self, TrueMesh},
 };
 use kernel::geom::Aabb;
@@ -257,8 +257,11 @@ fn add_container(spec: &mut MjSpec, scene: &ClutterScene, asleep: &[usize]) {
     *stand_in.friction_mut() = [0.0; 3];
     stand_in.set_condim(6);
     touch_bodies(stand_in);
-    for solid in solids_of(&scene.container) {
+    for (solid, scene_from_solid) in solids_of(&scene.container) {
         let solid = add_box(container, &solid);
+        let middle = scene_from_solid * Point3::from(*solid.pos());
+        *solid.pos_mut() = middle.coords.into();
+        *solid.quat_mut() = quaternion(&scene_from_solid);
         touch_hand(solid);
         // Its friction counts, whatever touches it.
         solid.set_priority(2);
@@ -346,19 +349,20 @@ fn body_named<'s>(spec: &'s mut MjSpec, name: &str) -> &'s mut MjsBody {
     spec.body_mut(name).expect("the body was added")
 }
 
-/// Boxes that the hand touches a container with, in the scene's frame [m]: a table, and on it the floor and walls of a bin.
-fn solids_of(container: &Container) -> Vec<Aabb> {
-    let outer = container.bounds();
+/// Boxes that the hand touches a container with [m], and the poses of their frames in the scene: a table, and on it the floor and
+/// walls of a bin.
+fn solids_of(container: &Container) -> Vec<(Aabb, IsometryMatrix3<f64>)> {
     let [wide, deep, thick] = TABLE;
-    let ground = if matches!(container, Container::Plane { .. }) { 0.0 } else { outer.min.z };
+    let ground = if matches!(container, Container::Plane { .. }) { 0.0 } else { container.bounds().min.z };
     let table = Aabb { min: Point3::new(-wide, -deep, ground - thick), max: Point3::new(wide, deep, ground) };
-    let Container::Bin { inner: [x, y, _], .. } = container else { return vec![table] };
+    let table = (table, IsometryMatrix3::identity());
+    let Container::Bin(OpenBox { inner: [x, y, _], outer, world_from_box, .. }) = container else { return vec![table] };
     let [x, y] = [x / 2.0, y / 2.0];
-    let part = |low: [f64; 2], high: [f64; 2], top: f64| Aabb {
-        min: Point3::new(low[0], low[1], outer.min.z),
-        max: Point3::new(high[0], high[1], top),
-    };
     let (min, max) = (outer.min, outer.max);
+    let part = |low: [f64; 2], high: [f64; 2], top: f64| {
+        let solid = Aabb { min: Point3::new(low[0], low[1], min.z), max: Point3::new(high[0], high[1], top) };
+        (solid, *world_from_box)
+    };
     vec![
         table,
         part([min.x, min.y], [max.x, max.y], 0.0),

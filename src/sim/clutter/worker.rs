@@ -354,7 +354,7 @@ mod tests {
     use super::{super::ClutterScene, *};
     use crate::{
         HandModel,
-        settle::{Container, Placement, SceneBody, SettleSettings, SettleWorker},
+        settle::{Container, OpenBox, Placement, SceneBody, SettleSettings, SettleWorker},
     };
     use kernel::{
         contact::{ContactBody, ContactSurface, Sampled},
@@ -391,7 +391,9 @@ mod tests {
         let inner = [0.4, 0.3, 0.2];
         let mesh = TriMesh::open_box(inner, 0.02);
         let surface = ContactSurface::new(&mesh, InsideTest::WindingNumber).expect("a surface");
-        Container::Bin { body: Arc::new(ContactBody::new(&mesh, Arc::new(surface), Sampled::Edges)), inner }
+        let (outer, world_from_box) = (*surface.bounds(), IsometryMatrix3::identity());
+        let body = Arc::new(ContactBody::new(&mesh, Arc::new(surface), Sampled::Edges));
+        Container::Bin(OpenBox { body, inner, outer, world_from_box })
     }
 
     fn gripper() -> HandModel {

@@ -21,20 +21,82 @@ pub enum Container {
         size: [f64; 2],
     },
     /// An open box. A body whose centre of mass ends outside of its walls is gone.
-    Bin {
-        /// Mesh of the box, in the world.
-        body: Arc<ContactBody>,
-        /// Room inside [m]; the origin is the middle of the floor, z up.
-        inner: [f64; 3],
-    },
+    Bin(OpenBox),
+}
+
+/// A box without a lid that stands in the world, perhaps tilted. The origin of its own frame is the middle of its floor, z out
+/// of it.
+#[derive(Clone)]
+pub struct OpenBox {
+    /// Mesh of the box, in the world.
+    pub body: Arc<ContactBody>,
+    /// Room inside along x, y and z [m].
+    pub inner: [f64; 3],
+    /// Box around walls and floor, in the own frame [m].
+    pub outer: Aabb,
+    /// Pose of the box.
+    pub world_from_box: IsometryMatrix3<f64>,
+}
+
+/// Room that bodies are dropped into.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct DropRoom {
+    /// Where the floor is and nothing above it, along x and y [m].
+    pub sides: [[f64; 2]; 2],
+    /// Height of the floor, where it is highest [m].
+    pub floor: f64,
+    /// Height of the rim, where it is highest [m].
+    pub rim: f64,
+}
+
+impl DropRoom {
+    /// The room between upright walls around the origin.
+    pub fn upright([x, y]: [f64; 2], rim: f64) -> Self {
+        Self { sides: [x, y].map(|side| [-side / 2.0, side / 2.0]), floor: 0.0, rim }
+    }
+}
+
+impl OpenBox {
+    /// Below the mouth and above the floor: a tilted wall hangs over a part of it.
+    fn drop_room(&self) -> DropRoom {
+        let [x, y, z] = self.inner;
+        let level = |height: f64| {
+            let [x, y] = [x / 2.0, y / 2.0];
+            [[-x, -y], [x, -y], [x, y], [-x, y]].map(|[x, y]| self.world_from_box * Point3::new(x, y, height))
+        };
+        let highest = |corners: &[Point3<f64>; 4]| corners.iter().map(|corner| corner.z).fold(f64::MIN, f64::max);
+        let (floor, mouth) = (level(0.0), level(z));
+        let sides = [0, 1].map(|axis| {
+            let ends = [&floor, &mouth].map(|corners| {
+                let along = corners.map(|corner| corner[axis]);
+                [along.into_iter().fold(f64::MAX, f64::min), along.into_iter().fold(f64::MIN, f64::max)]
+            });
+            [ends[0][0].max(ends[1][0]), ends[0][1].min(ends[1][1])]
+        });
+        DropRoom { sides, floor: highest(&floor), rim: highest(&mouth) }
+    }
+
+    fn contains(&self, point: &Point3<f64>) -> bool {
+        let [x, y, _] = self.inner;
+        let own = self.world_from_box.inverse_transform_point(point);
+        own.x.abs() <= x / 2.0 && own.y.abs() <= y / 2.0 && own.z > 0.0
+    }
 }
 
 impl Container {
-    /// Sides of the floor that bodies are put on [m].
-    pub fn floor(&self) -> [f64; 2] {
+    /// Room that bodies are dropped into.
+    pub(super) fn drop_room(&self) -> DropRoom {
         match self {
-            Self::Plane { size } => *size,
-            Self::Bin { inner: [x, y, _], .. } => [*x, *y],
+            Self::Plane { size } => DropRoom::upright(*size, 0.0),
+            Self::Bin(bin) => bin.drop_room(),
+        }
+    }
+
+    /// Whether a point is in the room of a bin, or over the rectangle of a plane.
+    pub(super) fn contains(&self, point: &Point3<f64>) -> bool {
+        match self {
+            Self::Plane { size: [x, y] } => point.x.abs() <= x / 2.0 && point.y.abs() <= y / 2.0 && point.z > 0.0,
+            Self::Bin(bin) => bin.contains(point),
         }
     }
 
@@ -45,15 +107,7 @@ impl Container {
                 let [thickness, half] = GROUND;
                 Aabb { min: Point3::new(-half, -half, -thickness), max: Point3::new(half, half, 0.0) }
             }
-            Self::Bin { body, .. } => *body.surface().bounds(),
-        }
-    }
-
-    /// Height of the rim above the floor [m].
-    pub fn rim(&self) -> f64 {
-        match self {
-            Self::Plane { .. } => 0.0,
-            Self::Bin { inner: [_, _, z], .. } => *z,
+            Self::Bin(OpenBox { body, .. }) => *body.surface().bounds(),
         }
     }
 }

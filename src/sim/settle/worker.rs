@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{IsometryMatrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::{
-    BodyPatch, Container, Fault, Placement, SceneBody, SceneCollider, SceneTouch, SettleSettings, SettledBody,
-    SettledScene, Walls, collider::SceneLoan, model::SceneModel, walls::StandingWalls,
+    BodyPatch, Container, Fault, OpenBox, Placement, SceneBody, SceneCollider, SceneTouch, SettleSettings, SettledBody,
+    SettledScene, Walls, collider::SceneLoan, model::SceneModel, settings::DropRoom, walls::StandingWalls,
 };
 use crate::{
     convert::{index, isometry, quaternion},
@@ -226,7 +226,7 @@ impl SettleWorker {
             let body = bodies[high].body.as_ref();
             let other = match (low, &self.container) {
                 (Some(low), _) => Some((bodies[low].body.as_ref(), poses[low].inv_mul(&poses[high]))),
-                (None, Container::Bin { body, .. }) => Some((body.as_ref(), poses[high])),
+                (None, Container::Bin(OpenBox { body, .. })) => Some((body.as_ref(), poses[high])),
                 (None, Container::Plane { .. }) => None,
             };
             match &other {
@@ -288,7 +288,7 @@ impl Run<'_> {
     /// The first `count` bodies, those that are in the container and those that left it.
     fn kept_and_gone(&self, count: usize) -> [Vec<usize>; 2] {
         let stays = |index: &usize| {
-            self.present[*index] && self.contains(&(self.pose(*index) * self.bodies[*index].solid.centre))
+            self.present[*index] && self.container.contains(&(self.pose(*index) * self.bodies[*index].solid.centre))
         };
         let (kept, gone) = (0..count).partition(stays);
         [kept, gone]
@@ -447,15 +447,15 @@ impl Run<'_> {
         }
         let mut position = Vector3::zeros();
         let mut fits = true;
-        let (sides, rim) = self.room();
-        for (axis, (side, share)) in sides.into_iter().zip(shares).enumerate() {
-            let [from, to] = [-side / 2.0 + FROM_WALL - low[axis], side / 2.0 - FROM_WALL - high[axis]];
+        let DropRoom { sides, floor, rim } = self.room();
+        for (axis, ([start, end], share)) in sides.into_iter().zip(shares).enumerate() {
+            let [from, to] = [start + FROM_WALL - low[axis], end - FROM_WALL - high[axis]];
             fits &= from <= to;
             position[axis] = if from <= to { from + (to - from) * share } else { f64::midpoint(from, to) };
         }
         let is_there = |other: &usize| *other != index && self.present[*other] && !self.is_wall(*other);
         let top = (0..self.bodies.len()).filter(is_there).map(|other| self.top(other)).fold(0.0, f64::max);
-        let floor = if fits { 0.0 } else { rim };
+        let floor = if fits { floor } else { rim };
         position.z = top.max(floor) + self.settings.release_height - low.z;
         IsometryMatrix3::from_parts(Translation3::from(position), *rotation)
     }
@@ -465,11 +465,11 @@ impl Run<'_> {
         self.walls.is_some_and(|walls| walls.index == index)
     }
 
-    /// Sides of the room that bodies are dropped into, and the height of its rim [m].
-    fn room(&self) -> ([f64; 2], f64) {
+    /// Room that bodies are dropped into.
+    fn room(&self) -> DropRoom {
         match self.walls {
-            Some(StandingWalls { inner: [x, y, z], .. }) => ([x, y], z),
-            None => (self.container.floor(), self.container.rim()),
+            Some(StandingWalls { inner: [x, y, z], .. }) => DropRoom::upright([x, y], z),
+            None => self.container.drop_room(),
         }
     }
 
@@ -478,12 +478,6 @@ impl Run<'_> {
         let pose = self.pose(index);
         let heights = self.bodies[index].body.corners().iter().map(|corner| (pose * corner).z);
         heights.fold(f64::NEG_INFINITY, f64::max)
-    }
-
-    /// Whether a centre of mass is in the container.
-    fn contains(&self, centre: &Point3<f64>) -> bool {
-        let [x, y] = self.container.floor();
-        centre.x.abs() <= x / 2.0 && centre.y.abs() <= y / 2.0 && centre.z > 0.0
     }
 
     /// Puts the bodies at rest at these poses, as if nothing had been before.
@@ -570,7 +564,9 @@ mod tests {
         let inner = [0.4, 0.3, 0.2];
         let mesh = TriMesh::open_box(inner, 0.02);
         let surface = kernel::contact::ContactSurface::new(&mesh, InsideTest::WindingNumber).expect("a surface");
-        Container::Bin { body: Arc::new(ContactBody::new(&mesh, Arc::new(surface), Sampled::Edges)), inner }
+        let (outer, world_from_box) = (*surface.bounds(), IsometryMatrix3::identity());
+        let body = Arc::new(ContactBody::new(&mesh, Arc::new(surface), Sampled::Edges));
+        Container::Bin(OpenBox { body, inner, outer, world_from_box })
     }
 
     fn scene_body(source: &MeshSource) -> SceneBody {

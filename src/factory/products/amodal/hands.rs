@@ -15,7 +15,7 @@ use crate::{
 };
 use format::{SceneContainer, SceneImage};
 use kernel::contact::ContactSurface;
-use sim::{Container, StillShape};
+use sim::{Container, OpenBox, StillShape};
 
 /// A job's hand with the bodies of one scene; the memory of one thread.
 pub(super) struct SceneHands {
@@ -89,7 +89,7 @@ impl SceneHands {
         }
         let walls = match settled_container(container)? {
             Container::Plane { .. } => None,
-            Container::Bin { body, .. } => Some(Arc::clone(body.surface())),
+            Container::Bin(OpenBox { body, .. }) => Some(Arc::clone(body.surface())),
         };
         self.container = Some((*container, walls.clone()));
         Ok(walls)

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::loaded::LoadedObject;
-use format::{CONTAINER, Scene, SceneContainer};
+use format::{CONTAINER, Scene};
 use robot::grasp::{Obstacle, Surroundings};
-use sim::{ClutterScene, Container, SceneBody, TrialConditions};
+use sim::{ClutterScene, Container, OpenBox, SceneBody, TrialConditions};
 
 /// A settled scene with its objects.
 pub(super) struct LoadedScene {
@@ -38,15 +38,12 @@ impl LoadedScene {
         };
         let walls = match container {
             Container::Plane { .. } => None,
-            Container::Bin { body, .. } => Some(Obstacle {
+            Container::Bin(OpenBox { body, .. }) => Some(Obstacle {
                 surface: Arc::clone(body.surface()),
                 scene_from_obstacle: nalgebra::IsometryMatrix3::identity(),
             }),
         };
-        let ground = match record.container {
-            SceneContainer::Plane { .. } => 0.0,
-            SceneContainer::Bin { wall, .. } => -wall,
-        };
+        let ground = record.container.table_z();
         let surroundings =
             Surroundings { container: walls, ground, objects: objects.iter().zip(&poses).map(obstacle).collect() };
         let bodies = record.bodies.iter().zip(&objects).map(|(body, object)| SceneBody {

@@ -23,7 +23,11 @@ pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec) -> SceneSetting
     };
     check_idle(checker, mode);
     let container = match mode {
-        SceneMode::Bin => SceneContainer::Bin { inner: spec.container.inner, wall: spec.container.wall },
+        SceneMode::Bin => SceneContainer::Bin {
+            inner: spec.container.inner,
+            wall: spec.container.wall,
+            tilt_deg: spec.container.tilt_deg,
+        },
         _ => SceneContainer::Plane { size: spec.table.size },
     };
     let walls = (mode == SceneMode::Pile).then(|| walls(checker, &spec.pile, spec.table.size));

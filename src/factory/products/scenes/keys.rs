@@ -48,7 +48,7 @@ impl SceneJob {
         spec.import = import.as_ref().map(|import| import_spec(import, name));
         match *container {
             SceneContainer::Plane { size } => spec.table = TableSpec { size },
-            SceneContainer::Bin { inner, wall } => spec.container = ContainerSpec { inner, wall },
+            SceneContainer::Bin { inner, wall, tilt_deg } => spec.container = ContainerSpec { inner, wall, tilt_deg },
         }
         if let Some(PileWalls { side, height, lift_speed }) = *walls {
             spec.pile = PileSpec { side, height, lift_speed };

@@ -2,7 +2,7 @@
 
 use format::{SceneContainer, SceneOverview};
 use kernel::{
-    geom::{CameraCv, DepthCrop, Object, Pose, RenderMesh, SimdLevel, TriMesh, World},
+    geom::{CameraCv, DepthCrop, Object, Pose, RenderMesh, SimdLevel, World},
     ids::SampleId,
     render::LayeredImage,
 };
@@ -30,11 +30,16 @@ pub(super) struct Painter {
 impl Painter {
     /// A painter whose pictures hold the whole container.
     pub fn new(container: &SceneContainer, level: SimdLevel) -> Self {
-        let (walls, sides, rim) = match *container {
-            SceneContainer::Plane { size } => (None, size, 0.0),
-            SceneContainer::Bin { inner, wall } => {
-                let mesh = RenderMesh::new(&TriMesh::open_box(inner, wall), true);
-                (Some(mesh), [inner[0] + 2.0 * wall, inner[1] + 2.0 * wall], inner[2])
+        let walls = container.mesh().map(|mesh| RenderMesh::new(&mesh, true));
+        let (sides, rim) = match *container {
+            SceneContainer::Plane { size } => (size, 0.0),
+            SceneContainer::Bin { inner, wall, tilt_deg: 0.0 } => {
+                ([inner[0] + 2.0 * wall, inner[1] + 2.0 * wall], inner[2])
+            }
+            SceneContainer::Bin { .. } => {
+                let bounds = container.mesh().and_then(|mesh| mesh.aabb()).expect("a bin has walls");
+                let across = |axis: usize| 2.0 * bounds.max[axis].max(-bounds.min[axis]);
+                ([across(0), across(1)], bounds.max.z)
             }
         };
         let sides = sides.map(|side| side + 2.0 * AROUND);
@@ -89,7 +94,7 @@ mod tests {
         let mesh = prepare(&built_in_source("box-01")).expect("a sound shape").mesh;
         let bounds = mesh.aabb().expect("vertices");
         let render = RenderMesh::new(&mesh, false);
-        let container = SceneContainer::Bin { inner: [0.4, 0.3, 0.2], wall: 0.02 };
+        let container = SceneContainer::Bin { inner: [0.4, 0.3, 0.2], wall: 0.02, tilt_deg: 0.0 };
         let mut painter = Painter::new(&container, SimdLevel::Scalar);
         let at = |height: f64| Pose::from_xyz_rpy([0.0, 0.0, height - bounds.min.z, 0.0, 0.0, 0.0]);
         let (low, high) = (at(0.0), at(0.1));

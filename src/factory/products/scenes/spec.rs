@@ -164,6 +164,10 @@ pub struct ContainerSpec {
     /// Thickness of walls and floor.
     #[schemars(range(min = 0.002, max = 0.5), extend("x-unit" = "m"))]
     pub wall: f64,
+    /// Angle by which the side at positive y is raised, about the middle of the floor: bodies are presented to whoever stands
+    /// at negative y.
+    #[schemars(range(min = 0, max = 45), extend("x-unit" = "degree"))]
+    pub tilt_deg: f64,
 }
 
 /// Four walls around the middle of the table. They are lifted away and no part of the scene.

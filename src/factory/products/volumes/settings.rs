@@ -64,9 +64,15 @@ impl VolumeSettings {
     pub fn too_small_for(&self, container: &SceneContainer) -> Option<(&'static str, String)> {
         let SceneContainer::Bin { inner: [x, y, z], .. } = *container else { return None };
         let Self { grid: VolumeGrid { size, .. }, below, .. } = *self;
-        let (wide, high) = (x.max(y) > size, z > size - below);
-        let needed = x.max(y).max(z + below);
-        (wide || high).then(|| {
+        let room = container.room().expect("a bin has room inside");
+        let wide = 2.0 * [0, 1].map(|axis| room.max[axis].max(-room.min[axis])).into_iter().fold(0.0, f64::max);
+        let (high, deep) = (room.max.z, -room.min.z);
+        if deep > below {
+            let what = format!("the tilted bin reaches {deep:.3} m below the middle of its floor, the cube {below} m");
+            return Some(("fusion.below", format!("{what}; at least {deep:.3} m are needed")));
+        }
+        (wide > size || high > size - below).then(|| {
+            let needed = wide.max(high + below);
             let what =
                 format!("the bin is {x} x {y} x {z} m inside, the cube {size} m with {below} m of it below the floor");
             ("fusion.size", format!("{what}; at least {needed:.3} m are needed"))

@@ -29,7 +29,7 @@ fn candidates() -> PickCandidates {
     let body = |byte| (ObjectId(Digest([byte; 32])), Pose::identity());
     PickCandidates {
         sample: sample(),
-        container: SceneContainer::Bin { inner: [0.4, 0.3, 0.2], wall: 0.02 },
+        container: SceneContainer::Bin { inner: [0.4, 0.3, 0.2], wall: 0.02, tilt_deg: 0.0 },
         bodies: vec![body(1), body(2), body(3)],
         hand: "gripper".to_owned(),
         hand_id: ObjectId(Digest([7; 32])),

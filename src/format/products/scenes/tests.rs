@@ -1,7 +1,9 @@
+use nalgebra::Point3;
+
 use super::*;
 use crate::{Facts, RecordError};
 use kernel::{
-    geom::Pose,
+    geom::{Pose, TriMesh},
     ids::{Digest, ItemId, ObjectId, SampleId},
 };
 
@@ -26,7 +28,7 @@ fn scene() -> Scene {
     Scene {
         sample: SampleId::of_object(ObjectId(Digest([9; 32])), ItemId(17)),
         mode: SceneMode::Bin,
-        container: SceneContainer::Bin { inner: [0.4, 0.3, 0.2], wall: 0.02 },
+        container: SceneContainer::Bin { inner: [0.4, 0.3, 0.2], wall: 0.02, tilt_deg: 0.0 },
         bodies: vec![body(1), body(2)],
         contacts: vec![contact([0, 1]), contact([1, 2])],
         supports: vec![SceneSupport { by: 0, body: 1, share: 2.0 }, SceneSupport { by: 1, body: 2, share: 1.0 }],
@@ -55,10 +57,37 @@ fn payload(scene: &Scene) -> Vec<u8> {
     out
 }
 
+fn tilted(tilt_deg: f64) -> SceneContainer {
+    SceneContainer::Bin { inner: [0.4, 0.3, 0.2], wall: 0.02, tilt_deg }
+}
+
+#[test]
+fn a_tilted_bin_is_raised_at_positive_y_and_stands_on_its_lowest_corner() {
+    let upright = tilted(0.0);
+    assert_eq!(upright.mesh().expect("a bin"), TriMesh::open_box([0.4, 0.3, 0.2], 0.02));
+    assert_eq!((upright.table_z(), upright.sizes().len()), (-0.02, 4));
+    let room = upright.room().expect("a bin");
+    assert_eq!((room.min, room.max), (Point3::new(-0.2, -0.15, 0.0), Point3::new(0.2, 0.15, 0.2)));
+    for tilt in [1.0, 15.0, 45.0_f64] {
+        let bin = tilted(tilt);
+        let bounds = bin.mesh().and_then(|mesh| mesh.aabb()).expect("a bin");
+        assert!((bounds.min.z - bin.table_z()).abs() < 1e-7, "{} {}", bounds.min.z, bin.table_z());
+        let far = bin.world_from_container() * Point3::new(0.0, 0.15, 0.0);
+        assert!((far.z - 0.15 * tilt.to_radians().sin()).abs() < 1e-12 && far.y > 0.0);
+        // The lowest corners of the room and of the box around it are as far apart as the floor's and the wall's thickness have it.
+        let lowest = bin.room().expect("a bin").min.z;
+        let apart = 0.02 * (tilt.to_radians().cos() + tilt.to_radians().sin());
+        assert!((lowest - bounds.min.z - apart).abs() < 1e-7, "{lowest} {}", bounds.min.z);
+    }
+    let plane = SceneContainer::Plane { size: [0.6, 0.5] };
+    assert!(plane.mesh().is_none() && plane.room().is_none() && plane.table_z() == 0.0);
+}
+
 #[test]
 fn a_scene_comes_back_as_it_was() {
     let plane = Scene { mode: SceneMode::Table, container: SceneContainer::Plane { size: [0.6, 0.5] }, ..scene() };
-    for scene in [scene(), plane, imported()] {
+    let tilted = Scene { container: tilted(15.0), ..scene() };
+    for scene in [scene(), plane, imported(), tilted] {
         assert_eq!(Scene::decode(&payload(&scene)), Ok(scene));
     }
 }
@@ -82,7 +111,7 @@ fn a_scene_is_named_after_container_objects_and_poses_alone() {
     other.bodies.swap(0, 1);
     assert_ne!(one.id(), other.id());
     other = scene();
-    other.container = SceneContainer::Bin { inner: [0.4, 0.3, 0.2], wall: 0.03 };
+    other.container = SceneContainer::Bin { inner: [0.4, 0.3, 0.2], wall: 0.03, tilt_deg: 0.0 };
     assert_ne!(one.id(), other.id());
 }
 
@@ -94,7 +123,7 @@ fn what_is_no_scene_is_refused_with_its_field() {
         change(&mut scene);
         Scene::decode(&payload(&scene)).expect_err("no scene").to_string()
     };
-    let cases: [(&str, Change); 7] = [
+    let cases: [(&str, Change); 9] = [
         ("masses", |scene| scene.bodies[0].mass = -1.0),
         ("masses", |scene| scene.bodies.clear()),
         ("touch_second", |scene| scene.contacts[1].pair = [1, 3]),
@@ -102,6 +131,8 @@ fn what_is_no_scene_is_refused_with_its_field() {
         ("touch_normals", |scene| scene.contacts[0].normal = [0.0, 0.0, 0.9]),
         ("supported", |scene| scene.supports[0].body = 7),
         ("container_size", |scene| scene.container = SceneContainer::Plane { size: [0.0, 1.0] }),
+        ("container_size", |scene| scene.container = tilted(90.0)),
+        ("container_size", |scene| scene.container = tilted(-5.0)),
     ];
     for (field, change) in cases {
         let error = refused(change);

@@ -21,7 +21,7 @@ fn image() -> SceneImage {
         sample: SampleId { camera: 1, ..SampleId::of_object(ObjectId(Digest([9; 32])), ItemId(3)) },
         camera: Intrinsics { width: 4, height: 3, fx: 5.0, fy: 5.0, cx: 2.0, cy: 1.5, near: 0.01 },
         world_from_camera: Pose::from_xyz_rpy([0.0, 0.1, 0.5, 3.0, 0.0, 0.0]),
-        container: SceneContainer::Bin { inner: [0.4, 0.3, 0.2], wall: 0.02 },
+        container: SceneContainer::Bin { inner: [0.4, 0.3, 0.2], wall: 0.02, tilt_deg: 0.0 },
         table: [2.0, 2.0],
         bodies: vec![
             body(1, 2, [1, 0, 2, 1], (2, [1, 0, 2, 1]), mask(1, 0, 2, 1, 0b11)),

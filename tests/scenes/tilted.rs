@@ -1,0 +1,75 @@
+//! A bin that is tilted: what lies in it, and all that is made of it, against programs that build it out of boxes of their own.
+
+use graspmill::format::{Scene, SceneContainer};
+use serde_json::Value;
+
+use crate::{
+    amodal::{SHELL, amodal_job, check_by_trimesh, views_job},
+    assert_refused, picks, scenes,
+    support::{
+        files::{FULL_CHECK, assert_intact, repository_path},
+        jobs::NO_SPLIT,
+        program::{Program, print_root},
+        workspace::Workspace,
+    },
+};
+
+const TILT: f64 = 25.0;
+
+fn bins(container: &str) -> String {
+    format!(
+        "product = \"scenes\"\nseed = 4\nmode = \"bin\"\ncount = 3\nscenes = {{ training = 4 }}\n\
+         container = {{ inner = [0.3, 0.3, 0.2], wall = 0.02{container} }}\n[[objects]]\n\
+         built_in = [\"bottle-01\", \"box-01\", \"can-01\", \"cup-01\"]\n{NO_SPLIT}"
+    )
+}
+
+#[test]
+fn bodies_lie_at_the_lower_wall_and_everybody_sees_the_same_bin() {
+    let workspace = Workspace::new();
+    let data = workspace.make_dataset("scenes", &bins(&format!(", tilt_deg = {TILT}")), &[]);
+    let one = workspace.path("one");
+    Program::run_job(data.join("job.toml"), &one).option("--threads", "1").succeed();
+    assert_eq!(print_root(&data), print_root(&one));
+    assert_intact(&data, FULL_CHECK);
+    let kept: Vec<Scene> = scenes(&data).into_iter().flatten().collect();
+    assert!(kept.len() >= 3, "{} kept", kept.len());
+    let container = SceneContainer::Bin { inner: [0.3, 0.3, 0.2], wall: 0.02, tilt_deg: TILT };
+    // Along the floor, up the tilt.
+    let container_from_world = container.world_from_container().inverse();
+    let along = |scene: &Scene| {
+        let middles = scene.bodies.iter().map(|body| container_from_world * body.world_from_object.translation());
+        middles.map(|middle| middle.y).sum::<f64>() / scene.bodies.len() as f64
+    };
+    for scene in &kept {
+        assert_eq!((scene.container, scene.bodies.len()), (container, 3));
+        assert!(scene.bodies.iter().all(|body| body.drift < 2e-3));
+    }
+    let mean = kept.iter().map(along).sum::<f64>() / kept.len() as f64;
+    assert!(mean < -0.02, "the bodies lie at {mean} m along the floor");
+
+    let views = workspace.make_dataset("views", &views_job("scenes", SHELL, ""), &["views.depth_step=0"]);
+    let python = Program::python().arg("tests/peers/views.py").arg(&views).arg("4");
+    let seen: Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();
+    println!("{seen}");
+    assert_eq!((&seen["views"], &seen["wrong"], &seen["mask_wrong"]), (&4.into(), &0.into(), &0.into()));
+    assert!(seen["worst_depth"].as_f64().expect("a depth") < 1e-5, "{seen}");
+
+    let pairs = workspace.make_dataset("pairs", &amodal_job("views", "channels = { cloud = true }"), &[]);
+    println!("{}", check_by_trimesh(&pairs, &views, "8"));
+
+    workspace.make_dataset("grasps", &picks::grasps_job(&picks::GRASPED, ""), &[]);
+    let picked = workspace.make_dataset("picks", &picks::picks_job("trials = 1"), &[]);
+    assert_intact(&picked, FULL_CHECK);
+    Program::on("verify", &picked).option("--regenerate", "6").succeed();
+}
+
+#[test]
+fn a_bin_without_a_tilt_is_the_bin_of_before_and_a_wall_is_no_floor() {
+    let workspace = Workspace::new();
+    let upright = workspace.make_dataset("upright", &bins(""), &["scenes.training=2"]);
+    let zero = workspace.make_dataset("zero", &bins(", tilt_deg = 0"), &["scenes.training=2"]);
+    assert_eq!(print_root(&upright), print_root(&zero));
+    let steep = "mode = \"bin\"\nscenes = { training = 2 }\ncontainer = { tilt_deg = 60 }";
+    assert_refused(&workspace, steep, "container.tilt_deg");
+}
