@@ -1,6 +1,6 @@
 //! Mistakes of a document as they are found, each key once.
 
-use std::{collections::BTreeSet, ops::Bound};
+use std::{collections::BTreeSet, fmt::Display, ops::Bound};
 
 use super::{
     document::{Document, Span},
@@ -100,6 +100,14 @@ impl Checker {
         found: impl Into<String>,
     ) -> Report<'_> {
         self.fail(path, Problem::Invalid { expected: expected.into(), found: found.into() })
+    }
+
+    /// Reports a range of which the first number is above the second. Returns whether they are in order; equal ones are.
+    pub fn check_range<T: PartialOrd + Display>(&mut self, path: impl Into<Path>, [low, high]: &[T; 2]) -> bool {
+        if low > high {
+            self.invalid(path, "the lower number first", format!("[{low}, {high}]"));
+        }
+        low <= high
     }
 
     /// Reports a setting that excludes another.

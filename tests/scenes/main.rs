@@ -145,6 +145,25 @@ fn bodies_in_one_another_settle_once_more_in_shorter_steps() {
     assert!(again.iter().flatten().all(|scene| scene.depths[0] <= 5e-4 && scene.depths[1] <= 1e-3));
 }
 
+/// By a lax rule bodies rest while they still fall: what the check by further stepping moves settles on.
+#[test]
+fn bodies_that_the_check_moves_settle_on_from_there() {
+    let workspace = Workspace::new();
+    let lax = "mode = \"bin\"\ncount = 4\nscenes = { training = 6 }\nphysics = { rest_speed = 0.1, rest_time = 0.05 }";
+    let data = workspace.make_dataset("lax", &job(&SHAPES, lax), &[]);
+    assert_intact(&data, FULL_CHECK);
+    Program::on("verify", &data).option("--regenerate", "2").succeed();
+    let found = scenes(&data);
+    let kept: Vec<&Scene> = found.iter().flatten().collect();
+    assert!(kept.len() >= 5, "{:?}", found.iter().map(|scene| scene.as_ref().err()).collect::<Vec<_>>());
+    for scene in &kept {
+        assert!(scene.bodies.len() == 4 && scene.bodies.iter().all(|body| body.drift < 2e-3 && body.turn < 0.035));
+    }
+    // Two seconds of the check count as time to rest.
+    let again = kept.iter().filter(|scene| scene.rest_time > 2.0).count();
+    assert!(again > 0, "{:?}", kept.iter().map(|scene| scene.rest_time).collect::<Vec<_>>());
+}
+
 /// Heaps on tables so small that balls and cans roll off.
 #[test]
 fn bodies_that_leave_the_container_are_put_back() {

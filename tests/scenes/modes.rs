@@ -100,7 +100,7 @@ fn mistakes_about_a_place_are_said_with_key_and_remedy() {
     let workspace = Workspace::new();
     for (keys, expected) in [
         ("place = { x = [0.2, 0.1], y = [0.0, 0.1] }", "place.x"),
-        ("place = { around = [0.0, 0.0], radius = [0.2, 0.2] }", "place.radius"),
+        ("place = { around = [0.0, 0.0], radius = [0.3, 0.2] }", "place.radius"),
         ("place = { around = [2.0, 0.0], radius = [0.1, 0.2] }", "a part of the table (`table.size`)"),
         ("place = { around = [0.0, 0.0], radius = [0.5, 0.6] }", "a part of the table (`table.size`)"),
         ("place = { x = [0.5, 0.6], y = [0.0, 0.1] }", "a part of the table (`table.size`)"),

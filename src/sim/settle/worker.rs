@@ -27,6 +27,9 @@ const FROM_WALL: f64 = 0.002;
 /// A body below this has left the container for good [m].
 const LOST_BELOW: f64 = -0.5;
 
+/// Times that bodies which the check moves may settle on, at most.
+const MORE_RESTS: u32 = 3;
+
 /// Distance at which bodies wait for their release, one beside the other [m].
 const PARKED: f64 = 50.0;
 
@@ -79,7 +82,8 @@ impl SettleWorker {
     /// `min`: how many have to stay in the container.
     ///
     /// Thin walls can pass one another between two steps. Bodies that end up in one another settle once more from the same
-    /// placements, in shorter steps; the check from the stored poses always has the steps of the settings.
+    /// placements, in shorter steps; the check from the stored poses always has the steps of the settings. Bodies that stand
+    /// by every rule of speed may fall all the same: where the check moves one, they settle on from where it leads.
     ///
     /// # Panics
     /// When there are not as many placements as bodies, or there is no body.
@@ -87,13 +91,51 @@ impl SettleWorker {
         assert_eq!(bodies.len(), placements.len(), "one placement per body");
         let mut scene = SettledScene::default();
         let rested = self.rest(bodies, placements, min, &mut scene);
-        scene.fault = rested.and_then(|()| self.check(bodies, &mut scene)).err();
+        self.conclude(rested, bodies, min, &mut scene);
         if let (Some(Fault::Crossed { .. } | Fault::TooDeep { .. }), Some(finer)) = (&scene.fault, &mut self.finer) {
             scene = SettledScene::default();
             let rested = finer.rest(bodies, placements, min, &mut scene);
-            scene.fault = rested.and_then(|()| self.check(bodies, &mut scene)).err();
+            self.conclude(rested, bodies, min, &mut scene);
         }
         scene
+    }
+
+    /// Checks bodies that rest, and lets them settle on while the check moves one of them.
+    fn conclude(&mut self, rested: Result<(), Fault>, bodies: &[SceneBody], min: usize, scene: &mut SettledScene) {
+        let mut checked = rested.and_then(|()| self.check(bodies, scene));
+        for _ in 0..MORE_RESTS {
+            if !matches!(checked, Err(Fault::Moved { .. })) {
+                break;
+            }
+            checked = self.settle_on(bodies, min, scene).and_then(|()| self.check(bodies, scene));
+        }
+        scene.fault = checked.err();
+    }
+
+    /// Steps the bodies of a scene as the check did, and on until they rest.
+    fn settle_on(&mut self, bodies: &[SceneBody], min: usize, scene: &mut SettledScene) -> Result<(), Fault> {
+        let stood = std::mem::take(&mut scene.bodies);
+        let (rest_time, steps, recheck) = (scene.rest_time, scene.steps, self.settings.recheck);
+        let poses: Vec<IsometryMatrix3<f64>> = stood.iter().map(|body| body.world_from_object).collect();
+        let standing: Vec<SceneBody> = stood.iter().map(|body| bodies[body.index].clone()).collect();
+        let mut run = self.run(&standing);
+        run.seat(&poses);
+        run.step_for(recheck)?;
+        let speed = run.wait(standing.len(), scene)?;
+        (scene.rest_time, scene.steps) = (rest_time + recheck + scene.rest_time, steps + scene.steps);
+        if let Some(speed) = speed {
+            return Err(Fault::NeverRested { speed });
+        }
+        let [kept, gone] = run.kept_and_gone(standing.len());
+        let settled = |at: &usize| SettledBody::at(stood[*at].index, run.pose(*at), stood[*at].released_at);
+        scene.bodies = kept.iter().map(settled).collect();
+        scene.gone.extend(gone.iter().map(|at| stood[*at].index));
+        scene.gone.sort_unstable();
+        scene.depths = [0.0; 2];
+        if kept.len() < min.max(1) {
+            return Err(Fault::Gone { bodies: scene.gone.clone() });
+        }
+        Ok(())
     }
 
     /// Examines bodies at rest in poses of which nothing is known: what overlaps, what touches, and what moves when the bodies
@@ -149,10 +191,10 @@ impl SettleWorker {
         // Bodies that left the container are none of the scene's.
         let [mut kept, mut gone] = run.kept_and_gone(bodies.len());
         for time in 0..run.settings.put_back {
-            if speed.is_some() || kept.len() >= min.max(1) {
+            let is_over = speed.is_some() || kept.len() >= min.max(1);
+            if is_over || !run.put_back(&gone, placements, 0.5_f64.powi(time as i32 + 1), &mut released)? {
                 break;
             }
-            run.put_back(&gone, placements, 0.5_f64.powi(time as i32 + 1), &mut released)?;
             speed = run.wait(bodies.len(), scene)?;
             [kept, gone] = run.kept_and_gone(bodies.len());
         }
@@ -295,17 +337,20 @@ impl Run<'_> {
     }
 
     /// Drops bodies again that left the container, one after the other, each at a share of the distance from the middle at
-    /// which it was dropped before; notes the times of these releases [s].
+    /// which it was dropped before; notes the times of these releases [s]. Bodies that were put down stay away. Returns
+    /// whether there was one to drop.
     fn put_back(
         &mut self,
         gone: &[usize],
         placements: &[Placement],
         share_of_way: f64,
         released: &mut [f64],
-    ) -> Result<(), Fault> {
+    ) -> Result<bool, Fault> {
+        let mut dropped = false;
         gone.iter().for_each(|index| self.present[*index] = false);
         for (position, index) in gone.iter().enumerate() {
             let Placement::Dropped { rotation, shares } = &placements[*index] else { continue };
+            dropped = true;
             let pose = self.drop_pose(*index, rotation, shares.map(|share| 0.5 + (share - 0.5) * share_of_way));
             self.put(*index, &pose);
             self.present[*index] = true;
@@ -314,7 +359,7 @@ impl Run<'_> {
                 self.step_for(self.settings.release_every)?;
             }
         }
-        Ok(())
+        Ok(dropped)
     }
 
     /// Steps until the first `count` bodies rest, which is when no speed is above the bound for a while: `None`, or the largest

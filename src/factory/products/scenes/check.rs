@@ -109,19 +109,13 @@ pub(super) fn idle_keys(mode: SceneMode) -> Vec<(&'static str, &'static str)> {
 
 /// A region of a table of these sides [m].
 fn region(checker: &mut Checker, spec: PlaceSpec, table: [f64; 2]) -> Option<Region> {
-    let mut is_ordered = |key: &str, [from, to]: [f64; 2]| {
-        if from >= to {
-            checker.invalid(key, "the lower number first", format!("[{from}, {to}]"));
-        }
-        from < to
-    };
     let region = match spec {
         PlaceSpec::Rectangle(RectangleSpec { x, y }) => {
-            let ordered = [is_ordered("place.x", x), is_ordered("place.y", y)];
+            let ordered = [("place.x", x), ("place.y", y)].map(|(key, range)| checker.check_range(key, &range));
             ordered.iter().all(|ordered| *ordered).then_some(Region::Rectangle([x, y]))
         }
         PlaceSpec::Ring(RingSpec { around, radius }) => {
-            is_ordered("place.radius", radius).then_some(Region::Ring { around, radius })
+            checker.check_range("place.radius", &radius).then_some(Region::Ring { around, radius })
         }
     }?;
     if !region.meets(table) {
@@ -144,11 +138,9 @@ fn walls(checker: &mut Checker, spec: &PileSpec, table: [f64; 2]) -> PileWalls {
 fn friction(checker: &mut Checker, spec: &ScenePhysicsSpec) -> [f64; 2] {
     match spec.friction {
         FrictionSpec::Exactly(friction) => [friction; 2],
-        FrictionSpec::Between([low, high]) => {
-            if low > high {
-                checker.invalid("physics.friction", "the lower number first", format!("[{low}, {high}]"));
-            }
-            [low, high]
+        FrictionSpec::Between(range) => {
+            checker.check_range("physics.friction", &range);
+            range
         }
     }
 }

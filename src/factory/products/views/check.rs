@@ -97,10 +97,8 @@ fn camera(checker: &mut Checker, index: usize, entry: &ViewCameraSpec, folder: &
 fn shell(checker: &mut Checker, path: &Path, shell: &ShellSpec) -> ViewPlacement {
     let ShellSpec { radius, polar_deg, roll_deg, aim } = *shell;
     let roll_deg = roll_deg.unwrap_or([0.0; 2]);
-    for (key, [low, high]) in [("radius", radius), ("polar_deg", polar_deg), ("roll_deg", roll_deg)] {
-        if low > high {
-            checker.invalid(path.key(key), "the lower number first", format!("[{low}, {high}]"));
-        }
+    for (key, range) in [("radius", radius), ("polar_deg", polar_deg), ("roll_deg", roll_deg)] {
+        checker.check_range(path.key(key), &range);
     }
     let aim = match aim {
         None | Some(AimSpec::Bodies) => Aim::Bodies,

@@ -19,9 +19,7 @@ use kernel::voxel::VolumeGrid;
 /// Settings of the volumes; mistakes are reported.
 pub(super) fn settings(checker: &mut Checker, spec: &VolumesSpec) -> VolumeSettings {
     let FusionSpec { size, resolution, truncation_voxels, below, views, fusions } = spec.fusion;
-    if views[0] > views[1] {
-        checker.invalid("fusion.views", "the lower number first", format!("[{}, {}]", views[0], views[1]));
-    }
+    checker.check_range("fusion.views", &views);
     if below >= size {
         checker.invalid("fusion.below", format!("less than the cube's edge, {size} m"), format!("{below} m"));
     }
