@@ -64,6 +64,21 @@ fn bodies_lie_at_the_lower_wall_and_everybody_sees_the_same_bin() {
     Program::on("verify", &picked).option("--regenerate", "6").succeed();
 }
 
+/// The walls of a deep bin hang over all of its floor: bodies come through its mouth.
+#[test]
+fn bodies_are_dropped_into_the_mouth_of_a_deep_bin() {
+    let workspace = Workspace::new();
+    let deep = ["count=1", "container={ inner = [0.2, 0.2, 0.3], tilt_deg = 40 }"];
+    let found = scenes(&workspace.make_dataset("deep", &bins(""), &deep));
+    let kept: Vec<&Scene> = found.iter().flatten().collect();
+    assert!(kept.len() >= 3, "{found:?}");
+    let room = kept[0].container.room().expect("a bin has room inside");
+    for scene in kept {
+        let middle = scene.bodies[0].world_from_object.translation();
+        assert!((room.min.z..room.max.z).contains(&middle.z) && middle.y < 0.0, "{middle}");
+    }
+}
+
 #[test]
 fn a_bin_without_a_tilt_is_the_bin_of_before_and_a_wall_is_no_floor() {
     let workspace = Workspace::new();

@@ -41,8 +41,10 @@ pub struct OpenBox {
 /// Room that bodies are dropped into.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct DropRoom {
-    /// Where the floor is and nothing above it, along x and y [m].
+    /// Where the floor is and nothing above it, along x and y [m]: a tilted wall hangs over a part of it.
     pub sides: [[f64; 2]; 2],
+    /// Where the mouth is, along x and y [m].
+    pub mouth: [[f64; 2]; 2],
     /// Height of the floor, where it is highest [m].
     pub floor: f64,
     /// Height of the rim, where it is highest [m].
@@ -52,28 +54,28 @@ pub(super) struct DropRoom {
 impl DropRoom {
     /// The room between upright walls around the origin.
     pub fn upright([x, y]: [f64; 2], rim: f64) -> Self {
-        Self { sides: [x, y].map(|side| [-side / 2.0, side / 2.0]), floor: 0.0, rim }
+        let sides = [x, y].map(|side| [-side / 2.0, side / 2.0]);
+        Self { sides, mouth: sides, floor: 0.0, rim }
     }
 }
 
 impl OpenBox {
-    /// Below the mouth and above the floor: a tilted wall hangs over a part of it.
+    /// Room that bodies are dropped into.
     fn drop_room(&self) -> DropRoom {
         let [x, y, z] = self.inner;
         let level = |height: f64| {
             let [x, y] = [x / 2.0, y / 2.0];
-            [[-x, -y], [x, -y], [x, y], [-x, y]].map(|[x, y]| self.world_from_box * Point3::new(x, y, height))
+            let corners = [[-x, -y], [x, -y], [x, y], [-x, y]];
+            let around = Aabb { min: Point3::from([f64::MAX; 3]), max: Point3::from([f64::MIN; 3]) };
+            corners.into_iter().fold(around, |Aabb { min, max }, [x, y]| {
+                let corner = self.world_from_box * Point3::new(x, y, height);
+                Aabb { min: min.inf(&corner), max: max.sup(&corner) }
+            })
         };
-        let highest = |corners: &[Point3<f64>; 4]| corners.iter().map(|corner| corner.z).fold(f64::MIN, f64::max);
         let (floor, mouth) = (level(0.0), level(z));
-        let sides = [0, 1].map(|axis| {
-            let ends = [&floor, &mouth].map(|corners| {
-                let along = corners.map(|corner| corner[axis]);
-                [along.into_iter().fold(f64::MAX, f64::min), along.into_iter().fold(f64::MIN, f64::max)]
-            });
-            [ends[0][0].max(ends[1][0]), ends[0][1].min(ends[1][1])]
-        });
-        DropRoom { sides, floor: highest(&floor), rim: highest(&mouth) }
+        let along = |axis: usize| [floor.min[axis].max(mouth.min[axis]), floor.max[axis].min(mouth.max[axis])];
+        let of_mouth = |axis: usize| [mouth.min[axis], mouth.max[axis]];
+        DropRoom { sides: [0, 1].map(along), mouth: [0, 1].map(of_mouth), floor: floor.max.z, rim: mouth.max.z }
     }
 
     fn contains(&self, point: &Point3<f64>) -> bool {

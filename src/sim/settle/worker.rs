@@ -490,13 +490,20 @@ impl Run<'_> {
             let corner = rotation * corner.coords;
             (low, high) = (low.inf(&corner), high.sup(&corner));
         }
-        let mut position = Vector3::zeros();
-        let mut fits = true;
-        let DropRoom { sides, floor, rim } = self.room();
-        for (axis, ([start, end], share)) in sides.into_iter().zip(shares).enumerate() {
-            let [from, to] = [start + FROM_WALL - low[axis], end - FROM_WALL - high[axis]];
-            fits &= from <= to;
-            position[axis] = if from <= to { from + (to - from) * share } else { f64::midpoint(from, to) };
+        let DropRoom { sides, mouth, floor, rim } = self.room();
+        // A position within some sides, and whether the body fits between them.
+        let within = |sides: [[f64; 2]; 2]| {
+            let (mut position, mut fits) = (Vector3::zeros(), true);
+            for (axis, ([start, end], share)) in sides.into_iter().zip(shares).enumerate() {
+                let [from, to] = [start + FROM_WALL - low[axis], end - FROM_WALL - high[axis]];
+                fits &= from <= to;
+                position[axis] = if from <= to { from + (to - from) * share } else { f64::midpoint(from, to) };
+            }
+            (position, fits)
+        };
+        let (mut position, fits) = within(sides);
+        if !fits {
+            (position, _) = within(mouth);
         }
         let is_there = |other: &usize| *other != index && self.present[*other] && !self.is_wall(*other);
         let top = (0..self.bodies.len()).filter(is_there).map(|other| self.top(other)).fold(0.0, f64::max);
