@@ -55,7 +55,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("kernel/geom", &[]),
     ("kernel/voxel", &["geom", "seed"]),
     ("kernel/render", &["geom", "ids", "seed"]),
-    ("kernel/contact", &["cancel", "geom", "voxel"]),
+    ("kernel/contact", &["geom", "voxel"]),
     ("kernel/assets", &["files", "geom", "ids", "seed", "voxel", "words"]),
     ("kernel/object", &["assets", "cancel", "contact", "geom", "ids", "voxel", "words"]),
     ("robot/kinematics", &[]),
