@@ -83,8 +83,6 @@ class Thing:
         return False
 
 
-
-
 def path_of(world_from_base: np.ndarray) -> np.ndarray:
     """Poses of the hand's base on its way along its z axis, from the stand-off to the grasp."""
     path = np.tile(world_from_base, (STEPS, 1, 1))

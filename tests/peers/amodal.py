@@ -19,23 +19,7 @@ import graspmill
 import igl
 import numpy as np
 import trimesh
-
-
-def boxes_of(view):
-    """Walls and floor of the container as boxes of our own, in the world, and the height below which the table is solid."""
-    kind, sizes = view.container
-    if kind == "plane":
-        return [], 0.0
-    x, y, z, wall = sizes[:4]
-    tilt = np.radians(sizes[4]) if len(sizes) > 4 else 0.0
-    shift = trimesh.transformations.translation_matrix
-    parts = [trimesh.creation.box((x + 2 * wall, y + 2 * wall, wall), shift((0, 0, -wall / 2)))]
-    for sign in (-1, 1):
-        parts.append(trimesh.creation.box((wall, y + 2 * wall, z + wall), shift((sign * (x + wall) / 2, 0, (z - wall) / 2))))
-        parts.append(trimesh.creation.box((x + 2 * wall, wall, z + wall), shift((0, sign * (y + wall) / 2, (z - wall) / 2))))
-    for part in parts:
-        part.apply_transform(trimesh.transformations.rotation_matrix(tilt, (1, 0, 0)))
-    return parts, min(part.bounds[0][2] for part in parts)
+from pixels import boxes_of
 
 
 def moved(points, pose):

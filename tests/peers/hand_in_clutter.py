@@ -14,7 +14,8 @@ import igl
 import mujoco
 import numpy as np
 import trimesh
-from amodal import boxes_of, moved
+from amodal import moved
+from pixels import boxes_of
 
 CONTAINER, TABLE = 254, 255
 AT_REST, TIMED_OUT, BLOCKED = 0, 1, 5

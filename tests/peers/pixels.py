@@ -25,23 +25,27 @@ def directions(camera, world_from_camera):
     return np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3) @ world_from_camera[:3, :3].T
 
 
+def boxes_of(view):
+    """Walls and floor of the container as boxes of our own, in the world, and the height below which the table is solid."""
+    kind, sizes = view.container
+    if kind == "plane":
+        return [], 0.0
+    x, y, z, wall = sizes[:4]
+    tilt = np.radians(sizes[4]) if len(sizes) > 4 else 0.0
+    shift = trimesh.transformations.translation_matrix
+    parts = [trimesh.creation.box((x + 2 * wall, y + 2 * wall, wall), shift((0, 0, -wall / 2)))]
+    for sign in (-1, 1):
+        parts.append(trimesh.creation.box((wall, y + 2 * wall, z + wall), shift((sign * (x + wall) / 2, 0, (z - wall) / 2))))
+        parts.append(trimesh.creation.box((x + 2 * wall, wall, z + wall), shift((0, sign * (y + wall) / 2, (z - wall) / 2))))
+    for part in parts:
+        part.apply_transform(trimesh.transformations.rotation_matrix(tilt, (1, 0, 0)))
+    return parts, min(part.bounds[0][2] for part in parts)
+
+
 def fixed_meshes(view):
     """Container and table, out of boxes and a rectangle of our own."""
-    kind, sizes = view.container
-    meshes = []
-    floor = 0.0
-    if kind == "bin":
-        x, y, z, wall = sizes[:4]
-        parts = [trimesh.creation.box((x + 2 * wall, y + 2 * wall, wall), trimesh.transformations.translation_matrix((0, 0, -wall / 2)))]
-        for sign in (-1, 1):
-            at = trimesh.transformations.translation_matrix((sign * (x + wall) / 2, 0, (z - wall) / 2))
-            parts.append(trimesh.creation.box((wall, y + 2 * wall, z + wall), at))
-            at = trimesh.transformations.translation_matrix((0, sign * (y + wall) / 2, (z - wall) / 2))
-            parts.append(trimesh.creation.box((x + 2 * wall, wall, z + wall), at))
-        walls = trimesh.util.concatenate(parts)
-        walls.apply_transform(trimesh.transformations.rotation_matrix(np.radians(sizes[4]) if len(sizes) > 4 else 0.0, (1, 0, 0)))
-        floor = walls.bounds[0][2]
-        meshes.append((CONTAINER, walls))
+    parts, floor = boxes_of(view)
+    meshes = [(CONTAINER, trimesh.util.concatenate(parts))] if parts else []
     half = np.asarray(view.table_size) / 2
     corners = [(sx * half[0], sy * half[1], floor) for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     meshes.append((TABLE, trimesh.Trimesh(corners, [(0, 1, 2), (0, 2, 3)], process=False)))

@@ -15,9 +15,10 @@ import igl
 import mujoco
 import numpy as np
 import trimesh
-from amodal import boxes_of, moved
+from amodal import moved
 from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
+from pixels import boxes_of
 
 CONTAINER, TABLE = 254, 255
 # Room behind the box, and what a contact has to be clear of [m].

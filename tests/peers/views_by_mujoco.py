@@ -35,7 +35,7 @@ def model_of(view, meshes):
     kind, sizes = view.container
     floor, half = 0.0, np.asarray(view.table_size) / 2
     if kind == "bin":
-        # Of bins that stand upright: a tilted one has one more number.
+        # The bins stand upright: a tilted one has one more number.
         x, y, z, wall = sizes
         floor = -wall
         box = mujoco.mjtGeom.mjGEOM_BOX

@@ -80,6 +80,10 @@ fn bodies_stand_where_their_place_on_the_table_is() {
     let ring = made("ring", "place = { around = [-0.6, 0.1], radius = [0.45, 0.6] }");
     let distances: Vec<f64> = positions(&ring).iter().map(|[x, y]| (x + 0.6).hypot(y - 0.1)).collect();
     assert!(distances.iter().all(|distance| (0.45 - slack..0.6 + slack).contains(distance)), "{distances:?}");
+    // Two equal numbers make a circle of it.
+    let circle = made("circle", "place = { around = [-0.6, 0.1], radius = [0.55, 0.55] }");
+    let distances: Vec<f64> = positions(&circle).iter().map(|[x, y]| (x + 0.6).hypot(y - 0.1)).collect();
+    assert!(distances.iter().all(|distance| (distance - 0.55).abs() < slack), "{distances:?}");
     let rectangle = made("rectangle", "place = { x = [-0.4, 0.4], y = [0.2, 0.4] }");
     let rim = positions(&rectangle);
     assert!(rim.iter().all(|[x, y]| x.abs() < 0.4 + slack && (0.2 - slack..0.4).contains(y)), "{rim:?}");

@@ -104,6 +104,25 @@ pub struct SettledScene {
 }
 
 impl SettledScene {
+    /// Keeps the bodies that stayed, and the indices of those that left.
+    ///
+    /// # Errors
+    /// When fewer stayed than there have to be, or none.
+    pub(super) fn keep(
+        &mut self,
+        bodies: Vec<SettledBody>,
+        gone: impl IntoIterator<Item = usize>,
+        min: usize,
+    ) -> Result<(), Fault> {
+        self.bodies = bodies;
+        self.gone.extend(gone);
+        self.gone.sort_unstable();
+        if self.bodies.len() < min.max(1) {
+            return Err(Fault::Gone { bodies: self.gone.clone() });
+        }
+        Ok(())
+    }
+
     /// The largest motion [m] and rotation [rad] of a body in the check.
     pub fn drift(&self) -> [f64; 2] {
         let of = |value: fn(&SettledBody) -> f64| self.bodies.iter().map(value).fold(0.0, f64::max);

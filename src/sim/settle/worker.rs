@@ -128,14 +128,8 @@ impl SettleWorker {
         }
         let [kept, gone] = run.kept_and_gone(standing.len());
         let settled = |at: &usize| SettledBody::at(stood[*at].index, run.pose(*at), stood[*at].released_at);
-        scene.bodies = kept.iter().map(settled).collect();
-        scene.gone.extend(gone.iter().map(|at| stood[*at].index));
-        scene.gone.sort_unstable();
         scene.depths = [0.0; 2];
-        if kept.len() < min.max(1) {
-            return Err(Fault::Gone { bodies: scene.gone.clone() });
-        }
-        Ok(())
+        scene.keep(kept.iter().map(settled).collect(), gone.into_iter().map(|at| stood[at].index), min)
     }
 
     /// Examines bodies at rest in poses of which nothing is known: what overlaps, what touches, and what moves when the bodies
@@ -201,12 +195,8 @@ impl SettleWorker {
         if let Some(speed) = speed {
             return Err(Fault::NeverRested { speed });
         }
-        scene.gone = gone;
-        scene.bodies = kept.iter().map(|index| SettledBody::at(*index, run.pose(*index), released[*index])).collect();
-        if kept.len() < min.max(1) {
-            return Err(Fault::Gone { bodies: scene.gone.clone() });
-        }
-        Ok(())
+        let settled = |index: &usize| SettledBody::at(*index, run.pose(*index), released[*index]);
+        scene.keep(kept.iter().map(settled).collect(), gone, min)
     }
 
     /// Refuses a scene whose bodies are in one another, or move when they are stepped again.

@@ -65,8 +65,8 @@ pub struct AmodalGateSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AmodalShardsSpec {
-    /// Samples per shard, at most: a shard ends where a view ends, and holds one at least. Without it, a thirty-second of all samples, but from 64 to 4,096: threads and
-    /// tasks take whole shards. Changes no sample.
+    /// Samples per shard, at most: a shard ends where a view ends, and holds one at least. Without it, a thirty-second of
+    /// all samples, but from 64 to 4,096: threads and tasks take whole shards. Changes no sample.
     #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "samples", "examples" = [4096]))]
     pub samples: Option<u32>,
 }

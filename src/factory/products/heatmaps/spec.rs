@@ -109,8 +109,8 @@ pub struct SquaresSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HeatmapShardsSpec {
-    /// Images per shard. Without it, a thirty-second of all images, but from 8 to 64: threads and
-    /// tasks take whole shards. Changes no sample.
+    /// Images per shard. Without it, a thirty-second of all images, but from 8 to 64: threads and tasks take whole shards.
+    /// Changes no sample.
     #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "images", "examples" = [64]))]
     pub samples: Option<u32>,
 }

@@ -144,8 +144,8 @@ impl From<AwakeBodies> for AwakeSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PickShardsSpec {
-    /// Bodies per shard. Without it, a thirty-second of all bodies, but from 8 to 64: threads and
-    /// tasks take whole shards. Changes no sample.
+    /// Bodies per shard. Without it, a thirty-second of all bodies, but from 8 to 64: threads and tasks take whole shards.
+    /// Changes no sample.
     #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "bodies", "examples" = [64]))]
     pub samples: Option<u32>,
 }

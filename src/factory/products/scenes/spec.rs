@@ -242,8 +242,8 @@ pub enum FrictionSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneShardsSpec {
-    /// Scenes per shard. Without it, a thirty-second of all scenes, but from 4 to 64: threads and
-    /// tasks take whole shards. Changes no scene.
+    /// Scenes per shard. Without it, a thirty-second of all scenes, but from 4 to 64: threads and tasks take whole shards.
+    /// Changes no scene.
     #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "scenes", "examples" = [64]))]
     pub scenes: Option<u32>,
 }

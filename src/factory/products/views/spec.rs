@@ -142,8 +142,8 @@ pub struct OverheadSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ViewShardsSpec {
-    /// Samples per shard. Without it, a thirty-second of all samples, but from 32 to 256: threads and
-    /// tasks take whole shards. Changes no sample.
+    /// Samples per shard. Without it, a thirty-second of all samples, but from 32 to 256: threads and tasks take whole
+    /// shards. Changes no sample.
     #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "samples", "examples" = [256]))]
     pub samples: Option<u32>,
 }
