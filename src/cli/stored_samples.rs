@@ -8,11 +8,11 @@ use super::{
 };
 use format::{
     PixelMask, VoxelPair,
-    dataset::{DatasetReader, Selection},
+    dataset::{DatasetReader, Sample, Selection},
 };
 use kernel::{
     geom::{DepthCrop, OccupancyGrid},
-    ids::SampleIndex,
+    ids::{ObjectId, SampleIndex},
     words::Split,
 };
 use perception::{DepthFrame, without_outliers};
@@ -22,6 +22,8 @@ use surface::{CubeField, SeenObject};
 /// A sample with everything that a network may take, and the truth.
 pub struct StoredSample {
     pub name: String,
+    /// The object that is completed.
+    pub object: ObjectId,
     pub pair: VoxelPair,
     pub free: Option<OccupancyGrid>,
     pub touch: Option<OccupancyGrid>,
@@ -60,15 +62,17 @@ pub fn choose_samples(
     Ok((reader, chosen))
 }
 
+/// A sample that the dataset lists.
+pub fn listed(reader: &DatasetReader, index: SampleIndex) -> Result<Sample, Failure> {
+    reader.sample(index)?.ok_or_else(|| {
+        Failure::message(Exit::Failed, format!("{}: a sample that is listed is not there", reader.folder().display()))
+    })
+}
+
 impl StoredSample {
     /// Reads a sample.
     pub fn read(reader: &DatasetReader, index: SampleIndex) -> Result<Self, Failure> {
-        let sample = reader.sample(index)?.ok_or_else(|| {
-            Failure::message(
-                Exit::Failed,
-                format!("{}: a sample that is listed is not there", reader.folder().display()),
-            )
-        })?;
+        let sample = listed(reader, index)?;
         let pair = sample.pair()?;
         let coverage = sample.coverage()?.and_then(|coverage| {
             let values = coverage.share.iter().map(|share| f32::from(*share) / 255.0).collect();
@@ -76,6 +80,7 @@ impl StoredSample {
         });
         Ok(Self {
             name: sample.id.to_string(),
+            object: sample.object()?,
             free: sample.visibility()?.map(|visibility| visibility.free),
             touch: sample.touched()?.map(|touched| touched.tactile),
             coverage,

@@ -7,7 +7,7 @@ use std::{
 
 use super::{
     exit::{Exit, Failure},
-    stored_samples::StoredSample,
+    stored_samples::{StoredSample, listed},
 };
 use format::dataset::{AssetRow, DatasetReader};
 use kernel::{
@@ -24,7 +24,8 @@ impl TrueMeshes {
     /// Finds the mesh of every object of these samples: a built-in shape, or a file of the folder by its name. Content is
     /// compared with the dataset's.
     pub fn new(folder: &Path, reader: &DatasetReader, chosen: &[SampleIndex]) -> Result<Self, Failure> {
-        let wanted: BTreeSet<ObjectId> = chosen.iter().filter_map(|index| Some(reader.id(*index)?.subject)).collect();
+        let objects = chosen.iter().map(|index| Ok::<_, Failure>(listed(reader, *index)?.object()?));
+        let wanted = objects.collect::<Result<BTreeSet<ObjectId>, Failure>>()?;
         let files = list_folder(folder).map_err(Failure::of_input)?;
         let mut meshes = BTreeMap::new();
         for row in reader.assets()?.objects.iter().filter(|row| wanted.contains(&row.object)) {
@@ -51,7 +52,7 @@ impl TrueMeshes {
     /// The mesh of a sample's object, in the camera's frame.
     pub fn in_camera(&self, sample: &StoredSample) -> TriMesh {
         let pose = &sample.pair.camera_from_object;
-        let mesh = &self.0[&sample.pair.sample.subject];
+        let mesh = &self.0[&sample.object];
         let place = |vertex: &[f32; 3]| {
             let point = pose.point(&Point3::from(vertex.map(f64::from)));
             [point.x as f32, point.y as f32, point.z as f32]

@@ -83,7 +83,7 @@ pub(super) fn outcomes(
                 None => None,
             };
             outcomes.push(Outcome {
-                object: sample.pair.sample.subject.to_string(),
+                object: sample.object.to_string(),
                 filled: sample.coverage.as_ref().map(|coverage| {
                     let solid = coverage.values().iter().map(|share| f64::from(*share)).sum();
                     [solid, f64::from(sample.pair.complete.count())]

@@ -23,7 +23,7 @@ pub(super) fn samples_to_show(
         let samples = ranked(&overlaps).into_iter().map(|(rank, sample)| {
             let stored = StoredSample::read(reader, chosen[sample])?;
             let completed = completes.complete(&stored)?.cells();
-            let object = stored.pair.sample.subject;
+            let object = stored.object;
             let name = names.get(&object).cloned().unwrap_or_else(|| object.to_string());
             let caption = format!(
                 "{rank}: {name}, view {}, IoU {:.3}, of the cells without a seen point {:.3}",

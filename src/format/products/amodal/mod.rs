@@ -16,6 +16,7 @@ use crate::{
     Channel, Product,
     dataset::{DatasetError, Sample},
 };
+use kernel::ids::ObjectId;
 
 impl Product {
     /// Completion pairs of the bodies of settled scenes.
@@ -52,5 +53,14 @@ impl Sample {
     /// When the sample is of another product, or the payload is no valid record.
     pub fn clutter(&self) -> Result<Clutter, DatasetError> {
         self.leading(Channel::CLUTTER, Clutter::decode)
+    }
+
+    /// The object that a pair is of: in clutter a body of the scene, otherwise the sample's subject.
+    ///
+    /// # Errors
+    /// When the payload is no valid record.
+    pub fn object(&self) -> Result<ObjectId, DatasetError> {
+        let clutter = self.decoded(Channel::CLUTTER, Clutter::decode)?;
+        Ok(clutter.map_or(self.id.subject, |clutter| clutter.object))
     }
 }
