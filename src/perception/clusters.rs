@@ -46,10 +46,19 @@ impl Cluster {
 /// If the tolerance is not positive.
 pub fn find_clusters(frame: &DepthFrame, plane: Option<&Plane>, rule: &ClusterRule) -> Vec<Cluster> {
     assert!(rule.tolerance > 0.0, "a tolerance");
+    clusters_of(frame, &frame.points(), plane, rule)
+}
+
+/// [`find_clusters`] with the picture's points.
+pub(crate) fn clusters_of(
+    frame: &DepthFrame,
+    points: &[(u32, Point3<f64>)],
+    plane: Option<&Plane>,
+    rule: &ClusterRule,
+) -> Vec<Cluster> {
     let is_above = |point: &Point3<f64>| plane.is_none_or(|plane| plane.height(point) > rule.min_height);
-    let points: Vec<(u32, Point3<f64>)> =
-        frame.returns().map(|pixel| (pixel, frame.point(pixel))).filter(|(_, point)| is_above(point)).collect();
-    let mut clusters: Vec<Cluster> = joined(&points, rule.tolerance)
+    let above: Vec<(u32, Point3<f64>)> = points.iter().filter(|(_, point)| is_above(point)).copied().collect();
+    let mut clusters: Vec<Cluster> = joined(&above, rule.tolerance)
         .into_iter()
         .filter(|pixels| pixels.len() >= rule.min_points)
         .map(|pixels| Cluster::of_pixels(frame, pixels))
@@ -67,34 +76,30 @@ fn is_at_border(frame: &DepthFrame, pixel: u32) -> bool {
 fn joined(points: &[(u32, Point3<f64>)], tolerance: f64) -> Vec<Vec<u32>> {
     // Points of one cell are within reach of each other; cells further apart than two never are.
     const REACH: i32 = 2;
-    let side = tolerance / 3.0_f64.sqrt() * (1.0 - 1e-12);
-    let mut cells: BTreeMap<[i32; 3], Vec<usize>> = BTreeMap::new();
-    for (index, (_, point)) in points.iter().enumerate() {
-        let cell = std::array::from_fn(|axis| (point[axis] / side).floor() as i32);
-        cells.entry(cell).or_default().push(index);
-    }
-    let order: Vec<(&[i32; 3], &Vec<usize>)> = cells.iter().collect();
-    let index_of: BTreeMap<&[i32; 3], usize> =
-        order.iter().enumerate().map(|(index, (cell, _))| (*cell, index)).collect();
-    let mut parents: Vec<usize> = (0..order.len()).collect();
+    let cells = cells_of(points, tolerance / 3.0_f64.sqrt() * (1.0 - 1e-12));
+    let mut parents: Vec<usize> = (0..cells.len()).collect();
     let square = tolerance * tolerance;
-    for (index, (cell, members)) in order.iter().enumerate() {
-        let offsets =
-            (0..(2 * REACH + 1).pow(3)).map(|code| [code / 25 - REACH, code / 5 % 5 - REACH, code % 5 - REACH]);
-        // Each pair of cells once.
-        for offset in offsets.filter(|offset| *offset > [0; 3]) {
-            let other: [i32; 3] = std::array::from_fn(|axis| cell[axis].saturating_add(offset[axis]));
-            let Some(other) = index_of.get(&other) else { continue };
-            let (a, b) = (root(&mut parents, index), root(&mut parents, *other));
-            let touches =
-                |a: &usize| order[*other].1.iter().any(|b| (points[*a].1 - points[*b].1).norm_squared() <= square);
-            if a != b && members.iter().any(touches) {
-                parents[a.max(b)] = a.min(b);
+    // Each pair of cells once. Cells are in order, and so are those that lie at one offset from them in x and y: a cursor finds
+    // the first of these.
+    let columns = (0..=REACH).flat_map(|x| (-REACH..=REACH).map(move |y| [x, y])).filter(|column| *column >= [0; 2]);
+    for [x, y] in columns {
+        let mut cursor = 0;
+        for (index, (cell, members)) in cells.iter().enumerate() {
+            let lowest = if [x, y] == [0; 2] { 1 } else { -REACH };
+            let at = |z: i32| [cell[0].saturating_add(x), cell[1].saturating_add(y), cell[2].saturating_add(z)];
+            cursor += cells[cursor..].iter().take_while(|(other, _)| *other < at(lowest)).count();
+            let near = cells[cursor..].iter().take_while(|(other, _)| *other <= at(REACH)).enumerate();
+            for (offset, (_, others)) in near {
+                let (a, b) = (root(&mut parents, index), root(&mut parents, cursor + offset));
+                let touches = |a: &usize| others.iter().any(|b| (points[*a].1 - points[*b].1).norm_squared() <= square);
+                if a != b && members.iter().any(touches) {
+                    parents[a.max(b)] = a.min(b);
+                }
             }
         }
     }
     let mut sets: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
-    for (index, (_, members)) in order.iter().enumerate() {
+    for (index, (_, members)) in cells.iter().enumerate() {
         sets.entry(root(&mut parents, index)).or_default().extend(members.iter().map(|member| points[*member].0));
     }
     sets.into_values()
@@ -103,6 +108,26 @@ fn joined(points: &[(u32, Point3<f64>)], tolerance: f64) -> Vec<Vec<u32>> {
             pixels
         })
         .collect()
+}
+
+/// Cells of a side that hold points, in order, with the indices of these.
+fn cells_of(points: &[(u32, Point3<f64>)], side: f64) -> Vec<([i32; 3], Vec<usize>)> {
+    let mut index_of: BTreeMap<[i32; 3], usize> = BTreeMap::new();
+    let mut cells: Vec<([i32; 3], Vec<usize>)> = Vec::new();
+    // Points of pixels side by side are mostly in one cell.
+    let mut last = 0;
+    for (index, (_, point)) in points.iter().enumerate() {
+        let cell = std::array::from_fn(|axis| (point[axis] / side).floor() as i32);
+        if cells.get(last).is_none_or(|(known, _)| *known != cell) {
+            last = *index_of.entry(cell).or_insert(cells.len());
+            if last == cells.len() {
+                cells.push((cell, Vec::new()));
+            }
+        }
+        cells[last].1.push(index);
+    }
+    cells.sort_unstable_by_key(|(cell, _)| *cell);
+    cells
 }
 
 fn root(parents: &mut [usize], mut at: usize) -> usize {

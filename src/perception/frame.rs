@@ -44,6 +44,11 @@ impl DepthFrame {
         (0..self.depth.len() as u32).filter(|pixel| !self.depth[*pixel as usize].is_nan())
     }
 
+    /// Pixels with a return, in order, with the points that they see, in `CameraCv` [m].
+    pub(crate) fn points(&self) -> Vec<(u32, Point3<f64>)> {
+        self.returns().map(|pixel| (pixel, self.point(pixel))).collect()
+    }
+
     /// Side of the square that a pixel covers at its depth, facing the camera [m].
     pub fn footprint(&self, pixel: u32) -> f64 {
         f64::from(self.depth[pixel as usize]) / self.camera.fx.min(self.camera.fy)

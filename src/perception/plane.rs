@@ -66,47 +66,68 @@ impl Plane {
 
 /// The plane with the largest count of points; `None` where none has enough.
 pub fn find_plane(frame: &DepthFrame, rule: &PlaneRule) -> Option<Plane> {
-    let points: Vec<Point3<f64>> = frame.returns().map(|pixel| frame.point(pixel)).collect();
+    plane_of(&frame.points(), rule)
+}
+
+/// [`find_plane`] with the picture's points.
+pub(crate) fn plane_of(points: &[(u32, Point3<f64>)], rule: &PlaneRule) -> Option<Plane> {
     if points.len() < 3 {
         return None;
     }
-    let judges: Vec<Point3<f64>> = points.iter().step_by(rule.stride.max(1)).copied().collect();
-    let count = |plane: &Plane, points: &[Point3<f64>]| {
-        points.iter().filter(|point| plane.height(point).abs() < rule.tolerance).count()
-    };
+    let judges = Judges::new(points, rule.stride.max(1));
     // Hypotheses through three points; the first of equal ones stays.
     let mut draw = Stream::of_job(rule.seed, b"plane", "hypotheses");
-    let mut best: Option<(usize, Plane)> = None;
+    let mut best: Option<(u64, Plane)> = None;
     for _ in 0..rule.hypotheses {
-        let [a, b, c] = std::array::from_fn(|_| points[draw.below(points.len() as u64) as usize].coords);
+        let [a, b, c] = std::array::from_fn(|_| points[draw.below(points.len() as u64) as usize].1.coords);
         let Some(plane) = Plane::through((b - a).cross(&(c - a)), &a) else { continue };
-        let votes = count(&plane, &judges);
+        let votes = judges.votes(&plane, rule.tolerance);
         if best.as_ref().is_none_or(|(most, _)| votes > *most) {
             best = Some((votes, plane));
         }
     }
     // Least squares over all points near it, twice: the first changes which are near.
+    let near = |plane: Plane| {
+        points.iter().map(|(_, point)| point).filter(move |point| plane.height(point).abs() < rule.tolerance)
+    };
     let mut plane = best?.1;
     for _ in 0..2 {
-        let near: Vec<Point3<f64>> =
-            points.iter().filter(|point| plane.height(point).abs() < rule.tolerance).copied().collect();
-        plane = fitted(&near)?;
+        plane = fitted(near(plane), &plane.foot())?;
     }
-    plane.points = count(&plane, &points);
+    plane.points = near(plane).count();
     (plane.points as f64 >= rule.min_share * points.len() as f64).then_some(plane)
 }
 
-/// The plane of least squares.
-fn fitted(points: &[Point3<f64>]) -> Option<Plane> {
-    if points.len() < 3 {
+/// Every few points one, by coordinate: hundreds of planes are judged by them.
+struct Judges([Vec<f64>; 3]);
+
+impl Judges {
+    fn new(points: &[(u32, Point3<f64>)], stride: usize) -> Self {
+        Self([0, 1, 2].map(|axis| points.iter().step_by(stride).map(|(_, point)| point[axis]).collect()))
+    }
+
+    /// Points nearer to a plane than this [m].
+    fn votes(&self, plane: &Plane, tolerance: f64) -> u64 {
+        let Self([x, y, z]) = self;
+        let [a, b, c] = plane.normal.into();
+        let points = x.iter().zip(y).zip(z);
+        points.map(|((x, y), z)| u64::from((a * x + b * y + c * z + plane.offset).abs() < tolerance)).sum()
+    }
+}
+
+/// The plane of least squares; sums are of offsets from a point near it.
+fn fitted<'a>(points: impl Iterator<Item = &'a Point3<f64>>, origin: &Point3<f64>) -> Option<Plane> {
+    let (mut count, mut sum, mut squares) = (0_u32, Vector3::zeros(), Matrix3::zeros());
+    for offset in points.map(|point| point - origin) {
+        count += 1;
+        sum += offset;
+        squares += Matrix3::from_columns(&[offset * offset.x, offset * offset.y, offset * offset.z]);
+    }
+    if count < 3 {
         return None;
     }
-    let mean = points.iter().map(|point| point.coords).sum::<Vector3<f64>>() / points.len() as f64;
-    let mut scatter = Matrix3::zeros();
-    for offset in points.iter().map(|point| point.coords - mean) {
-        scatter += offset * offset.transpose();
-    }
-    let eigen = scatter.symmetric_eigen();
+    let mean = sum / f64::from(count);
+    let eigen = (squares - mean * sum.transpose()).symmetric_eigen();
     let smallest = eigen.eigenvalues.imin();
-    Plane::through(eigen.eigenvectors.column(smallest).into_owned(), &mean)
+    Plane::through(eigen.eigenvectors.column(smallest).into_owned(), &(origin.coords + mean))
 }

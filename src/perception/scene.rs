@@ -3,9 +3,9 @@
 use kernel::geom::TriMesh;
 
 use crate::{
-    clusters::{Cluster, ClusterRule, find_clusters},
+    clusters::{Cluster, ClusterRule, clusters_of},
     frame::DepthFrame,
-    plane::{Plane, PlaneRule, find_plane},
+    plane::{Plane, PlaneRule, plane_of},
     sheet::visible_sheet,
 };
 
@@ -63,12 +63,13 @@ impl Scene {
     /// # Panics
     /// If the clusters' tolerance is not positive.
     pub fn segment(frame: DepthFrame, rule: &SceneRule) -> Self {
+        let points = frame.points();
         let plane = match rule.plane {
-            PlaneChoice::Find(rule) => find_plane(&frame, &rule),
+            PlaneChoice::Find(rule) => plane_of(&points, &rule),
             PlaneChoice::Given(plane) => Some(plane),
             PlaneChoice::Without => None,
         };
-        let clusters = find_clusters(&frame, plane.as_ref(), &rule.clusters);
+        let clusters = clusters_of(&frame, &points, plane.as_ref(), &rule.clusters);
         Self { frame, plane, clusters }
     }
 
