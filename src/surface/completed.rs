@@ -26,6 +26,9 @@ const SMALL_PIECE: f64 = 0.01;
 const STEPS: u32 = 200;
 const STEPS_OF_FINE: u32 = 300;
 const FINE_FACTOR: usize = 3;
+/// Most voxels per cell along each axis where coverage is joined with what was seen. With a third one a network's meshes
+/// are no better, 5.7 mm off either way, and take three times as long. True grids would gain: 1.9 mm, then 1.7.
+const MAX_FACTOR_OF_JOINED: usize = 2;
 /// Steps of the solver where boxes hold the field from both sides.
 const STEPS_OF_BOXES: u32 = 150;
 
@@ -111,7 +114,7 @@ impl CompletedMesh {
     }
 
     /// The detailed way of profile `standard`: coverage joined with the surface that the camera saw, drawn by the smoothest
-    /// field that keeps to both.
+    /// field that keeps to both. A cell has one voxel, or two along each axis where points are dense.
     ///
     /// # Panics
     /// If the fields' sides are not the placement's resolution.
@@ -122,7 +125,7 @@ impl CompletedMesh {
         level: f32,
         seen: &SeenObject,
     ) -> DetailedMesh {
-        let factor = upsampling_factor(seen.points(), placement);
+        let factor = upsampling_factor(seen.points(), placement).min(MAX_FACTOR_OF_JOINED);
         Self::joined_by(coverage, occupancy, placement, level, seen, factor)
     }
 

@@ -111,19 +111,21 @@ pub(crate) fn joined_boxes(
 fn thin_walls(field: &[f32], side: usize, longest: usize) -> Vec<bool> {
     let mut is_thin = vec![false; field.len()];
     for stride in [side * side, side, 1] {
-        let starts = (0..field.len()).filter(|index| index / stride % side == 0);
-        for start in starts {
-            let mut run = 0;
-            // One more than the line has, so that the last run ends.
+        // All lines of a block at once, voxel by voxel, in the order of memory.
+        let mut runs = vec![0; stride];
+        for (field, is_thin) in field.chunks_exact(stride * side).zip(is_thin.chunks_exact_mut(stride * side)) {
+            // One more than the lines have, so that the last runs end.
             for step in 0..=side {
-                if step < side && field[start + step * stride] > 0.0 {
-                    run += 1;
-                    continue;
+                for (line, run) in runs.iter_mut().enumerate() {
+                    if step < side && field[step * stride + line] > 0.0 {
+                        *run += 1;
+                        continue;
+                    }
+                    if *run <= longest {
+                        (step - *run..step).for_each(|step| is_thin[step * stride + line] = true);
+                    }
+                    *run = 0;
                 }
-                if run <= longest {
-                    (step - run..step).for_each(|step| is_thin[start + step * stride] = true);
-                }
-                run = 0;
             }
         }
     }

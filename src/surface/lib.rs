@@ -18,6 +18,7 @@
 //! assert_eq!(write_stl(&ball.mesh).len(), 84 + 50 * ball.mesh.triangles.len());
 //! ```
 
+mod band;
 mod cases;
 mod completed;
 mod cubes;

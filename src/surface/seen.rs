@@ -8,7 +8,7 @@ const SLOPE_REACH: u32 = 3;
 /// Neighbouring pixels further apart in depth than this many footprints of a pixel see two surfaces.
 const JUMP: f64 = 3.0;
 /// Distances from the silhouette are measured up to this [px].
-const MAX_APART: u32 = 12;
+const MAX_APART: usize = 12;
 /// Points behind a seen surface up to this far take part in it [voxels].
 const BEHIND: f64 = 0.5;
 /// Points that lie as far outside as this need no more precision [voxels].
@@ -18,18 +18,25 @@ const STEP_SHARE: f64 = 0.38;
 /// Standard deviation over the median of the absolute second differences of white noise: 1 / (0.6745 sqrt(6)).
 const SIGMA_OF_BENDS: f64 = 0.605;
 
-/// A pixel that may say something.
+/// A pixel that may say something. Small, since points of space meet pixels all over the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum SeenPixel {
     /// Nothing can be said: an outlier, or a pixel outside of the picture.
     Doubtful,
-    /// The object: the plane through the seen point at this depth [m], points with normal . p = offset, the normal towards the
-    /// camera.
-    Object { normal: [f64; 3], offset: f64, depth: f64 },
-    /// Another thing at this depth [m], so far from the object's silhouette [px].
-    Other { depth: f64, apart: f64 },
-    /// Neither the pixel nor its eight neighbours have a return; so far from the object's silhouette [px].
-    Empty { apart: f64 },
+    /// The object: one of its facets, by index.
+    Object(u32),
+    /// Another thing at this depth [m], so far from the object's silhouette, squared [px^2].
+    Other { depth: f32, apart: u8 },
+    /// Neither the pixel nor its eight neighbours have a return; so far from the object's silhouette, squared [px^2].
+    Empty { apart: u8 },
+}
+
+/// The plane through a seen point at this depth [m]: points with normal . p = offset, the normal towards the camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Facet {
+    normal: [f64; 3],
+    offset: f64,
+    depth: f64,
 }
 
 /// Knowledge about a point.
@@ -52,6 +59,7 @@ pub(crate) enum Evidence {
 pub struct SeenObject {
     camera: Intrinsics,
     pixels: Vec<SeenPixel>,
+    facets: Vec<Facet>,
     /// Points of the object.
     points: Vec<[f32; 3]>,
     /// Standard deviation of the object's depths [m], as far as neighbouring pixels tell.
@@ -69,11 +77,11 @@ impl SeenObject {
         assert_eq!(depth.len(), width * height, "a depth per pixel");
         let mut is_object = vec![false; depth.len()];
         object.iter().for_each(|pixel| is_object[*pixel as usize] = true);
-        let apart = distances(&is_object, width);
+        let apart = squared_distances(&is_object, width);
         let mut pixels = vec![SeenPixel::Doubtful; depth.len()];
         for (index, pixel) in pixels.iter_mut().enumerate() {
             *pixel = if !depth[index].is_nan() {
-                SeenPixel::Other { depth: f64::from(depth[index]), apart: apart[index] }
+                SeenPixel::Other { depth: depth[index], apart: apart[index] }
             } else if around(index, width, height).all(|other| depth[other].is_nan()) {
                 SeenPixel::Empty { apart: apart[index] }
             } else {
@@ -82,19 +90,21 @@ impl SeenObject {
         }
         doubtful.iter().for_each(|pixel| pixels[*pixel as usize] = SeenPixel::Doubtful);
         let picture = ObjectPicture { camera, depth, is_object: &is_object };
-        let mut points = Vec::with_capacity(object.len());
+        let (mut points, mut facets) = (Vec::with_capacity(object.len()), Vec::with_capacity(object.len()));
         for pixel in object {
             let point = picture.point(*pixel);
             // Where the surface falls off too steeply to have a slope, it is only known what lies before it.
             pixels[*pixel as usize] = match picture.normal(*pixel, &point) {
                 Some(normal) => {
-                    SeenPixel::Object { normal: normal.into(), offset: normal.dot(&point.coords), depth: point.z }
+                    let offset = normal.dot(&point.coords);
+                    facets.push(Facet { normal: normal.into(), offset, depth: point.z });
+                    SeenPixel::Object(facets.len() as u32 - 1)
                 }
-                None => SeenPixel::Other { depth: point.z, apart: 0.0 },
+                None => SeenPixel::Other { depth: depth[*pixel as usize], apart: 0 },
             };
             points.push(point.coords.map(|value| value as f32).into());
         }
-        Self { camera: *camera, pixels, points, noise: picture.noise(object) }
+        Self { camera: *camera, pixels, facets, points, noise: picture.noise(object) }
     }
 
     /// The object's seen points [m].
@@ -106,9 +116,10 @@ impl SeenObject {
     pub fn oriented_points(&self) -> impl Iterator<Item = ([f64; 3], [f64; 3])> + '_ {
         let width = self.camera.width as usize;
         self.pixels.iter().enumerate().filter_map(move |(index, pixel)| match pixel {
-            SeenPixel::Object { normal, depth, .. } => {
+            SeenPixel::Object(facet) => {
+                let Facet { normal, depth, .. } = self.facets[*facet as usize];
                 let (column, row) = ((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
-                Some((self.camera.unproject(column, row, *depth).into(), *normal))
+                Some((self.camera.unproject(column, row, depth).into(), normal))
             }
             _ => None,
         })
@@ -152,20 +163,23 @@ impl SeenObject {
         around.all(|pixel| match self.pixels[pixel] {
             SeenPixel::Doubtful => false,
             SeenPixel::Empty { .. } => true,
-            SeenPixel::Object { depth, .. } | SeenPixel::Other { depth, .. } => z < depth - 0.5 * voxel,
+            SeenPixel::Object(facet) => z < self.facets[facet as usize].depth - 0.5 * voxel,
+            SeenPixel::Other { depth, .. } => z < f64::from(depth) - 0.5 * voxel,
         })
     }
 
     fn at_pixel(&self, index: usize, [x, y, z]: [f64; 3], inverse: f64, voxel: f64) -> Evidence {
         // The silhouette runs half a pixel beyond the last pixel's centre.
-        let beside = |apart: f64| {
+        let beside = |apart: u8| {
+            let apart = f64::from(apart).sqrt();
             let pixel = 1.0 / (inverse * self.camera.fx.max(self.camera.fy) * voxel);
             -((apart - 0.5) * pixel).clamp(0.0, IN_FRONT)
         };
         match self.pixels[index] {
             SeenPixel::Doubtful => Evidence::Unknown,
             SeenPixel::Empty { apart } => Evidence::Weak(beside(apart)),
-            SeenPixel::Object { normal: [a, b, c], offset, .. } => {
+            SeenPixel::Object(facet) => {
+                let Facet { normal: [a, b, c], offset, .. } = self.facets[facet as usize];
                 let inside = (offset - (a * x + b * y + c * z)) / voxel;
                 if inside < -IN_FRONT {
                     Evidence::Free(-IN_FRONT)
@@ -184,7 +198,7 @@ impl SeenObject {
                     Evidence::Unknown
                 }
             }
-            SeenPixel::Other { depth, .. } if z > depth - voxel => Evidence::Unknown,
+            SeenPixel::Other { depth, .. } if z > f64::from(depth) - voxel => Evidence::Unknown,
             SeenPixel::Other { apart, .. } => Evidence::Free(beside(apart)),
         }
     }
@@ -266,28 +280,28 @@ fn around(index: usize, width: usize, height: usize) -> impl Iterator<Item = usi
     rows.flat_map(move |row| columns.clone().map(move |column| row * width + column)).filter(move |at| *at != index)
 }
 
-/// Distance of each pixel to the nearest marked one [px], at most [`MAX_APART`].
-fn distances(marked: &[bool], width: usize) -> Vec<f64> {
-    let (reach, height) = (MAX_APART as usize, marked.len() / width);
-    let far = MAX_APART * MAX_APART;
-    let mut in_row = vec![far; marked.len()];
+/// Squared distance of each pixel to the nearest marked one [px^2], at most that of [`MAX_APART`].
+fn squared_distances(marked: &[bool], width: usize) -> Vec<u8> {
+    const FAR: usize = MAX_APART * MAX_APART;
+    let height = marked.len() / width;
+    let mut in_row = vec![FAR as u8; marked.len()];
     for (index, _) in marked.iter().enumerate().filter(|(_, marked)| **marked) {
         let (column, start) = (index % width, index - index % width);
-        for other in column.saturating_sub(reach)..=(column + reach).min(width - 1) {
-            let apart = (other.abs_diff(column) as u32).pow(2);
-            in_row[start + other] = in_row[start + other].min(apart);
+        for other in column.saturating_sub(MAX_APART)..=(column + MAX_APART).min(width - 1) {
+            let square = other.abs_diff(column).pow(2) as u8;
+            in_row[start + other] = in_row[start + other].min(square);
         }
     }
     let mut squares = in_row.clone();
-    for (index, apart) in in_row.iter().enumerate().filter(|(_, apart)| **apart < far) {
+    for (index, square) in in_row.iter().enumerate().filter(|(_, square)| usize::from(**square) < FAR) {
         let (column, row) = (index % width, index / width);
-        for other in row.saturating_sub(reach)..=(row + reach).min(height - 1) {
-            let square = apart + (other.abs_diff(row) as u32).pow(2);
+        for other in row.saturating_sub(MAX_APART)..=(row + MAX_APART).min(height - 1) {
+            let square = usize::from(*square) + other.abs_diff(row).pow(2);
             let at = &mut squares[other * width + column];
-            *at = (*at).min(square);
+            *at = (*at).min(square.min(FAR) as u8);
         }
     }
-    squares.into_iter().map(|square| f64::from(square).sqrt()).collect()
+    squares
 }
 
 #[cfg(test)]
@@ -301,13 +315,11 @@ mod tests {
     #[test]
     fn distances_from_marked_pixels_are_those_of_the_definition() {
         let marked: Vec<bool> = (0..40 * 30).map(|index| [403_usize, 817, 1199].contains(&index)).collect();
-        for (index, found) in distances(&marked, 40).iter().enumerate() {
-            let apart = |other: usize| {
-                let square = (other % 40).abs_diff(index % 40).pow(2) + (other / 40).abs_diff(index / 40).pow(2);
-                (square as f64).sqrt()
-            };
-            let wanted = [403, 817, 1199].map(apart).into_iter().fold(f64::from(MAX_APART), f64::min);
-            assert_eq!(*found, wanted, "{index}");
+        for (index, found) in squared_distances(&marked, 40).iter().enumerate() {
+            let apart =
+                |other: usize| (other % 40).abs_diff(index % 40).pow(2) + (other / 40).abs_diff(index / 40).pow(2);
+            let wanted = [403, 817, 1199].map(apart).into_iter().fold(MAX_APART * MAX_APART, usize::min);
+            assert_eq!(usize::from(*found), wanted, "{index}");
         }
     }
 

@@ -7,7 +7,13 @@
 
 use std::ops::Range;
 
-use crate::{field::CubeField, volume::Volume};
+use kernel::geom::SimdLevel;
+
+use crate::{
+    band::{Band, Variable},
+    field::CubeField,
+    volume::Volume,
+};
 
 /// Voxels up to this far from the border are variables [voxels].
 const BAND: i32 = 4;
@@ -148,24 +154,29 @@ impl SmoothingProblem {
 
     /// The solution over the padded volume; beyond the band it is 5 inside and -5 outside.
     pub fn solve(&self, solver: Solver) -> CubeField {
+        self.solve_at(solver, SimdLevel::detect())
+    }
+
+    /// [`SmoothingProblem::solve`] by a usable level of vector instructions.
+    fn solve_at(&self, solver: Solver, level: SimdLevel) -> CubeField {
         let (steps, accelerated) = match solver {
             Solver::Accelerated { steps } => (steps, true),
             Solver::DampedJacobi { sweeps } => (sweeps, false),
         };
         let rates = self.rates(accelerated);
-        let mut state = State {
-            current: self.start.clone(),
-            ahead: self.start.clone(),
-            bends: std::array::from_fn(|_| vec![0.0; self.start.len()]),
-        };
+        let variable =
+            |index: usize| Variable { lower: self.lower[index], upper: self.upper[index], rate: rates[index] };
+        let mut band = Band::new(self.side, &self.rows, &self.variables, &self.start, variable);
         let mut inertia = 1.0_f64;
         for _ in 0..steps {
             let next = 0.5 * (1.0 + (1.0 + 4.0 * inertia * inertia).sqrt());
             let momentum = if accelerated { (inertia - 1.0) / next } else { 0.0 };
             inertia = next;
-            self.step(&mut state, &rates, momentum as f32);
+            band.step(momentum as f32, level);
         }
-        CubeField::from_values(self.side, state.current).expect("one value per voxel")
+        let mut field = self.start.clone();
+        band.write(&mut field);
+        CubeField::from_values(self.side, field).expect("one value per voxel")
     }
 
     /// The length of a step by variable: one over a diagonal that bounds the objective's matrix from above, or `thesis`: over
@@ -181,61 +192,6 @@ impl SmoothingProblem {
         }
         let damping = if accelerated { 1.0 } else { 2.0 };
         diagonal.iter().map(|sum| if *sum > 0.0 { 1.0 / (damping * sum) } else { 0.0 }).collect()
-    }
-
-    /// One projected step from the point ahead.
-    fn step(&self, state: &mut State, rates: &[f32], momentum: f32) {
-        let State { current, ahead, bends } = state;
-        let steps = strides(self.side);
-        for run in &self.rows {
-            for (bends, step) in bends.iter_mut().zip(steps) {
-                second_differences(ahead, run, step, &mut bends[run.clone()]);
-            }
-        }
-        let mut slopes = vec![0.0; self.side];
-        for run in &self.variables {
-            let slopes = &mut slopes[..run.len()];
-            // The gradient: second differences of second differences, which are 0 where there is no row.
-            gradient(bends, run, steps, slopes);
-            let (lower, upper, rates) = (&self.lower[run.clone()], &self.upper[run.clone()], &rates[run.clone()]);
-            let (current, ahead) = (&mut current[run.clone()], &mut ahead[run.clone()]);
-            for index in 0..slopes.len() {
-                let stepped = ahead[index] - slopes[index] * rates[index];
-                let stepped = stepped.max(lower[index]).min(upper[index]);
-                ahead[index] = stepped + momentum * (stepped - current[index]);
-                current[index] = stepped;
-            }
-        }
-    }
-}
-
-/// Fields that the solver changes.
-struct State {
-    current: Vec<f32>,
-    ahead: Vec<f32>,
-    /// Second differences of `ahead` along each axis; 0 where there is no row.
-    bends: [Vec<f32>; 3],
-}
-
-/// Second differences along one axis over a run.
-fn second_differences(values: &[f32], run: &Range<usize>, step: usize, out: &mut [f32]) {
-    let shifted = |range: Range<usize>| &values[range];
-    let before = shifted(run.start - step..run.end - step);
-    let (at, after) = (shifted(run.clone()), shifted(run.start + step..run.end + step));
-    for (((out, before), at), after) in out.iter_mut().zip(before).zip(at).zip(after) {
-        *out = before - 2.0 * at + after;
-    }
-}
-
-/// The sum over the axes of second differences of `bends` over a run.
-fn gradient(bends: &[Vec<f32>; 3], run: &Range<usize>, steps: [usize; 3], out: &mut [f32]) {
-    out.fill(0.0);
-    for (bends, step) in bends.iter().zip(steps) {
-        let before = &bends[run.start - step..run.end - step];
-        let (at, after) = (&bends[run.clone()], &bends[run.start + step..run.end + step]);
-        for (((out, before), at), after) in out.iter_mut().zip(before).zip(at).zip(after) {
-            *out += before - 2.0 * at + after;
-        }
     }
 }
 
@@ -371,6 +327,20 @@ mod tests {
                 [before, at, after].iter().all(|index| problem.bounds(*index) != (0.0, 0.0)),
                 "rows name variables"
             );
+        }
+    }
+
+    #[test]
+    fn every_level_of_instructions_gives_the_same_bits() {
+        // Runs longer than sixteen voxels, and short ones side by side.
+        let plates = volume(30, |[x, y, z]| (x * 1.7).sin() > 0.3 && y > 3.0 && (z > 20.0 || (z * 0.9).sin() > 0.2));
+        for problem in [ball(24), plates].map(|volume| SmoothingProblem::new(&volume)) {
+            for solver in [Solver::Accelerated { steps: 40 }, Solver::DampedJacobi { sweeps: 7 }] {
+                let bits =
+                    |level| problem.solve_at(solver, level).values().iter().map(|value| value.to_bits()).collect();
+                let found: Vec<Vec<u32>> = SimdLevel::available().map(bits).collect();
+                assert!(found.windows(2).all(|pair| pair[0] == pair[1]), "{solver:?}");
+            }
         }
     }
 
