@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the meshes of this folder; the same bytes on every machine. Standard library only.
+"""Writes the meshes of this folder, and the tote of scenes/ beside it; the same bytes on every machine. Standard library only.
 
     python3 meshes/make.py [FOLDER]
 
@@ -20,16 +20,41 @@ BOWL = [
 # Outline in x and z [m], counter-clockwise seen from -y, and its depth along y [m].
 BRACKET = ([(0, 0), (0.08, 0), (0.08, 0.012), (0.012, 0.012), (0.012, 0.06), (0, 0.06)], 0.04)
 WEDGE = ([(0, 0), (0.09, 0), (0, 0.05)], 0.06)
+# A tote with leaning walls and a rim: half sides, radius of the corners and height of its outlines, from below the floor outside
+# up over the rim and down to the floor inside [m].
+TOTE = [
+    (0.165, 0.115, 0.02, 0), (0.183, 0.133, 0.025, 0.135), (0.2, 0.15, 0.03, 0.135), (0.2, 0.15, 0.03, 0.15),
+    (0.18, 0.13, 0.022, 0.15), (0.162, 0.112, 0.018, 0.012), (0.156, 0.106, 0.014, 0.006),
+]  # fmt: skip
 
 
 def lathe(profile, sides):
     """A surface of revolution about z; its profile begins and ends on the axis."""
-    rings = profile[1:-1]
-    points = [(0.0, 0.0, profile[0][1]), (0.0, 0.0, profile[-1][1])]
-    for radius, height in rings:
-        for side in range(sides):
-            angle = 2 * math.pi * side / sides
-            points.append((radius * math.cos(angle), radius * math.sin(angle), height))
+    angles = [2 * math.pi * side / sides for side in range(sides)]
+    rings = [[(radius * math.cos(angle), radius * math.sin(angle), height) for angle in angles] for radius, height in profile[1:-1]]
+    return stacked(rings, profile[0][1], profile[-1][1])
+
+
+def vessel(outlines, steps):
+    """A surface through rectangles with round corners, each of so many steps."""
+    quarters = [(1, 1, 0), (-1, 1, 1), (-1, -1, 2), (1, -1, 3)]
+    rings = []
+    for x, y, radius, height in outlines:
+        ring = []
+        for across, along, quarter in quarters:
+            for step in range(steps + 1):
+                angle = math.pi / 2 * (quarter + step / steps)
+                ring.append((
+                    across * (x - radius) + radius * math.cos(angle), along * (y - radius) + radius * math.sin(angle), height
+                ))
+        rings.append(ring)
+    return stacked(rings, outlines[0][3], outlines[-1][3])
+
+
+def stacked(rings, bottom, top):
+    """A surface through rings of points about z, closed by a point on the axis at either end, at these heights."""
+    points = [(0.0, 0.0, bottom), (0.0, 0.0, top)] + [point for ring in rings for point in ring]
+    sides = len(rings[0])
 
     def at(ring, side):
         return 2 + ring * sides + side % sides
@@ -109,12 +134,14 @@ MESHES = {
     "bowl.ply": lambda: ply(rounded(lathe(BOWL, 48))),
     "bracket.obj": lambda: obj(rounded(extrude(*BRACKET))),
     "wedge.off": lambda: off(rounded(extrude(*WEDGE))),
+    "../scenes/tote.stl": lambda: stl(rounded(vessel(TOTE, 4))),
 }
 
 
 def main():
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
     for name, content in MESHES.items():
+        (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_bytes(content())
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -103,6 +104,18 @@ def poses(rows: Floats) -> Floats:
     found = np.tile(np.eye(4), (len(rows), 1, 1))
     found[:, :3] = rows
     return found
+
+
+def container_mesh(message: Mapping[str, Any]) -> tuple[Floats, npt.NDArray[np.uint32]] | None:
+    """Vertices (n, 3) in the world [m] and triangles (m, 3) of the container of a message; ``None`` of a plane or a bin."""
+    if message["container"] != "mesh":
+        return None
+    sizes = message["container_size"]
+    tilt = np.radians(sizes[3]) if len(sizes) > 3 else 0.0
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(tilt), -np.sin(tilt)], [0.0, np.sin(tilt), np.cos(tilt)]])
+    vertices = np.frombuffer(message["container_vertices"], "<f4").reshape(-1, 3).astype(np.float64)
+    triangles = np.frombuffer(message["container_triangles"], "<u4").reshape(-1, 3).astype(np.uint32)
+    return vertices @ turn.T, triangles
 
 
 def bytes_of_cells(resolution: int) -> int:

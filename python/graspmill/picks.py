@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .geometry import Floats, pose, poses
+from .geometry import Floats, container_mesh, pose, poses
 from .samples import Sample, as_array, content, expect_lengths
 
 PICK_OBSTACLES = ("free", "ground", "container", "own object", "neighbour")
@@ -83,10 +83,15 @@ class PickSample(Sample):
 
     @content
     def container(self) -> tuple[str, Floats]:
-        """``("plane", [x, y])`` or ``("bin", [x, y, z, wall])`` [m], and fifth the tilt [degree] of a bin that has one: its side at
-        positive y is raised. The world's origin is the middle of the floor."""
+        """``("plane", [x, y])``, ``("bin", [x, y, z, wall])`` or ``("mesh", [x, y, z])``, whose room inside these are [m]; last the tilt
+        [degree] of a bin or mesh that has one: its side at positive y is raised. The world's origin is the middle of the floor."""
         message = self.message("grasps")
         return str(message["container"]), message["container_size"]
+
+    @content
+    def container_mesh(self) -> tuple[Floats, npt.NDArray[np.uint32]] | None:
+        """Vertices (n, 3) in the world [m] and triangles (m, 3) of a container that is a mesh; ``None`` of others."""
+        return container_mesh(self.message("grasps"))
 
     @content
     def objects(self) -> list[str]:

@@ -21,6 +21,7 @@ use factory::{
     job::{JobSet, JobText, SetMember},
 };
 use format::dataset::{DatasetError, SetContent, SetEntry, SetTable};
+use kernel::words::counted;
 
 /// A set and what a verb found of its datasets, for machines.
 #[derive(Serialize)]
@@ -197,13 +198,13 @@ fn show<T: Serialize>(
 /// Content of a finished set, in words.
 fn words(folder: &Path, table: &SetTable) -> Option<String> {
     let made = table.made.as_ref()?;
-    let mut lines = vec![format!(
-        "{}: {} datasets of {} objects, {} of them with samples in every one",
-        folder.display(),
-        table.jobs.len(),
-        made.objects.len(),
-        made.complete_objects(&table.jobs)
-    )];
+    let mut first = format!("{}: {}", folder.display(), counted(table.jobs.len() as u64, "dataset"));
+    // Of scenes and what is made of them no sample is of one object.
+    if !made.objects.is_empty() {
+        let (objects, complete) = (made.objects.len(), made.complete_objects(&table.jobs));
+        first += &format!(" of {objects} objects, {complete} of them with samples in every one");
+    }
+    let mut lines = vec![first];
     lines.extend(made.differing.iter().map(|name| {
         format!(
             "warning: `{name}` is not the same object in all datasets: same name, other content (set.json has both)"

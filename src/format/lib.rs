@@ -48,8 +48,8 @@ pub use products::{
     },
     reachability::{BlockFacts, FieldHeader, ReachabilityBlock, ReachabilityField},
     scenes::{
-        CONTAINER, Scene, SceneBody, SceneContact, SceneContainer, SceneFacts, SceneImport, SceneMode, SceneOverview,
-        SceneSupport,
+        CONTAINER, ContainerMesh, Scene, SceneBody, SceneContact, SceneContainer, SceneFacts, SceneImport, SceneMode,
+        SceneOverview, SceneSupport,
     },
     views::{SceneColour, SceneImage, SceneInstance, ViewFacts},
     volumes::{FusedView, GraspsInVolume, SceneVolume, VolumeAffordance, VolumeFacts, VolumeTruth, VoxelGrasp},

@@ -75,8 +75,8 @@ pub use probe::{GlFacts, SimFacts, gl_facts, sim_facts};
 pub use robot::RobotModel;
 pub use scene::scene_camera;
 pub use settle::{
-    Container, Fault, OpenBox, Placement, SceneBody, SceneTouch, SettleSettings, SettleWorker, SettledBody,
-    SettledScene, Walls,
+    Container, Fault, Placement, SceneBody, SceneTouch, SettleSettings, SettleWorker, SettledBody, SettledScene,
+    Vessel, Walls,
 };
 pub use thing::{StillShape, StillThing, ThingTouch};
 pub use trial::{

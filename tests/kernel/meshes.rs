@@ -441,10 +441,10 @@ fn our_own_meshes_come_out_again_and_are_what_trimesh_says() {
     let again = workspace.path("meshes");
     fs::create_dir(&again).expect("a folder");
     Program::python().arg("meshes/make.py").arg(&again).succeed();
-    let names = ["bottle.stl", "bowl.ply", "bracket.obj", "wedge.off"];
+    let names = ["bottle.stl", "bowl.ply", "bracket.obj", "wedge.off", "../scenes/tote.stl"];
     let paths = names.map(|name| Path::new("meshes").join(name));
-    for (facts, path) in trimesh_facts(&paths).iter().zip(&paths) {
-        let made = fs::read(again.join(path.file_name().expect("a name"))).expect("a mesh made again");
+    for (facts, (path, name)) in trimesh_facts(&paths).iter().zip(paths.iter().zip(names)) {
+        let made = fs::read(again.join(name)).expect("a mesh made again");
         assert_eq!(made, fs::read(path).expect("a mesh"), "{}", path.display());
         let object = PreparedObject::prepare(&source(path)).expect("a usable mesh");
         assert!(object.record().warnings.is_empty(), "{:?}", object.record().warnings);

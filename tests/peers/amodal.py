@@ -19,7 +19,7 @@ import graspmill
 import igl
 import numpy as np
 import trimesh
-from pixels import boxes_of
+from pixels import walls_of
 
 
 def moved(points, pose):
@@ -75,8 +75,9 @@ def main():
         result["worst_point"] = max(result["worst_point"], float(apart.max()))
 
         corner, side = np.asarray(grid.lower_corner), grid.cell_size
-        held = np.floor((cloud - corner) / side + 1e-6).astype(int)
-        below = np.floor((cloud - corner) / side - 1e-6).astype(int)
+        # Stored points are rounded to single precision: below 1 m by up to 2^-25 m.
+        held = np.floor((cloud - corner + 2**-25) / side).astype(int)
+        below = np.floor((cloud - corner - 2**-25) / side).astype(int)
         fits = ((held >= 0) & (held < n)).all(1)
         filled = np.zeros((n, n, n), bool)
         filled[tuple(held[fits].T)] = True
@@ -99,7 +100,7 @@ def main():
             for number, (digest, pose) in enumerate(zip(view.objects, view.world_from_object), 1)
             if number != clutter.instance
         ]
-        parts, table = boxes_of(view)
+        parts, table = walls_of(view)
         solids += [(part, world_from_camera) for part in parts]
         missing, excess = compare(clutter.others_solid, solids, centres, half)
         heights = moved(centres, world_from_camera)[:, 2]

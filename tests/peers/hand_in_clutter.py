@@ -15,7 +15,7 @@ import mujoco
 import numpy as np
 import trimesh
 from amodal import moved
-from pixels import boxes_of
+from pixels import walls_of
 
 CONTAINER, TABLE = 254, 255
 AT_REST, TIMED_OUT, BLOCKED = 0, 1, 5
@@ -77,7 +77,7 @@ def main():
         pair, touch = sample.pair, sample.touch["touch_exploration"]
         view = views[by_id[pair.sample.subject, pair.sample.item]]
         world = pair.world_from_camera
-        parts, table = boxes_of(view)
+        parts, table = walls_of(view)
 
         def apart(number, points, view=view, world=world, parts=parts, table=table):
             """Signed distances of points in the camera's frame from a thing."""

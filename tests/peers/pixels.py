@@ -25,11 +25,14 @@ def directions(camera, world_from_camera):
     return np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3) @ world_from_camera[:3, :3].T
 
 
-def boxes_of(view):
-    """Walls and floor of the container as boxes of our own, in the world, and the height below which the table is solid."""
+def walls_of(view):
+    """Walls and floor of the container in the world, a bin's as boxes of our own, and the height below which the table is solid."""
     kind, sizes = view.container
     if kind == "plane":
         return [], 0.0
+    if kind == "mesh":
+        part = trimesh.Trimesh(*view.container_mesh, process=False)
+        return [part], min(part.bounds[0][2], 0.0)
     x, y, z, wall = sizes[:4]
     tilt = np.radians(sizes[4]) if len(sizes) > 4 else 0.0
     shift = trimesh.transformations.translation_matrix
@@ -43,8 +46,8 @@ def boxes_of(view):
 
 
 def fixed_meshes(view):
-    """Container and table, out of boxes and a rectangle of our own."""
-    parts, floor = boxes_of(view)
+    """Container and table, a bin out of boxes of our own, and a rectangle of our own."""
+    parts, floor = walls_of(view)
     meshes = [(CONTAINER, trimesh.util.concatenate(parts))] if parts else []
     half = np.asarray(view.table_size) / 2
     corners = [(sx * half[0], sy * half[1], floor) for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))]

@@ -18,7 +18,7 @@ import trimesh
 from amodal import moved
 from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
-from pixels import boxes_of
+from pixels import walls_of
 
 CONTAINER, TABLE = 254, 255
 # Room behind the box, and what a contact has to be clear of [m].
@@ -148,7 +148,7 @@ def main():
     for sample in data:
         pair, clutter, touch = sample.pair, sample.clutter, sample.touch["touch_rays"]
         view = views[by_id[pair.sample.subject, pair.sample.item]]
-        parts, table = boxes_of(view)
+        parts, table = walls_of(view)
         boxes = [Thing(part.vertices, part.faces, True) for part in parts]
         things = things_of(view, pair, meshes, boxes)
         check_rays(result, touch, clutter.instance, things, pair.world_from_camera, table)

@@ -13,6 +13,7 @@ mod sets;
 #[path = "../support/mod.rs"]
 mod support;
 mod tilted;
+mod vessels;
 mod views;
 mod volumes;
 

@@ -44,7 +44,10 @@ fn packed_bodies_stand_upright_around_the_middle() {
     let (close, wide) = (mean(&packed), mean(&scenes(&tables)));
     assert!(close < 0.75 * wide, "{close} {wide}");
     for scene in packed.iter().flatten() {
-        assert_eq!((scene.mode, scene.container), (SceneMode::Packed, SceneContainer::Plane { size: [0.6, 0.6] }));
+        assert_eq!(
+            (scene.mode, scene.container.clone()),
+            (SceneMode::Packed, SceneContainer::Plane { size: [0.6, 0.6] })
+        );
         assert_eq!(scene.bodies.len(), 6);
         for body in &scene.bodies {
             // All of these shapes stand with z of their mesh up.
@@ -139,7 +142,10 @@ fn a_pile_is_what_stays_when_its_walls_are_lifted() {
     let kept: Vec<&Scene> = piles.iter().flatten().collect();
     assert!(kept.len() >= 3, "{piles:?}");
     for scene in &kept {
-        assert_eq!((scene.mode, scene.container), (SceneMode::Pile, SceneContainer::Plane { size: [1.0, 1.0] }));
+        assert_eq!(
+            (scene.mode, scene.container.clone()),
+            (SceneMode::Pile, SceneContainer::Plane { size: [1.0, 1.0] })
+        );
         assert_eq!((scene.bodies.len(), scene.gone), (5, 0));
         // Five drops, 0.2 m at 0.2 m/s, and the time to rest behind it.
         assert!(f64::from(scene.steps) * 0.002 > 4.0 * 0.3 + 1.0 + scene.rest_time, "{}", scene.steps);

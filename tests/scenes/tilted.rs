@@ -42,7 +42,7 @@ fn bodies_lie_at_the_lower_wall_and_everybody_sees_the_same_bin() {
         middles.map(|middle| middle.y).sum::<f64>() / scene.bodies.len() as f64
     };
     for scene in &kept {
-        assert_eq!((scene.container, scene.bodies.len()), (container, 3));
+        assert_eq!((&scene.container, scene.bodies.len()), (&container, 3));
         assert!(scene.bodies.iter().all(|body| body.drift < 2e-3));
     }
     let mean = kept.iter().map(along).sum::<f64>() / kept.len() as f64;

@@ -9,7 +9,7 @@ use kernel::{
     geom::TriMesh,
     voxel::InsideTest,
 };
-use sim::{Container, OpenBox};
+use sim::{Container, Vessel};
 
 /// The container of a scene, and the table below it, in the scene's frame.
 pub struct Surroundings {
@@ -37,23 +37,26 @@ impl Surroundings {
 /// # Errors
 /// When its mesh has no surface.
 pub fn settled_container(container: &SceneContainer) -> Result<Container, ProduceError> {
-    match *container {
-        SceneContainer::Plane { size } => Ok(Container::Plane { size }),
+    let pose = container.world_from_container();
+    let body = |sampled| contact_body("container", &container.mesh().expect("all but a plane have walls"), sampled);
+    Ok(match container {
+        SceneContainer::Plane { size } => Container::Plane { size: *size },
         SceneContainer::Bin { inner, wall, .. } => {
-            let mesh = container.mesh().expect("a bin has walls");
-            let outer = TriMesh::open_box(inner, wall).aabb().expect("a bin has walls");
-            let body = flat_sided("container", &mesh)?;
-            Ok(Container::Bin(OpenBox { body, inner, outer, world_from_box: container.world_from_container() }))
+            Container::Bin(Vessel::open_box(body(Sampled::Edges)?, *inner, *wall, pose))
         }
-    }
+        SceneContainer::Mesh { shape, .. } => {
+            Container::Bin(Vessel::of_mesh(shape.mesh(), body(Sampled::Everywhere)?, shape.inner(), pose))
+        }
+    })
 }
 
-/// A mesh of flat sides, which touch with their edges alone, ready for contacts; `name` is for people.
+/// A mesh ready for contacts, with points of this part of its surface: flat sides touch with their edges alone. `name` is for
+/// people.
 ///
 /// # Errors
 /// When it has no surface.
-pub fn flat_sided(name: &str, mesh: &TriMesh) -> Result<Arc<ContactBody>, ProduceError> {
+pub fn contact_body(name: &str, mesh: &TriMesh, sampled: Sampled) -> Result<Arc<ContactBody>, ProduceError> {
     let surface = ContactSurface::new(mesh, InsideTest::WindingNumber);
     let surface = surface.map_err(|error| ProduceError::unusable(name, error))?;
-    Ok(Arc::new(ContactBody::new(mesh, Arc::new(surface), Sampled::Edges)))
+    Ok(Arc::new(ContactBody::new(mesh, Arc::new(surface), sampled)))
 }

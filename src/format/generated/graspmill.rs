@@ -908,10 +908,10 @@ pub struct PatchColour {
 pub struct PickCandidates {
     #[prost(message, optional, tag = "1")]
     pub sample: ::core::option::Option<SampleId>,
-    /// plane, bin
+    /// plane, bin, mesh
     #[prost(string, tag = "2")]
     pub container: ::prost::alloc::string::String,
-    /// plane: sides of the rectangle; bin: room inside along x, y, z, wall, and its tilt \[degree\] where it has one
+    /// plane: sides of the rectangle; bin: room inside along x, y, z, wall; mesh: room inside; then their tilt \[degree\] where they have one
     #[prost(double, repeated, tag = "3")]
     pub container_size: ::prost::alloc::vec::Vec<f64>,
     /// 32 bytes per body of the scene: its object's digest
@@ -971,6 +971,12 @@ pub struct PickCandidates {
     /// (free candidates, joints), rad or m: all joints of the hand that has closed
     #[prost(double, repeated, tag = "21")]
     pub closed_joints: ::prost::alloc::vec::Vec<f64>,
+    /// mesh: (vertices, 3) f32, little-endian, in its own frame
+    #[prost(bytes = "vec", tag = "22")]
+    pub container_vertices: ::prost::alloc::vec::Vec<u8>,
+    /// mesh: (triangles, 3) u32, little-endian
+    #[prost(bytes = "vec", tag = "23")]
+    pub container_triangles: ::prost::alloc::vec::Vec<u8>,
 }
 /// Topic /picks/trials. Some of the free candidates, tried in MuJoCo: the hand comes along its approach, closes, lifts, and keeps
 /// what it has, with the bodies near it free to move. Times in s, masses in kg, forces in N, angles in rad.
@@ -1305,10 +1311,10 @@ pub struct Scene {
     /// table, heap, bin, packed, pile, imported
     #[prost(string, tag = "3")]
     pub mode: ::prost::alloc::string::String,
-    /// plane, bin
+    /// plane, bin, mesh
     #[prost(string, tag = "4")]
     pub container: ::prost::alloc::string::String,
-    /// plane: sides of the rectangle; bin: room inside along x, y, z, wall, and its tilt \[degree\] where it has one
+    /// plane: sides of the rectangle; bin: room inside along x, y, z, wall; mesh: room inside; then their tilt \[degree\] where they have one
     #[prost(double, repeated, tag = "5")]
     pub container_size: ::prost::alloc::vec::Vec<f64>,
     /// 32 bytes per body: its object's digest
@@ -1392,6 +1398,12 @@ pub struct Scene {
     /// mode imported: pairs that go through each other, the container among them
     #[prost(uint32, tag = "32")]
     pub crossed: u32,
+    /// mesh: (vertices, 3) f32, little-endian, in its own frame
+    #[prost(bytes = "vec", tag = "33")]
+    pub container_vertices: ::prost::alloc::vec::Vec<u8>,
+    /// mesh: (triangles, 3) u32, little-endian
+    #[prost(bytes = "vec", tag = "34")]
+    pub container_triangles: ::prost::alloc::vec::Vec<u8>,
 }
 /// Topic /scenes/overview. The scene from above, for people: a pinhole camera over the world's origin that looks straight down,
 /// its image's right along x and its up along y.
@@ -1769,7 +1781,7 @@ pub struct SceneImage {
     /// 12: rotation and translation by rows; camera z forward, y down
     #[prost(double, repeated, tag = "3")]
     pub world_from_camera: ::prost::alloc::vec::Vec<f64>,
-    /// plane, bin
+    /// plane, bin, mesh
     #[prost(string, tag = "4")]
     pub container: ::prost::alloc::string::String,
     /// as in Scene
@@ -1817,6 +1829,12 @@ pub struct SceneImage {
     /// cameras drawn before this one that saw too little of every body
     #[prost(uint32, tag = "19")]
     pub unseen_draws: u32,
+    /// mesh: (vertices, 3) f32, little-endian, in its own frame
+    #[prost(bytes = "vec", tag = "20")]
+    pub container_vertices: ::prost::alloc::vec::Vec<u8>,
+    /// mesh: (triangles, 3) u32, little-endian
+    #[prost(bytes = "vec", tag = "21")]
+    pub container_triangles: ::prost::alloc::vec::Vec<u8>,
 }
 /// Topic /volumes/fusion. Truncated signed distances fused from depth images of one settled scene, whose views are samples of a
 /// dataset of views. SampleId.subject is the digest of the scene, SampleId.item the number of the fusion. Voxel (x, y, z) of a cube

@@ -16,13 +16,16 @@ use crate::{
         GeomOwner, HandSim, Held, Hold, SLIDE_MASS, SLIDES, add_free_object, check_mass, free_object, hand_spec,
         is_finite, object_body, refused_by,
     },
-    settle::{BodyPatch, Container, OpenBox, SceneBody},
+    settle::{BodyPatch, Container, SceneBody, Vessel},
     true_mesh::{self, TrueMesh},
 };
-use kernel::geom::Aabb;
+use kernel::{contact::ContactSurface, geom::Aabb};
 
 /// The body that the scene's container is.
 const CONTAINER: &str = "graspmill container";
+
+/// The geom that stands for the mesh of a container without boxes.
+const WALLS: &str = "graspmill walls";
 
 /// Kind of contact that bodies of a scene and its container have among themselves.
 const AMONG_BODIES: i32 = 1 << 29;
@@ -165,6 +168,7 @@ impl ClutterSim {
                 .iter()
                 .filter(|body| **body != target)
                 .map(|body| mesh_of(&compiled, scene, *body))
+                .chain(wall_mesh(&scene.container).map(|surface| TrueMesh::named(&compiled, WALLS, surface)))
                 .collect(),
             table: None,
         };
@@ -257,16 +261,16 @@ fn add_container(spec: &mut MjSpec, scene: &ClutterScene, asleep: &[usize]) {
     *stand_in.friction_mut() = [0.0; 3];
     stand_in.set_condim(6);
     touch_bodies(stand_in);
-    for (solid, scene_from_solid) in solids_of(&scene.container) {
-        let solid = add_box(container, &solid);
-        let middle = scene_from_solid * Point3::from(*solid.pos());
-        *solid.pos_mut() = middle.coords.into();
-        *solid.quat_mut() = quaternion(&scene_from_solid);
-        touch_hand(solid);
-        // Its friction counts, whatever touches it.
-        solid.set_priority(2);
-        solid.set_condim(3);
-        *solid.friction_mut() = [CONTAINER_FRICTION, 0.0, 0.0];
+    for (part, scene_from_part) in boxes_of(&scene.container) {
+        let part = add_box(container, &part);
+        let middle = scene_from_part * Point3::from(*part.pos());
+        *part.pos_mut() = middle.coords.into();
+        *part.quat_mut() = quaternion(&scene_from_part);
+        touch_hand_as_container(part);
+    }
+    if let Some(surface) = wall_mesh(&scene.container) {
+        let on_container = |spec| body_named(spec, CONTAINER);
+        touch_hand_as_container(true_mesh::add_named_geom(spec, WALLS, surface, on_container));
     }
     for body in asleep {
         let pose = &scene.scene_from_objects[*body];
@@ -349,26 +353,31 @@ fn body_named<'s>(spec: &'s mut MjSpec, name: &str) -> &'s mut MjsBody {
     spec.body_mut(name).expect("the body was added")
 }
 
-/// Boxes that the hand touches a container with [m], and the poses of their frames in the scene: a table, and on it the floor and
-/// walls of a bin.
-fn solids_of(container: &Container) -> Vec<(Aabb, IsometryMatrix3<f64>)> {
+/// Boxes that the hand touches a container with [m], and the poses of their frames in the scene: a table, and on it the boxes of a
+/// bin.
+fn boxes_of(container: &Container) -> Vec<(Aabb, IsometryMatrix3<f64>)> {
     let [wide, deep, thick] = TABLE;
     let ground = if matches!(container, Container::Plane { .. }) { 0.0 } else { container.bounds().min.z };
     let table = Aabb { min: Point3::new(-wide, -deep, ground - thick), max: Point3::new(wide, deep, ground) };
-    let table = (table, IsometryMatrix3::identity());
-    let Container::Bin(OpenBox { inner: [x, y, _], outer, world_from_box, .. }) = container else { return vec![table] };
-    let [x, y] = [x / 2.0, y / 2.0];
-    let (min, max) = (outer.min, outer.max);
-    let part = |low: [f64; 2], high: [f64; 2], top: f64| {
-        let solid = Aabb { min: Point3::new(low[0], low[1], min.z), max: Point3::new(high[0], high[1], top) };
-        (solid, *world_from_box)
-    };
-    vec![
-        table,
-        part([min.x, min.y], [max.x, max.y], 0.0),
-        part([min.x, min.y], [-x, max.y], max.z),
-        part([x, min.y], [max.x, max.y], max.z),
-        part([-x, min.y], [x, -y], max.z),
-        part([-x, y], [x, max.y], max.z),
-    ]
+    let mut boxes = vec![(table, IsometryMatrix3::identity())];
+    if let Container::Bin(Vessel { boxes: of_bin, world_from_vessel, .. }) = container {
+        boxes.extend(of_bin.iter().map(|part| (*part, *world_from_vessel)));
+    }
+    boxes
+}
+
+/// The mesh that the hand touches a container with, which has no boxes.
+fn wall_mesh(container: &Container) -> Option<&Arc<ContactSurface>> {
+    match container {
+        Container::Bin(Vessel { body, boxes, .. }) if boxes.is_empty() => Some(body.surface()),
+        _ => None,
+    }
+}
+
+/// Lets the hand touch a part of the container, whose friction counts, whatever touches it.
+fn touch_hand_as_container(geom: &mut MjsGeom) {
+    touch_hand(geom);
+    geom.set_priority(2);
+    geom.set_condim(3);
+    *geom.friction_mut() = [CONTAINER_FRICTION, 0.0, 0.0];
 }

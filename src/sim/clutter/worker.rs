@@ -354,7 +354,7 @@ mod tests {
     use super::{super::ClutterScene, *};
     use crate::{
         HandModel,
-        settle::{Container, OpenBox, Placement, SceneBody, SettleSettings, SettleWorker},
+        settle::{Container, Placement, SceneBody, SettleSettings, SettleWorker, Vessel},
     };
     use kernel::{
         contact::{ContactBody, ContactSurface, Sampled},
@@ -391,9 +391,8 @@ mod tests {
         let inner = [0.4, 0.3, 0.2];
         let mesh = TriMesh::open_box(inner, 0.02);
         let surface = ContactSurface::new(&mesh, InsideTest::WindingNumber).expect("a surface");
-        let (outer, world_from_box) = (*surface.bounds(), IsometryMatrix3::identity());
         let body = Arc::new(ContactBody::new(&mesh, Arc::new(surface), Sampled::Edges));
-        Container::Bin(OpenBox { body, inner, outer, world_from_box })
+        Container::Bin(Vessel::open_box(body, inner, 0.02, IsometryMatrix3::identity()))
     }
 
     fn gripper() -> HandModel {

@@ -4,7 +4,7 @@ use std::{cell::RefCell, sync::Arc};
 
 use nalgebra::IsometryMatrix3;
 
-use super::{Container, OpenBox};
+use super::{Container, Vessel};
 use crate::true_mesh::WorldContact;
 use kernel::contact::{BodyScratch, ContactBody, PairTracker, SurfaceContact, plane_contacts};
 
@@ -86,7 +86,7 @@ impl SceneCollider {
             }
             (low, container) => {
                 let first = match container {
-                    Container::Bin(OpenBox { body, .. }) if low == 0 => body.as_ref(),
+                    Container::Bin(Vessel { body, .. }) if low == 0 => body.as_ref(),
                     _ => self.bodies[low - 1].as_ref(),
                 };
                 let tracker = &mut self.trackers[high * (high - 1) / 2 + low];

@@ -15,6 +15,6 @@ mod worker;
 pub(super) use collider::{SceneCollider, SceneLoan, with_scene};
 pub use outcome::{Fault, SceneTouch, SettledBody, SettledScene};
 pub(super) use patch::BodyPatch;
-pub use settings::{Container, OpenBox, Placement, SceneBody, SettleSettings};
+pub use settings::{Container, Placement, SceneBody, SettleSettings, Vessel};
 pub use walls::Walls;
 pub use worker::SettleWorker;

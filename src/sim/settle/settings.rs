@@ -6,7 +6,7 @@ use nalgebra::{IsometryMatrix3, Point3, Rotation3};
 
 use kernel::{
     contact::ContactBody,
-    geom::{Aabb, MassProperties},
+    geom::{Aabb, MassProperties, TriMesh},
 };
 
 /// Thickness of the box that stands for the plane, and half its sides [m].
@@ -20,22 +20,24 @@ pub enum Container {
         /// Sides of the rectangle [m].
         size: [f64; 2],
     },
-    /// An open box. A body whose centre of mass ends outside of its walls is gone.
-    Bin(OpenBox),
+    /// A box without a lid, or another vessel. A body whose centre of mass ends outside of its walls is gone.
+    Bin(Vessel),
 }
 
-/// A box without a lid that stands in the world, perhaps tilted. The origin of its own frame is the middle of its floor, z out
-/// of it.
+/// An open container that stands in the world, perhaps tilted. The origin of its own frame is the middle of its floor, z out of
+/// it.
 #[derive(Clone)]
-pub struct OpenBox {
-    /// Mesh of the box, in the world.
+pub struct Vessel {
+    /// Mesh of walls and floor, in the world.
     pub body: Arc<ContactBody>,
-    /// Room inside along x, y and z [m].
+    /// Room inside along x, y and z, around the middle of the floor [m].
     pub inner: [f64; 3],
-    /// Box around walls and floor, in the own frame [m].
-    pub outer: Aabb,
-    /// Pose of the box.
-    pub world_from_box: IsometryMatrix3<f64>,
+    /// Where a body belongs to it, along x and y of the own frame, around the middle of the floor [m].
+    pub reach: [f64; 2],
+    /// Boxes of the own frame that hands touch [m]; without any they touch the mesh.
+    pub boxes: Vec<Aabb>,
+    /// Pose of the own frame.
+    pub world_from_vessel: IsometryMatrix3<f64>,
 }
 
 /// Room that bodies are dropped into.
@@ -59,7 +61,44 @@ impl DropRoom {
     }
 }
 
-impl OpenBox {
+impl Vessel {
+    /// A box of this room inside and walls this thick [m]; `body` is its mesh in the world.
+    pub fn open_box(
+        body: Arc<ContactBody>,
+        inner: [f64; 3],
+        wall: f64,
+        world_from_vessel: IsometryMatrix3<f64>,
+    ) -> Self {
+        let [x, y] = [inner[0] / 2.0, inner[1] / 2.0];
+        let outer = TriMesh::open_box(inner, wall).aabb().expect("a box has walls");
+        let (min, max) = (outer.min, outer.max);
+        let part = |low: [f64; 2], high: [f64; 2], top: f64| Aabb {
+            min: Point3::new(low[0], low[1], min.z),
+            max: Point3::new(high[0], high[1], top),
+        };
+        let boxes = vec![
+            part([min.x, min.y], [max.x, max.y], 0.0),
+            part([min.x, min.y], [-x, max.y], max.z),
+            part([x, min.y], [max.x, max.y], max.z),
+            part([-x, min.y], [x, -y], max.z),
+            part([-x, y], [x, max.y], max.z),
+        ];
+        Self { body, inner, reach: [inner[0], inner[1]], boxes, world_from_vessel }
+    }
+
+    /// A vessel of any shape: `own` is its mesh in its own frame, `body` in the world, `inner` the room inside that is free of
+    /// it [m]. Its walls may lean outward, so that a body belongs to it within the mesh's bounds.
+    pub fn of_mesh(
+        own: &TriMesh,
+        body: Arc<ContactBody>,
+        inner: [f64; 3],
+        world_from_vessel: IsometryMatrix3<f64>,
+    ) -> Self {
+        let bounds = own.aabb().expect("a vessel has walls");
+        let reach = [0, 1].map(|axis| 2.0 * bounds.max[axis].max(-bounds.min[axis]));
+        Self { body, inner, reach, boxes: Vec::new(), world_from_vessel }
+    }
+
     /// Room that bodies are dropped into.
     fn drop_room(&self) -> DropRoom {
         let [x, y, z] = self.inner;
@@ -68,7 +107,7 @@ impl OpenBox {
             let corners = [[-x, -y], [x, -y], [x, y], [-x, y]];
             let around = Aabb { min: Point3::from([f64::MAX; 3]), max: Point3::from([f64::MIN; 3]) };
             corners.into_iter().fold(around, |Aabb { min, max }, [x, y]| {
-                let corner = self.world_from_box * Point3::new(x, y, height);
+                let corner = self.world_from_vessel * Point3::new(x, y, height);
                 Aabb { min: min.inf(&corner), max: max.sup(&corner) }
             })
         };
@@ -79,8 +118,8 @@ impl OpenBox {
     }
 
     fn contains(&self, point: &Point3<f64>) -> bool {
-        let [x, y, _] = self.inner;
-        let own = self.world_from_box.inverse_transform_point(point);
+        let [x, y] = self.reach;
+        let own = self.world_from_vessel.inverse_transform_point(point);
         own.x.abs() <= x / 2.0 && own.y.abs() <= y / 2.0 && own.z > 0.0
     }
 }
@@ -109,7 +148,7 @@ impl Container {
                 let [thickness, half] = GROUND;
                 Aabb { min: Point3::new(-half, -half, -thickness), max: Point3::new(half, half, 0.0) }
             }
-            Self::Bin(OpenBox { body, .. }) => *body.surface().bounds(),
+            Self::Bin(Vessel { body, .. }) => *body.surface().bounds(),
         }
     }
 }

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::{
-    BodyPatch, Container, Fault, OpenBox, Placement, SceneBody, SceneCollider, SceneTouch, SettleSettings, SettledBody,
-    SettledScene, Walls, collider::SceneLoan, model::SceneModel, settings::DropRoom, walls::StandingWalls,
+    BodyPatch, Container, Fault, Placement, SceneBody, SceneCollider, SceneTouch, SettleSettings, SettledBody,
+    SettledScene, Vessel, Walls, collider::SceneLoan, model::SceneModel, settings::DropRoom, walls::StandingWalls,
 };
 use crate::{
     convert::{index, isometry, quaternion},
@@ -258,7 +258,7 @@ impl SettleWorker {
             let body = bodies[high].body.as_ref();
             let other = match (low, &self.container) {
                 (Some(low), _) => Some((bodies[low].body.as_ref(), poses[low].inv_mul(&poses[high]))),
-                (None, Container::Bin(OpenBox { body, .. })) => Some((body.as_ref(), poses[high])),
+                (None, Container::Bin(Vessel { body, .. })) => Some((body.as_ref(), poses[high])),
                 (None, Container::Plane { .. }) => None,
             };
             match &other {
@@ -606,9 +606,8 @@ mod tests {
         let inner = [0.4, 0.3, 0.2];
         let mesh = TriMesh::open_box(inner, 0.02);
         let surface = kernel::contact::ContactSurface::new(&mesh, InsideTest::WindingNumber).expect("a surface");
-        let (outer, world_from_box) = (*surface.bounds(), IsometryMatrix3::identity());
         let body = Arc::new(ContactBody::new(&mesh, Arc::new(surface), Sampled::Edges));
-        Container::Bin(OpenBox { body, inner, outer, world_from_box })
+        Container::Bin(Vessel::open_box(body, inner, 0.02, IsometryMatrix3::identity()))
     }
 
     fn scene_body(source: &MeshSource) -> SceneBody {

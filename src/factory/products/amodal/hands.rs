@@ -15,7 +15,7 @@ use crate::{
 };
 use format::{SceneContainer, SceneImage};
 use kernel::contact::ContactSurface;
-use sim::{Container, OpenBox, StillShape};
+use sim::{Container, StillShape, Vessel};
 
 /// A job's hand with the bodies of one scene; the memory of one thread.
 pub(super) struct SceneHands {
@@ -89,9 +89,9 @@ impl SceneHands {
         }
         let walls = match settled_container(container)? {
             Container::Plane { .. } => None,
-            Container::Bin(OpenBox { body, .. }) => Some(Arc::clone(body.surface())),
+            Container::Bin(Vessel { body, .. }) => Some(Arc::clone(body.surface())),
         };
-        self.container = Some((*container, walls.clone()));
+        self.container = Some((container.clone(), walls.clone()));
         Ok(walls)
     }
 }

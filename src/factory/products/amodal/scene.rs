@@ -37,7 +37,7 @@ impl StillSolid {
             SolidObject::new(mesh, solid, true, true, Truth::AnyOverlap)
         };
         Self {
-            made_of: (*container, table_size),
+            made_of: (container.clone(), table_size),
             container: mesh.as_ref().map(solid),
             container_surface: mesh.as_ref().map(|mesh| RenderMesh::new(mesh, false)),
             table: RenderMesh::new(&table, false),
@@ -49,7 +49,7 @@ impl StillSolid {
 
     /// Whether it was made of this container on this table.
     pub fn is_of(&self, container: &SceneContainer, table_size: [f64; 2]) -> bool {
-        self.made_of == (*container, table_size)
+        self.made_of.0 == *container && self.made_of.1 == table_size
     }
 }
 

@@ -109,9 +109,9 @@ fn load_scene<'w>(
     image: &mut ViewImage,
     stored: &Sample,
 ) -> Result<LoadedScene<'w>, ProduceError> {
-    let SceneImage { container, table, .. } = image.record;
-    still.take_if(|still| !still.is_of(&container, table));
-    let still = still.get_or_insert_with(|| StillSolid::new(&container, table, *level));
+    let SceneImage { container, table, .. } = &image.record;
+    still.take_if(|still| !still.is_of(container, *table));
+    let still = still.get_or_insert_with(|| StillSolid::new(container, *table, *level));
     let bodies = image.record.bodies.iter().map(|body| objects.get(body.object, &job.settings, *level));
     let bodies: Vec<Arc<LoadedObject>> = bodies.collect::<Result<_, _>>()?;
     if image.record.point_instances.is_some() {

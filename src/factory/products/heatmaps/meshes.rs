@@ -50,11 +50,11 @@ impl StillMeshes {
     pub fn new(container: &SceneContainer, size: [f64; 2]) -> Self {
         let Surroundings { container: mesh, table, .. } = Surroundings::new(container, size);
         let container_mesh = mesh.as_ref().map(|mesh| RenderMesh::new(mesh, false));
-        Self { made_of: (*container, size), container: container_mesh, table: RenderMesh::new(&table, false) }
+        Self { made_of: (container.clone(), size), container: container_mesh, table: RenderMesh::new(&table, false) }
     }
 
     /// Whether they are of this container on this table.
     pub fn is_of(&self, container: &SceneContainer, size: [f64; 2]) -> bool {
-        self.made_of == (*container, size)
+        self.made_of.0 == *container && self.made_of.1 == size
     }
 }

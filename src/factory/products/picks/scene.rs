@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::loaded::LoadedObject;
 use format::{CONTAINER, Scene};
 use robot::grasp::{Obstacle, Surroundings};
-use sim::{ClutterScene, Container, OpenBox, SceneBody, TrialConditions};
+use sim::{ClutterScene, Container, SceneBody, TrialConditions, Vessel};
 
 /// A settled scene with its objects.
 pub(super) struct LoadedScene {
@@ -38,7 +38,7 @@ impl LoadedScene {
         };
         let walls = match container {
             Container::Plane { .. } => None,
-            Container::Bin(OpenBox { body, .. }) => Some(Obstacle {
+            Container::Bin(Vessel { body, .. }) => Some(Obstacle {
                 surface: Arc::clone(body.surface()),
                 scene_from_obstacle: nalgebra::IsometryMatrix3::identity(),
             }),

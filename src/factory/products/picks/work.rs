@@ -66,7 +66,7 @@ impl Work for PickJob {
         let mut containers: Vec<(SceneContainer, Container)> = Vec::new();
         for scene in &self.scenes.list {
             if containers.iter().all(|(known, _)| *known != scene.container) {
-                containers.push((scene.container, settled_container(&scene.container)?));
+                containers.push((scene.container.clone(), settled_container(&scene.container)?));
             }
         }
         let scenes = DatasetReader::open(&self.scenes_folder)?;

@@ -118,7 +118,7 @@ impl<'s> PickWorker<'s> {
         }
         let record = PickCandidates {
             sample,
-            container: scene.record.container,
+            container: scene.record.container.clone(),
             bodies: scene.record.bodies.iter().map(|body| (body.object, body.world_from_object)).collect(),
             hand: self.shared.hand.hand.name().to_owned(),
             hand_id: job.hand.id,

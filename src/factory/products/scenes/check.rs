@@ -1,18 +1,21 @@
 //! From the keys of a job for scenes to settings that make sense: every mistake that the schema cannot see.
 
+use std::{path::Path, sync::Arc};
+
 use super::{
     settings::{PileWalls, Region, SceneSettings},
     spec::{
-        CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, PileSpec, PlaceSpec, RectangleSpec, RingSpec,
+        ContainerSpec, CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, PileSpec, PlaceSpec, RectangleSpec, RingSpec,
         ScenePhysicsSpec, ScenesSpec,
     },
+    vessel::{self, VesselFile},
 };
 use form::Checker;
 use format::{SceneContainer, SceneMode};
 use sim::SettleSettings;
 
 /// The settings; mistakes are reported.
-pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec) -> SceneSettings {
+pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec, folder: &Path) -> SceneSettings {
     let mode = match spec.mode {
         _ if spec.import.is_some() => SceneMode::Imported,
         ModeSpec::Table => SceneMode::Table,
@@ -22,14 +25,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec) -> SceneSetting
         ModeSpec::Pile => SceneMode::Pile,
     };
     check_idle(checker, mode);
-    let container = match mode {
-        SceneMode::Bin => SceneContainer::Bin {
-            inner: spec.container.inner,
-            wall: spec.container.wall,
-            tilt_deg: spec.container.tilt_deg,
-        },
-        _ => SceneContainer::Plane { size: spec.table.size },
-    };
+    let (container, vessel) = container(checker, spec, mode, folder);
     let walls = (mode == SceneMode::Pile).then(|| walls(checker, &spec.pile, spec.table.size));
     let place = spec.place.and_then(|place| region(checker, place, spec.table.size));
     let count = match spec.count {
@@ -49,6 +45,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec) -> SceneSetting
     SceneSettings {
         mode,
         container,
+        vessel,
         import: None,
         walls,
         place,
@@ -105,6 +102,31 @@ pub(super) fn idle_keys(mode: SceneMode) -> Vec<(&'static str, &'static str)> {
         SceneMode::Packed => [CONTAINER, PILE, PLACE].into_iter().chain(put_down).collect(),
         SceneMode::Imported => IMPORTED_IDLE.map(|key| (key, AS_THEY_ARE)).to_vec(),
     }
+}
+
+/// The container, and the file that it is out of, if it is. One with a mistake, which is reported, becomes a box.
+fn container(
+    checker: &mut Checker,
+    spec: &ScenesSpec,
+    mode: SceneMode,
+    folder: &Path,
+) -> (SceneContainer, Option<VesselFile>) {
+    let &ContainerSpec { ref mesh, unit, ref content, inner, wall, tilt_deg } = &spec.container;
+    match (mode, mesh) {
+        (SceneMode::Bin, Some(file)) => {
+            if let Some((file, shape)) = vessel::read(checker, &spec.container, file, folder) {
+                return (SceneContainer::Mesh { shape: Arc::new(shape), tilt_deg }, Some(file));
+            }
+        }
+        (SceneMode::Bin, None) => {
+            let of_mesh = [("container.unit", unit.is_some()), ("container.content", content.is_some())];
+            for (key, _) in of_mesh.into_iter().filter(|(_, is_given)| *is_given) {
+                checker.invalid(key, "`container.mesh` beside it", "a box, which has no file");
+            }
+        }
+        _ => return (SceneContainer::Plane { size: spec.table.size }, None),
+    }
+    (SceneContainer::Bin { inner, wall, tilt_deg }, None)
 }
 
 /// A region of a table of these sides [m].

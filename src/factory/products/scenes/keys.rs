@@ -1,5 +1,7 @@
 //! A resolved job for scenes as keys of a job file.
 
+use std::path::Path;
+
 use super::{
     check::idle_keys,
     import::{
@@ -8,21 +10,24 @@ use super::{
     },
     settings::{PileWalls, Region, SceneJob, SceneSettings},
     spec::{
-        ContainerSpec, CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, PileSpec, PlaceSpec, RectangleSpec, RingSpec,
+        CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, PileSpec, PlaceSpec, RectangleSpec, RingSpec,
         ScenePhysicsSpec, ScenesPerSplitSpec, ScenesSpec, TableSpec,
     },
+    vessel::VesselFile,
 };
-use crate::job::{keys_of, without};
+use crate::job::{keys_of, relative_to, with_slashes, without};
 use format::{SceneContainer, SceneMode};
 use sim::SettleSettings;
 
 impl SceneJob {
     /// Keys of the job file beside objects, split and shards, without those that the other keys make idle. `name` says how an
-    /// object is called that the job knows by a name.
-    pub(super) fn keys(&self, name: impl Fn(&str) -> String) -> toml::Table {
+    /// object is called that the job knows by a name. With a folder the container's file is named relative to it, otherwise by
+    /// content alone.
+    pub(super) fn keys(&self, name: impl Fn(&str) -> String, folder: Option<&Path>) -> toml::Table {
         let SceneSettings {
             mode,
             container,
+            vessel,
             import,
             walls,
             place,
@@ -36,7 +41,8 @@ impl SceneJob {
         let idle = idle_keys(*mode).into_iter().map(|(key, _)| key);
         // Without repeats the keys are those of jobs that know none.
         let idle = idle.chain((!repeats).then_some("repeats"));
-        let idle: Vec<&str> = ["objects", "split", "shards"].into_iter().chain(idle).collect();
+        let of_box = ["container.inner", "container.wall"].into_iter().filter(|_| vessel.is_some());
+        let idle: Vec<&str> = ["objects", "split", "shards"].into_iter().chain(idle).chain(of_box).collect();
         spec.mode = match mode {
             SceneMode::Table => ModeSpec::Table,
             SceneMode::Heap => ModeSpec::Heap,
@@ -46,10 +52,7 @@ impl SceneJob {
             SceneMode::Imported => spec.mode,
         };
         spec.import = import.as_ref().map(|import| import_spec(import, name));
-        match *container {
-            SceneContainer::Plane { size } => spec.table = TableSpec { size },
-            SceneContainer::Bin { inner, wall, tilt_deg } => spec.container = ContainerSpec { inner, wall, tilt_deg },
-        }
+        container_keys(&mut spec, container, folder.zip(vessel.as_ref()));
         if let Some(PileWalls { side, height, lift_speed }) = *walls {
             spec.pile = PileSpec { side, height, lift_speed };
         }
@@ -94,6 +97,20 @@ impl SceneJob {
             put_back,
         };
         without(keys_of(&spec), &idle)
+    }
+}
+
+/// Writes the container into the keys: a mesh by its file, relative to a folder, and its content, or by content alone.
+fn container_keys(spec: &mut ScenesSpec, container: &SceneContainer, file: Option<(&Path, &VesselFile)>) {
+    spec.container.tilt_deg = container.tilt_deg();
+    match container {
+        SceneContainer::Plane { size } => spec.table = TableSpec { size: *size },
+        SceneContainer::Bin { inner, wall, .. } => (spec.container.inner, spec.container.wall) = (*inner, *wall),
+        SceneContainer::Mesh { shape, .. } => {
+            spec.container.mesh = file.map(|(folder, file)| with_slashes(&relative_to(&file.path, folder)).into());
+            spec.container.unit = file.and_then(|(_, file)| file.unit);
+            spec.container.content = Some(shape.digest().hex());
+        }
     }
 }
 

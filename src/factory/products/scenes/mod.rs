@@ -15,6 +15,7 @@ mod placement;
 mod row;
 mod settings;
 pub mod spec;
+mod vessel;
 mod work;
 mod worker;
 

@@ -36,8 +36,8 @@ impl Painter {
             SceneContainer::Bin { inner, wall, tilt_deg: 0.0 } => {
                 ([inner[0] + 2.0 * wall, inner[1] + 2.0 * wall], inner[2])
             }
-            SceneContainer::Bin { .. } => {
-                let bounds = container.mesh().and_then(|mesh| mesh.aabb()).expect("a bin has walls");
+            SceneContainer::Bin { .. } | SceneContainer::Mesh { .. } => {
+                let bounds = container.mesh().and_then(|mesh| mesh.aabb()).expect("all but a plane have walls");
                 let across = |axis: usize| 2.0 * bounds.max[axis].max(-bounds.min[axis]);
                 ([across(0), across(1)], bounds.max.z)
             }

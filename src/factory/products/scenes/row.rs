@@ -31,7 +31,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
 
 fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobContext) -> Result<DraftWork, FormErrors> {
     let (spec, mut checker) = checker.value_of::<ScenesSpec>(keys)?;
-    let mut settings = check::settings(&mut checker, &spec);
+    let mut settings = check::settings(&mut checker, &spec, folder);
     let document = checker.document().clone();
     let objects = ObjectsDraft::read(checker, &spec.split, &spec.objects, folder, context)?;
     if let Some(spec) = &spec.import {

@@ -10,7 +10,7 @@ use kernel::{
 };
 use sim::SettleSettings;
 
-use super::import::Import;
+use super::{import::Import, vessel::VesselFile};
 use crate::job::JobObjects;
 
 /// Objects and settings of a job for scenes.
@@ -29,6 +29,8 @@ pub struct SceneSettings {
     pub mode: SceneMode,
     /// Container.
     pub container: SceneContainer,
+    /// File that the container is out of, of a mesh.
+    pub(super) vessel: Option<VesselFile>,
     /// Arrangements of others, of [`SceneMode::Imported`]: `scenes` are then their count.
     pub import: Option<Import>,
     /// Walls between which the bodies of a pile are dropped.
@@ -140,9 +142,9 @@ impl SceneSettings {
     pub fn subject(&self, split: Split) -> ObjectId {
         let walls = self.walls.map(|walls| walls.inner());
         let place = self.place.map(|place| place.numbers());
-        let sizes = self.container.sizes().into_iter().chain(walls.into_iter().flatten());
-        let sizes = sizes.chain(place.into_iter().flatten());
-        let sizes: Vec<u8> = sizes.flat_map(f64::to_le_bytes).collect();
+        let more = walls.into_iter().flatten().chain(place.into_iter().flatten());
+        let sizes = self.container.identity().into_iter().chain(more.flat_map(f64::to_le_bytes));
+        let sizes: Vec<u8> = sizes.collect();
         let words = [self.mode.name(), self.container.name(), split.name()];
         ObjectId(Digest::of_parts(
             std::iter::once(b"scenes 1".as_slice())

@@ -1,10 +1,12 @@
 //! The keys of a job for scenes.
 
+use std::path::PathBuf;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::import::spec::ImportSpec;
-use crate::job::spec::{ObjectsSpec, SplitSpec};
+use crate::job::spec::{ObjectsSpec, SplitSpec, UnitSpec};
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
@@ -154,10 +156,19 @@ pub struct RingSpec {
     pub radius: [f64; 2],
 }
 
-/// An open box that bodies are dropped into.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// Container that bodies are dropped into: an open box, or a mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContainerSpec {
+    /// A mesh file in place of a box; relative to the job file. Its z points out of the opening, its surface is closed, and walls
+    /// stand all around a floor. The floor below the middle of its bounds is the world's origin.
+    #[schemars(extend("examples" = ["../scenes/tote.stl"]))]
+    pub mesh: Option<PathBuf>,
+    /// Unit of the mesh file; metres where none is given.
+    pub unit: Option<UnitSpec>,
+    /// Content that the mesh must have (64 hexadecimal digits); a resolved job pins it.
+    #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
+    pub content: Option<String>,
     /// Room inside along x, y and z. A body whose centre of mass ends outside of the walls is gone.
     #[schemars(inner(range(min = 0.05, max = 10)), extend("x-unit" = "m"))]
     pub inner: [f64; 3],

@@ -13,11 +13,12 @@ use crate::{
     job::{JobObject, JobObjects, SplitInput, shards_section},
     objects::{bytes_of_descriptions, describe_all},
     plan::{JobSplits, SubjectItems},
-    products::surroundings::{flat_sided, settled_container},
+    products::surroundings::{contact_body, settled_container},
     work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
 };
 use format::Product;
 use kernel::{
+    contact::Sampled,
     geom::TriMesh,
     ids::ObjectId,
     words::{NumberClass, ObjectSplit, Split},
@@ -35,7 +36,7 @@ impl Work for SceneJob {
     }
 
     fn resolved(&self, folder: &Path, shard_samples: u32) -> toml::Table {
-        let mut keys = self.keys(str::to_owned);
+        let mut keys = self.keys(str::to_owned, Some(folder));
         keys.extend(self.objects.resolved(folder));
         keys.extend([shards_section("scenes", shard_samples)]);
         keys
@@ -43,7 +44,8 @@ impl Work for SceneJob {
 
     /// Objects of imported scenes by content.
     fn sample_keys(&self) -> toml::Table {
-        self.keys(|name| self.object_named(name).map_or_else(String::new, |(_, object)| object.id().0.hex()))
+        let name = |name: &str| self.object_named(name).map_or_else(String::new, |(_, object)| object.id().0.hex());
+        self.keys(name, None)
     }
 
     fn subject_keys(&self) -> toml::Table {
@@ -166,7 +168,7 @@ const WALL: f64 = 0.02;
 /// The walls of a pile, ready for contacts.
 fn standing_walls(walls: PileWalls) -> Result<Walls, ProduceError> {
     let inner = walls.inner();
-    Ok(Walls::new(flat_sided("walls", &TriMesh::walls(inner, WALL))?, inner, walls.lift_speed))
+    Ok(Walls::new(contact_body("walls", &TriMesh::walls(inner, WALL), Sampled::Edges)?, inner, walls.lift_speed))
 }
 
 /// A job for scenes whose container stands.

@@ -187,7 +187,7 @@ impl<'s> SceneWorker<'s> {
         Scene {
             sample,
             mode: settings.mode,
-            container: settings.container,
+            container: settings.container.clone(),
             contacts: contacts(&scene.touches),
             supports: supports(&scene.touches, &weights),
             bodies: recorded,

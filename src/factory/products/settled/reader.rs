@@ -30,10 +30,14 @@ pub enum InvalidScenes {
 /// When the folder holds no finished dataset of scenes.
 pub fn read_scenes(folder: &Path) -> Result<FoundScenes, InvalidScenes> {
     let (reader, root) = open_input(folder, Product::SCENES, NumberClass::Physics)?;
-    let mut list = Vec::new();
+    let mut list: Vec<SettledScene> = Vec::new();
     for sample in reader.iter(Selection::default()) {
         let sample = sample?;
-        let scene = sample.scene()?;
+        let mut scene = sample.scene()?;
+        // Scenes of one job share a container, which may be a mesh.
+        if let Some(last) = list.last().filter(|last| last.container == scene.container) {
+            scene.container.clone_from(&last.container);
+        }
         list.push(SettledScene {
             id: scene.id(),
             sample: sample.id,

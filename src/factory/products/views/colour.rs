@@ -59,7 +59,7 @@ impl ColourView {
     pub fn render(&mut self, image: &SceneImage, stream: &mut Stream) -> Result<SceneColour, ProduceError> {
         let worker = self.worker.as_mut().expect("a scene is loaded before it is rendered");
         let bodies = image.bodies.iter().map(|body| body.object);
-        let has_container = matches!(image.container, SceneContainer::Bin { .. });
+        let has_container = !matches!(image.container, SceneContainer::Plane { .. });
         let (appearance, paints) = match self.settings.randomise {
             true => {
                 let appearance = random_appearance(stream);

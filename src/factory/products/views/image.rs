@@ -64,7 +64,7 @@ impl ImageMaker {
             sample: kernel::ids::SampleId::of_object(scene.id, kernel::ids::ItemId(0)),
             camera,
             world_from_camera: Pose::identity(),
-            container: scene.container,
+            container: scene.container.clone(),
             table,
             bodies: Vec::new(),
             instances: Vec::new(),
@@ -117,7 +117,8 @@ impl ImageMaker {
         for (body, (pixels, visible_box)) in record.bodies.iter_mut().zip(visible) {
             (body.pixels_visible, body.visible_box) = (pixels, visible_box);
         }
-        (record.camera, record.world_from_camera, record.container) = (*camera, *world_from_camera, scene.container);
+        (record.camera, record.world_from_camera) = (*camera, *world_from_camera);
+        record.container.clone_from(&scene.container);
         image.depth(&mut self.depth);
     }
 

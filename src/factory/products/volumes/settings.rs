@@ -62,9 +62,8 @@ impl VolumeSettings {
 
     /// Key and numbers of a cube that the room in a container does not fit into; `None` where it fits. A plane has no sides.
     pub fn too_small_for(&self, container: &SceneContainer) -> Option<(&'static str, String)> {
-        let SceneContainer::Bin { inner: [x, y, z], .. } = *container else { return None };
+        let ([x, y, z], room) = (container.inner()?, container.room()?);
         let Self { grid: VolumeGrid { size, .. }, below, .. } = *self;
-        let room = container.room().expect("a bin has room inside");
         let wide = 2.0 * [0, 1].map(|axis| room.max[axis].max(-room.min[axis])).into_iter().fold(0.0, f64::max);
         let (high, deep) = (room.max.z, -room.min.z);
         if deep > below {

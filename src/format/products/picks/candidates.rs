@@ -139,6 +139,7 @@ impl PickCandidates {
         wire::doubles_of(out, 19, all().map(|candidate| candidate.clearance));
         self.joints.iter().for_each(|name| wire::element(out, 20, name.as_bytes()));
         wire::doubles_of(out, 21, all().flat_map(|candidate| candidate.closed.iter().copied()));
+        self.container.encode_mesh(out, [22, 23]);
     }
 
     /// Reads and checks a payload.
@@ -149,7 +150,12 @@ impl PickCandidates {
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let raw = proto::PickCandidates::decode(payload).map_err(broken(MESSAGE))?;
         let sample = sample_from_proto(MESSAGE, raw.sample.clone())?;
-        let container = SceneContainer::of(MESSAGE, &raw.container, &raw.container_size)?;
+        let container = SceneContainer::of(
+            MESSAGE,
+            &raw.container,
+            &raw.container_size,
+            [&raw.container_vertices, &raw.container_triangles],
+        )?;
         let bodies = bodies(&raw)?;
         let item = sample.item.0;
         let is_body = (item as usize) < bodies.len();
@@ -262,8 +268,8 @@ fn blocked(raw: &proto::PickCandidates, index: usize, bodies: u32) -> Result<Opt
         4 => Some(PickObstacle::Neighbour(neighbour)),
         _ => return ranged(MESSAGE, "verdicts", f64::from(verdict), false, "0 to 4").map(|()| None),
     };
-    let is_in_bin = raw.container == "bin";
-    ranged(MESSAGE, "verdicts", f64::from(verdict), verdict != 2 || is_in_bin, "a container only in a bin")?;
+    let has_walls = raw.container != "plane";
+    ranged(MESSAGE, "verdicts", f64::from(verdict), verdict != 2 || has_walls, "a container only where one stands")?;
     let fits = match by {
         Some(PickObstacle::Neighbour(number)) => (1..=bodies).contains(&number) && number != own,
         _ => neighbour == 0,

@@ -1,6 +1,7 @@
 //! Scenes: bodies at rest on their true meshes, in a container.
 
 mod check;
+mod container;
 mod facts;
 mod overview;
 mod row;
@@ -9,10 +10,11 @@ mod scene;
 mod tests;
 
 pub(super) use check::CHECKS;
+pub use container::{ContainerMesh, SceneContainer};
 pub use facts::SceneFacts;
 pub use overview::SceneOverview;
 pub use row::FORMAT;
-pub use scene::{CONTAINER, Scene, SceneBody, SceneContact, SceneContainer, SceneImport, SceneMode, SceneSupport};
+pub use scene::{CONTAINER, Scene, SceneBody, SceneContact, SceneImport, SceneMode, SceneSupport};
 
 use crate::{
     Channel, Product,

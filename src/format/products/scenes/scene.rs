@@ -1,16 +1,15 @@
 //! Record of a scene: bodies, poses, contacts, checks.
 
-use nalgebra::{IsometryMatrix3, Point3, Vector3};
 use prost::Message;
 
-use super::SceneFacts;
+use super::{SceneContainer, SceneFacts};
 use crate::codec::{
     RecordError,
     fields::{broken, lengthy, named, pose, ranged},
     proto, sample_from_proto, wire,
 };
 use kernel::{
-    geom::{Aabb, Object, Pose, SourceWorld, TriMesh, World},
+    geom::{Object, Pose, SourceWorld, World},
     ids::{Digest, ObjectId, SampleId},
 };
 
@@ -54,25 +53,6 @@ impl SceneMode {
             Self::Imported => "imported",
         }
     }
-}
-
-/// Container of a scene, around the world's origin: the middle of its floor, z up but for a tilt.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum SceneContainer {
-    /// The plane z = 0, with a rectangle that bodies do not leave.
-    Plane {
-        /// Sides of the rectangle along x and y [m].
-        size: [f64; 2],
-    },
-    /// An open box.
-    Bin {
-        /// Room inside [m].
-        inner: [f64; 3],
-        /// Thickness of walls and floor [m].
-        wall: f64,
-        /// Angle about x by which its side at positive y is raised [degree], below 90; 0 stands upright.
-        tilt_deg: f64,
-    },
 }
 
 /// A body of a scene.
@@ -162,104 +142,11 @@ pub struct Scene {
     pub import: Option<SceneImport>,
 }
 
-impl SceneContainer {
-    /// Name on disk.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Plane { .. } => "plane",
-            Self::Bin { .. } => "bin",
-        }
-    }
-
-    /// Sides of the floor along x and y [m].
-    pub fn floor(&self) -> [f64; 2] {
-        match *self {
-            Self::Plane { size } => size,
-            Self::Bin { inner: [x, y, _], .. } => [x, y],
-        }
-    }
-
-    /// Pose of the container's own frame, whose z is out of its floor.
-    pub fn world_from_container(&self) -> IsometryMatrix3<f64> {
-        match self {
-            Self::Bin { tilt_deg, .. } => IsometryMatrix3::rotation(Vector3::x() * tilt_deg.to_radians()),
-            Self::Plane { .. } => IsometryMatrix3::identity(),
-        }
-    }
-
-    /// The mesh of its walls and floor, in the world [m]; `None` for a plane.
-    pub fn mesh(&self) -> Option<TriMesh> {
-        let Self::Bin { inner, wall, tilt_deg } = *self else { return None };
-        let mut mesh = TriMesh::open_box(inner, wall);
-        if tilt_deg != 0.0 {
-            let world_from_container = self.world_from_container();
-            for corner in &mut mesh.vertices {
-                let placed = world_from_container * Point3::from(corner.map(f64::from));
-                *corner = placed.coords.map(|v| v as f32).into();
-            }
-        }
-        Some(mesh)
-    }
-
-    /// The box around the room inside a bin, in the world [m]; `None` for a plane.
-    pub fn room(&self) -> Option<Aabb> {
-        let Self::Bin { inner: [x, y, z], .. } = *self else { return None };
-        let world_from_container = self.world_from_container();
-        let corners = (0..8).map(|index| {
-            let [a, b, c] = [0, 1, 2].map(|bit| f64::from(index >> bit & 1));
-            world_from_container * Point3::new((a - 0.5) * x, (b - 0.5) * y, c * z)
-        });
-        let first = world_from_container * Point3::origin();
-        Some(corners.fold(Aabb { min: first, max: first }, |room, corner| Aabb {
-            min: room.min.inf(&corner),
-            max: room.max.sup(&corner),
-        }))
-    }
-
-    /// Height of the table that it stands on [m]: that of a plane, or of a bin's lowest corner.
-    pub fn table_z(&self) -> f64 {
-        let Self::Bin { inner: [_, y, _], wall, .. } = *self else { return 0.0 };
-        let rotation = self.world_from_container().rotation;
-        let [cosine, sine] = [rotation[(2, 2)], rotation[(2, 1)]];
-        -wall * cosine - (y / 2.0 + wall) * sine
-    }
-
-    /// Sizes as they stand on disk [m], and after those of a bin its tilt [degree] where it has one.
-    pub fn sizes(&self) -> Vec<f64> {
-        match self {
-            Self::Plane { size } => size.to_vec(),
-            Self::Bin { inner: [x, y, z], wall, tilt_deg: 0.0 } => vec![*x, *y, *z, *wall],
-            Self::Bin { inner: [x, y, z], wall, tilt_deg } => vec![*x, *y, *z, *wall, *tilt_deg],
-        }
-    }
-
-    /// The container of a name and sizes in a record of this message.
-    pub(crate) fn of(message: &'static str, name: &str, sizes: &[f64]) -> Result<Self, RecordError> {
-        let fits = sizes.iter().find(|size| !(**size > 0.0 && size.is_finite()));
-        ranged(message, "container_size", fits.copied().unwrap_or(1.0), fits.is_none(), "above 0")?;
-        named(message, "container", name, &["plane", "bin"])?;
-        let expected = match (name, sizes.len()) {
-            ("plane", _) => 2,
-            (_, 5) => 5,
-            _ => 4,
-        };
-        lengthy(message, "container_size", expected, sizes.len())?;
-        Ok(match *sizes {
-            [x, y, z, wall] => Self::Bin { inner: [x, y, z], wall, tilt_deg: 0.0 },
-            [x, y, z, wall, tilt_deg] => {
-                ranged(message, "container_size", tilt_deg, tilt_deg < 90.0, "a tilt below 90 degrees")?;
-                Self::Bin { inner: [x, y, z], wall, tilt_deg }
-            }
-            _ => Self::Plane { size: [sizes[0], sizes[1]] },
-        })
-    }
-}
-
 impl Scene {
     /// The scene by content: container, objects and poses.
     pub fn id(&self) -> ObjectId {
         let mut bytes = Vec::new();
-        self.container.sizes().iter().for_each(|size| bytes.extend(size.to_le_bytes()));
+        bytes.extend(self.container.identity());
         for body in &self.bodies {
             bytes.extend(body.object.0.0);
             body.world_from_object.to_rows().iter().for_each(|number| bytes.extend(number.to_le_bytes()));
@@ -321,6 +208,7 @@ impl Scene {
             wire::doubles(out, 31, &world_from_source.to_rows());
             wire::uint32(out, 32, *crossed);
         }
+        self.container.encode_mesh(out, [33, 34]);
     }
 
     /// Reads and checks a payload.
@@ -333,7 +221,12 @@ impl Scene {
         let names = SceneMode::ALL.map(SceneMode::name);
         named(MESSAGE, "mode", &raw.mode, &names)?;
         let mode = SceneMode::ALL[names.iter().position(|name| *name == raw.mode).unwrap_or_default()];
-        let container = SceneContainer::of(MESSAGE, &raw.container, &raw.container_size)?;
+        let container = SceneContainer::of(
+            MESSAGE,
+            &raw.container,
+            &raw.container_size,
+            [&raw.container_vertices, &raw.container_triangles],
+        )?;
         for (field, value) in [
             ("rest_time", raw.rest_time),
             ("top_speed", raw.top_speed),

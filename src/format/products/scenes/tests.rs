@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use nalgebra::Point3;
 
 use super::*;
@@ -83,11 +85,38 @@ fn a_tilted_bin_is_raised_at_positive_y_and_stands_on_its_lowest_corner() {
     assert!(plane.mesh().is_none() && plane.room().is_none() && plane.table_z() == 0.0);
 }
 
+/// A box as a mesh, with a change.
+fn changed_tote(tilt_deg: f64, change: impl Fn(&mut TriMesh)) -> SceneContainer {
+    let inner = [0.4, 0.3, 0.2];
+    let mut mesh = TriMesh::open_box(inner, 0.02);
+    change(&mut mesh);
+    SceneContainer::Mesh { shape: Arc::new(ContainerMesh::new(mesh, inner)), tilt_deg }
+}
+
+fn tote(tilt_deg: f64) -> SceneContainer {
+    changed_tote(tilt_deg, |_| {})
+}
+
+#[test]
+fn a_mesh_of_a_bin_stands_as_the_bin_does() {
+    for tilt in [0.0, 12.0] {
+        let (bin, tote) = (tilted(tilt), tote(tilt));
+        assert_eq!((bin.mesh(), bin.floor()), (tote.mesh(), tote.floor()));
+        assert_eq!(bin.room().map(|room| room.max), tote.room().map(|room| room.max));
+        assert!((bin.table_z() - tote.table_z()).abs() < 1e-7, "{} {}", bin.table_z(), tote.table_z());
+        assert_ne!(bin.identity(), tote.identity());
+    }
+    // Another vertex is another container.
+    assert_eq!(tote(3.0), tote(3.0));
+    assert_ne!(tote(0.0), changed_tote(0.0, |mesh| mesh.vertices[0][0] -= 1e-6));
+}
+
 #[test]
 fn a_scene_comes_back_as_it_was() {
     let plane = Scene { mode: SceneMode::Table, container: SceneContainer::Plane { size: [0.6, 0.5] }, ..scene() };
     let tilted = Scene { container: tilted(15.0), ..scene() };
-    for scene in [scene(), plane, imported(), tilted] {
+    let [tote, tilted_tote] = [0.0, 10.0].map(|tilt_deg| Scene { container: tote(tilt_deg), ..scene() });
+    for scene in [scene(), plane, imported(), tilted, tote, tilted_tote] {
         assert_eq!(Scene::decode(&payload(&scene)), Ok(scene));
     }
 }
@@ -123,7 +152,7 @@ fn what_is_no_scene_is_refused_with_its_field() {
         change(&mut scene);
         Scene::decode(&payload(&scene)).expect_err("no scene").to_string()
     };
-    let cases: [(&str, Change); 9] = [
+    let cases: [(&str, Change); 13] = [
         ("masses", |scene| scene.bodies[0].mass = -1.0),
         ("masses", |scene| scene.bodies.clear()),
         ("touch_second", |scene| scene.contacts[1].pair = [1, 3]),
@@ -133,6 +162,10 @@ fn what_is_no_scene_is_refused_with_its_field() {
         ("container_size", |scene| scene.container = SceneContainer::Plane { size: [0.0, 1.0] }),
         ("container_size", |scene| scene.container = tilted(90.0)),
         ("container_size", |scene| scene.container = tilted(-5.0)),
+        ("container_size", |scene| scene.container = tote(90.0)),
+        ("container_triangles", |scene| scene.container = changed_tote(0.0, |mesh| mesh.triangles.clear())),
+        ("container_triangles", |scene| scene.container = changed_tote(0.0, |mesh| mesh.triangles[0][2] = 99)),
+        ("container_vertices", |scene| scene.container = changed_tote(0.0, |mesh| mesh.vertices[3][1] = f32::NAN)),
     ];
     for (field, change) in cases {
         let error = refused(change);

@@ -148,6 +148,7 @@ impl SceneImage {
         wire::bytes(out, 17, self.point_instances.as_deref().unwrap_or_default());
         wire::uint32(out, 18, self.near_draws);
         wire::uint32(out, 19, self.unseen_draws);
+        self.container.encode_mesh(out, [20, 21]);
     }
 
     /// Reads and checks a payload.
@@ -212,7 +213,12 @@ impl SceneImage {
             sample,
             camera,
             world_from_camera: pose(MESSAGE, "world_from_camera", &raw.world_from_camera)?,
-            container: SceneContainer::of(MESSAGE, &raw.container, &raw.container_size)?,
+            container: SceneContainer::of(
+                MESSAGE,
+                &raw.container,
+                &raw.container_size,
+                [&raw.container_vertices, &raw.container_triangles],
+            )?,
             table,
             bodies,
             instances: raw.instances,

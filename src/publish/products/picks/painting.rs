@@ -174,7 +174,9 @@ fn mesh_shape(mesh: &TriMesh) -> Result<TouchShape, NoSurface> {
 /// The container, and its pose; a piece of the plane where there is none.
 fn container(container: &SceneContainer) -> Option<(TouchShape, IsometryMatrix3<f64>)> {
     match *container {
-        SceneContainer::Bin { .. } => Some((mesh_shape(&container.mesh()?).ok()?, IsometryMatrix3::identity())),
+        SceneContainer::Bin { .. } | SceneContainer::Mesh { .. } => {
+            Some((mesh_shape(&container.mesh()?).ok()?, IsometryMatrix3::identity()))
+        }
         SceneContainer::Plane { size: [x, y] } => {
             let half = [x / 2.0, y / 2.0, TABLE_THICKNESS / 2.0];
             let shape = TouchShape::new(&Shape::Box { half }).ok()?;

@@ -68,6 +68,7 @@ pub(super) fn view_panels(image: &SceneImage, depth: &Depth, colour: Option<&Sce
     let seen = image.bodies.iter().filter(|body| body.pixels_visible > 0).count();
     let held_by = match image.container {
         SceneContainer::Bin { .. } => "in a bin",
+        SceneContainer::Mesh { .. } => "in a container",
         SceneContainer::Plane { .. } => "on a plane",
     };
     let by = if image.point_instances.is_some() { "as a depth camera measures them" } else { "as a camera sees them" };

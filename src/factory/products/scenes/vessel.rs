@@ -1,0 +1,174 @@
+//! Containers out of mesh files.
+
+use std::{
+    f64::consts::TAU,
+    path::{Path, PathBuf},
+};
+
+use super::spec::ContainerSpec;
+use crate::job::{spec::UnitSpec, tidy};
+use form::Checker;
+use format::ContainerMesh;
+use kernel::{
+    assets::{MeshSource, PreparedMesh, ScaleRule, SizeRule, prepare},
+    geom::{Ray, SimdLevel, TriangleTree},
+    ids::Digest,
+};
+use nalgebra::{Point3, Unit, Vector3};
+
+/// Longest sides that pass [m].
+const SIZES: SizeRule = SizeRule { min: 0.05, max: 10.0 };
+
+/// Least room inside: sides along x and y, and height [m].
+const LEAST_ROOM: [f64; 2] = [0.05, 0.01];
+
+/// Heights at which walls are looked for, and directions at each.
+const LEVELS: u32 = 64;
+const DIRECTIONS: u32 = 64;
+
+/// Points along a side of the room below which a floor is looked for.
+const FLOOR_POINTS: u32 = 24;
+
+/// Surfaces as near as this to the top are not below it, as a share of the height.
+const TOP: f64 = 0.02;
+
+/// A container's file, with the unit of its numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct VesselFile {
+    pub(super) path: PathBuf,
+    pub(super) unit: Option<UnitSpec>,
+}
+
+/// A reason why a mesh is no container, and the remedy.
+struct NoVessel {
+    found: String,
+    remedy: &'static str,
+}
+
+const ROTATE_IT: &str = "rotate the mesh so that z points out of its opening";
+const MEND_IT: &str = "close the hole, or use a mesh whose walls and floor have none below its rim";
+
+/// Reads the mesh of a job's container; `None` when something is wrong with it, which is reported.
+pub(super) fn read(
+    checker: &mut Checker,
+    spec: &ContainerSpec,
+    file: &Path,
+    folder: &Path,
+) -> Option<(VesselFile, ContainerMesh)> {
+    for key in ["container.inner", "container.wall"] {
+        if checker.has(key) {
+            checker.contradiction(key, "container.mesh", "the mesh says how large the container is");
+        }
+    }
+    let path = tidy(&folder.join(file));
+    let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let metres = spec.unit.map_or(1.0, |unit| unit.0.metres);
+    let source =
+        MeshSource { scale: ScaleRule::MetresPerUnit(metres), size: SIZES, ..MeshSource::of_file(name, &path) };
+    let prepared = match prepare(&source) {
+        Ok(prepared) => prepared,
+        Err(refusal) => {
+            let found = format!("{}: {}", refusal.file, refusal.problem);
+            checker.invalid("container.mesh", "a mesh of walls and floor", found).help(refusal.remedy);
+            return None;
+        }
+    };
+    let shape = match shape_of(prepared) {
+        Ok(shape) => shape,
+        Err(NoVessel { found, remedy }) => {
+            let found = format!("{}: {found}", path.display());
+            checker.invalid("container.mesh", "a mesh with a floor and walls around it", found).help(remedy);
+            return None;
+        }
+    };
+    if let Some(pinned) = spec.content.as_deref().and_then(Digest::from_hex).filter(|pinned| *pinned != shape.digest())
+    {
+        let found = format!("{}: {} has changed", shape.digest().short(), path.display());
+        let report = checker.invalid("container.content", format!("a container of content {}", pinned.short()), found);
+        report.help("restore the file, or take `content` out of the job for a new dataset");
+        return None;
+    }
+    Some((VesselFile { path, unit: spec.unit }, shape))
+}
+
+/// The container that a mesh is: its origin moves to the middle of the floor, below the middle of its bounds.
+fn shape_of(PreparedMesh { mut mesh, record }: PreparedMesh) -> Result<ContainerMesh, NoVessel> {
+    let refuse = |found: String, remedy| Err(NoVessel { found, remedy });
+    if !record.watertight {
+        let remedy =
+            "give walls and floor a thickness, close the mesh, and join parts that share an edge, or keep them apart";
+        return refuse("not every edge of its surface has two faces".to_owned(), remedy);
+    }
+    if mesh.triangles.len() > ContainerMesh::MAX_TRIANGLES {
+        let remedy = "simplify it: 20,000 triangles are enough, and every record of a scene has them all";
+        return refuse(format!("{} triangles", mesh.triangles.len()), remedy);
+    }
+    let bounds = mesh.aabb().expect("a prepared mesh has vertices");
+    let rays = Rays { tree: TriangleTree::new(&mesh), reach: 2.0 * (bounds.max - bounds.min).norm() };
+    let (middle, top, height) = (bounds.centre(), bounds.max.z, bounds.max.z - bounds.min.z);
+    let above = |x: f64, y: f64| Point3::new(x, y, top + height);
+    let Some(floor) = rays.hit(above(middle.x, middle.y), -Vector3::z()).map(|distance| top + height - distance) else {
+        return refuse("there is no floor below the middle of its bounds".to_owned(), MEND_IT);
+    };
+    if floor > top - TOP * height {
+        return refuse("seen from above, the middle of its bounds is as high as its rim".to_owned(), ROTATE_IT);
+    }
+    let foot = Point3::new(middle.x, middle.y, floor);
+    let inner = rays.room(&foot, top - floor, [middle.x - bounds.min.x, middle.y - bounds.min.y])?;
+    let [x, y, _] = inner;
+    let along = |side: f64, index: u32| side * (f64::from(index) / f64::from(FLOOR_POINTS - 1) - 0.5);
+    for (row, column) in (0..FLOOR_POINTS).flat_map(|row| (0..FLOOR_POINTS).map(move |column| (row, column))) {
+        let offset = Vector3::new(along(x, column), along(y, row), 0.0);
+        if rays.hit(above(foot.x + offset.x, foot.y + offset.y), -Vector3::z()).is_none() {
+            let found = format!("its floor has a hole at x {:.3}, y {:.3} m from its middle", offset.x, offset.y);
+            return refuse(found, MEND_IT);
+        }
+    }
+    for vertex in &mut mesh.vertices {
+        *vertex = (Point3::from(vertex.map(f64::from)) - foot).map(|value| value as f32).into();
+    }
+    Ok(ContainerMesh::new(mesh, inner))
+}
+
+/// A mesh for rays.
+struct Rays {
+    tree: TriangleTree,
+    reach: f64,
+}
+
+impl Rays {
+    /// Distance at which a ray meets the surface first [m].
+    fn hit(&self, origin: Point3<f64>, direction: Vector3<f64>) -> Option<f64> {
+        let ray = Ray::new(&origin, &Unit::new_normalize(direction));
+        self.tree.first_hit(SimdLevel::detect(), &ray, self.reach).map(|hit| hit.distance)
+    }
+
+    /// Sides of the largest upright box over the middle of the floor that no wall reaches into, its ground plan alike to the mesh's
+    /// bounds, whose half sides these are. It ends where a wall does: at the lowest rim, or below a hole.
+    fn room(&self, foot: &Point3<f64>, height: f64, half: [f64; 2]) -> Result<[f64; 3], NoVessel> {
+        let (mut share, mut closed) = (f64::INFINITY, 0);
+        'levels: for level in 0..LEVELS {
+            let from = foot + Vector3::z() * (height * (f64::from(level) + 0.5) / f64::from(LEVELS));
+            let mut narrowest = f64::INFINITY;
+            for direction in 0..DIRECTIONS {
+                let angle = TAU * (f64::from(direction) + 0.5) / f64::from(DIRECTIONS);
+                let towards = Vector3::new(libm::cos(angle), libm::sin(angle), 0.0);
+                let Some(distance) = self.hit(from, towards) else { break 'levels };
+                let wall = towards * distance;
+                narrowest = narrowest.min((wall.x.abs() / half[0]).max(wall.y.abs() / half[1]));
+            }
+            (share, closed) = (share.min(narrowest), level + 1);
+        }
+        let room = [2.0 * share * half[0], 2.0 * share * half[1], height * f64::from(closed) / f64::from(LEVELS)];
+        let [side, least_height] = LEAST_ROOM;
+        if closed == 0 || room[2] < least_height {
+            let found = format!("its walls are closed all around to {:.3} m above the floor", room[2]);
+            return Err(NoVessel { found, remedy: MEND_IT });
+        }
+        if room[0] < side || room[1] < side {
+            let found = format!("the room between its walls is {:.3} x {:.3} m", room[0], room[1]);
+            return Err(NoVessel { found, remedy: "use a container with at least 5 x 5 cm between its walls" });
+        }
+        Ok(room)
+    }
+}

@@ -1,0 +1,188 @@
+//! Containers out of mesh files: what lies in them, all that is made of it, and meshes that are none.
+
+use std::fs;
+
+use graspmill::{
+    format::{PickObstacle, Scene, SceneContainer},
+    geom::TriMesh,
+};
+use serde_json::Value;
+
+use crate::{
+    amodal::{SHELL, amodal_job, check_by_trimesh, samples, views_job},
+    assert_refused, picks, scenes,
+    support::{
+        files::{FULL_CHECK, assert_intact, read_text, repository_path},
+        jobs::NO_SPLIT,
+        meshes::{block, write_stl},
+        program::{Program, print_root},
+        workspace::Workspace,
+    },
+};
+
+const TOTE: &str = "scenes/tote.stl";
+
+fn job(mesh: &str, more: &str) -> String {
+    format!(
+        "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 4\nscenes = {{ training = 3 }}\n\
+         container = {{ mesh = {mesh:?}{more} }}\n[[objects]]\n\
+         built_in = [\"bottle-01\", \"box-01\", \"can-01\", \"cup-01\"]\n{NO_SPLIT}"
+    )
+}
+
+fn repository(path: &str) -> String {
+    repository_path(path).display().to_string()
+}
+
+/// Compares what the Python package reads with the file, and counts bodies whose middle the mesh's convex hull does not hold.
+const IN_TOTE: &str = "
+import json, sys, graspmill, numpy as np, trimesh
+file = trimesh.load(sys.argv[2])
+data = graspmill.Dataset(sys.argv[1], graspmill.SceneSample)
+apart, outside, bodies = 0.0, 0, 0
+for scene in data:
+    kind, room = scene.container
+    mesh = trimesh.Trimesh(*scene.container_mesh, process=False)
+    assert kind == 'mesh' and mesh.is_watertight
+    # The floor inside is 6 mm above the file's.
+    apart = max(apart, float(np.abs(mesh.bounds - (file.bounds - [0, 0, 0.006])).max()), abs(mesh.volume / file.volume - 1))
+    middles = scene.world_from_object[:, :3, 3]
+    bodies += len(middles)
+    outside += int((~mesh.convex_hull.contains(middles)).sum())
+print(json.dumps(dict(apart=apart, outside=outside, bodies=bodies, room=np.asarray(room).tolist())))
+";
+
+#[test]
+fn bodies_lie_in_a_tote_wherever_its_file_stands() {
+    let workspace = Workspace::new();
+    let data = workspace.make_dataset("scenes", &job(&repository(TOTE), ""), &[]);
+    assert_intact(&data, FULL_CHECK);
+    Program::on("verify", &data).option("--regenerate", "3").succeed();
+    // Path and threads change nothing; the resolved job names the content.
+    fs::copy(repository_path(TOTE), workspace.path("crate.stl")).expect("a copy");
+    let file = workspace.write("other.toml", job("crate.stl", ""));
+    let other = workspace.path("other");
+    Program::run_job(file, &other).option("--threads", "1").succeed();
+    assert_eq!(print_root(&data), print_root(&other));
+    assert!(read_text(data.join("job.toml")).contains("content = \""));
+
+    let found: Value = Program::python_lines(IN_TOTE)
+        .arg(&data)
+        .arg(repository_path(TOTE))
+        .env("PYTHONPATH", repository_path("python"))
+        .succeed()
+        .json();
+    println!("{found}");
+    assert_eq!((found["outside"].as_u64(), found["bodies"].as_u64()), (Some(0), Some(12)), "{found}");
+    assert!(found["apart"].as_f64().is_some_and(|apart| apart < 1e-6), "{found}");
+    // Between the walls 1 mm above the floor, whose corners are round, and up to the rim.
+    let wanted = [2.0 * 0.156, 2.0 * 0.106, 0.144];
+    for (side, wanted) in found["room"].as_array().expect("three sides").iter().zip(wanted) {
+        assert!(side.as_f64().is_some_and(|side| (0.9 * wanted..=1.02 * wanted).contains(&side)), "{found}");
+    }
+}
+
+#[test]
+fn everybody_sees_the_same_tote() {
+    let workspace = Workspace::new();
+    let data = workspace.make_dataset("scenes", &job(&repository(TOTE), ", tilt_deg = 15"), &[]);
+    let kept: Vec<Scene> = scenes(&data).into_iter().flatten().collect();
+    assert!(kept.len() >= 2, "{} kept", kept.len());
+    for scene in &kept {
+        assert!(matches!(&scene.container, SceneContainer::Mesh { tilt_deg: 15.0, .. }));
+        assert!(scene.bodies.iter().all(|body| body.drift < 2e-3));
+    }
+    let views = workspace.make_dataset("views", &views_job("scenes", SHELL, ""), &["views.depth_step=0"]);
+    let python = Program::python().arg("tests/peers/views.py").arg(&views).arg("4");
+    let seen: Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();
+    println!("{seen}");
+    assert_eq!((&seen["views"], &seen["wrong"], &seen["mask_wrong"]), (&4.into(), &0.into(), &0.into()));
+    assert!(seen["worst_depth"].as_f64().expect("a depth") < 1e-5, "{seen}");
+
+    let pairs = workspace.make_dataset("pairs", &amodal_job("views", "channels = { cloud = true }"), &[]);
+    println!("{}", check_by_trimesh(&pairs, &views, "8"));
+
+    workspace.make_dataset("grasps", &picks::grasps_job(&picks::GRASPED, ""), &[]);
+    let picked = workspace.make_dataset("picks", &picks::picks_job("trials = 2"), &[]);
+    assert_intact(&picked, FULL_CHECK);
+    Program::on("verify", &picked).option("--regenerate", "6").succeed();
+    let candidates = samples(&picked).into_iter().map(|sample| sample.pick_candidates().expect("a record"));
+    let blocked = candidates.flat_map(|record| record.candidates).filter_map(|candidate| candidate.blocked);
+    let by_walls = blocked.filter(|blocked| blocked.by == PickObstacle::Container).count();
+    assert!(by_walls > 0, "walls are in the way of some grasps");
+    Program::on("report", &picked).succeed();
+    Program::on("report", &views).succeed();
+}
+
+/// Blocks as one mesh: lower and upper corners [m].
+fn blocks(parts: &[[[f32; 3]; 2]]) -> TriMesh {
+    let mut mesh = TriMesh::default();
+    for [low, high] in parts {
+        let (part, first) = (block(*low, *high), mesh.vertices.len() as u32);
+        mesh.vertices.extend(part.vertices);
+        mesh.triangles.extend(part.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
+    }
+    mesh
+}
+
+/// Walls around a floor that reach 1 mm into each other, and the part of it that lies at `floor`.
+fn tray(floor: &[[[f32; 3]; 2]]) -> TriMesh {
+    let walls = [
+        [[-0.2, -0.15, 0.0], [-0.18, 0.15, 0.2]],
+        [[0.18, -0.149, 0.001], [0.2, 0.149, 0.199]],
+        [[-0.181, 0.13, 0.002], [0.181, 0.148, 0.198]],
+        [[-0.181, -0.148, 0.002], [0.181, -0.13, 0.198]],
+    ];
+    blocks(&[&walls, floor].concat())
+}
+
+#[test]
+fn a_mesh_without_a_floor_or_walls_is_no_container() {
+    let workspace = Workspace::new();
+    let tote = fs::read(repository_path(TOTE)).expect("the tote");
+    let whole = [[-0.19, -0.14, 0.003], [0.19, 0.14, 0.01]];
+    let mut upside_down = tray(&[whole]);
+    upside_down.vertices.iter_mut().for_each(|[_, y, z]| (*y, *z) = (-*y, -*z));
+    let mut open = tray(&[whole]);
+    open.triangles.truncate(open.triangles.len() - 1);
+    let write = |name: &str, mesh: &TriMesh| write_stl(&workspace.path(name), mesh);
+    write("good.stl", &tray(&[whole]));
+    write("upside-down.stl", &upside_down);
+    write("open.stl", &open);
+    write(
+        "middle.stl",
+        &tray(&[[[-0.19, -0.14, 0.003], [-0.05, 0.14, 0.01]], [[0.05, -0.14, 0.003], [0.19, 0.14, 0.01]]]),
+    );
+    write(
+        "corner.stl",
+        &tray(&[[[-0.19, -0.14, 0.003], [0.1, 0.14, 0.01]], [[0.099, -0.14, 0.004], [0.19, 0.05, 0.009]]]),
+    );
+    write(
+        "side.stl",
+        &blocks(&[[[-0.2, -0.15, 0.0], [-0.18, 0.15, 0.2]], [[-0.19, -0.14, 0.003], [0.19, 0.14, 0.01]]]),
+    );
+    workspace.write("short.stl", &tote[..2000]);
+    let refused = |keys: &str, expected: &str| {
+        assert_refused(&workspace, &format!("mode = \"bin\"\nscenes = {{ training = 2 }}\n{keys}"), expected);
+    };
+    for (name, expected) in [
+        ("upside-down", "rotate the mesh so that z points out of its opening"),
+        ("open", "not every edge of its surface has two faces"),
+        ("middle", "there is no floor below the middle"),
+        ("corner", "its floor has a hole at x 0."),
+        ("side", "its walls are closed all around to 0.000 m"),
+        ("short", "short.stl"),
+        ("none", "no such file"),
+    ] {
+        refused(&format!("container = {{ mesh = \"{name}.stl\" }}"), expected);
+    }
+    refused("container = { mesh = \"good.stl\", inner = [0.3, 0.3, 0.2] }", "the mesh says how large the container is");
+    refused("container = { mesh = \"good.stl\", unit = \"mm\" }", "container.mesh");
+    refused("container = { unit = \"mm\" }", "`container.mesh` beside it");
+    refused(&format!("container = {{ mesh = \"good.stl\", content = \"{}\" }}", "0".repeat(64)), "has changed");
+    let heap = "mode = \"heap\"\nscenes = { training = 2 }\ncontainer = { mesh = \"good.stl\" }";
+    assert_refused(&workspace, heap, "a bin has a container");
+    // Parts that reach into each other are walls and floor as well.
+    let made = workspace.make_dataset("good", &job("good.stl", ""), &["count=2", "scenes.training=2"]);
+    assert_eq!(scenes(&made).iter().flatten().count(), 2);
+}
