@@ -7,7 +7,7 @@ use graspmill::{
     seed::Stream,
     surface::{
         CompletedMesh, CubeField, LaplacianRule, MeshBody, NeighbourWeights, OBSTACLE_THRESHOLD, SmoothingProblem,
-        Solver, TablePlane, Volume, write_mjcf, write_obj, write_ply, write_stl,
+        Solver, TablePlane, Volume, marching_cubes, write_mjcf, write_obj, write_ply, write_stl,
     },
     voxel::{InsideTest, solid_occupancy},
 };
@@ -227,6 +227,77 @@ fn smoothing_is_that_of_trimesh_and_libigl() {
             println!("{weights:?}: {off} m off, moved by up to {moved} m");
             assert!(off < 1e-7 && moved > 1e-3, "{weights:?}: {off} {moved}");
             assert!(ours.signed_volume() > 0.0 && ours.signed_volume() < mesh.signed_volume(), "smoothing shrinks");
+        }
+    }
+}
+
+/// VTK's marching cubes of the padded fields, (side, side, side) f32: counts of vertices, and how far ours and theirs lie apart [cells].
+const BY_VTK: &str = "
+import json, sys
+import numpy as np, trimesh, vtk
+from scipy.spatial import cKDTree
+from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+
+answer = []
+for number in range(int(sys.argv[2])):
+    field = np.fromfile(f'{sys.argv[1]}/{number}.f32', '<f4')
+    side = round(len(field) ** (1 / 3))
+    image = vtk.vtkImageData()
+    image.SetDimensions(side, side, side)
+    # VTK's x runs fastest.
+    image.GetPointData().SetScalars(numpy_to_vtk(field.reshape([side] * 3).transpose(2, 1, 0).ravel(), deep=True))
+    cubes = vtk.vtkMarchingCubes()
+    cubes.SetInputData(image)
+    cubes.SetValue(0, 0.5)
+    cubes.Update()
+    theirs = vtk_to_numpy(cubes.GetOutput().GetPoints().GetData())
+    ours = np.asarray(trimesh.load(f'{sys.argv[1]}/{number}.ply', process=False).vertices)
+    answer.append(dict(ours=len(ours), theirs=len(theirs), apart=float(cKDTree(theirs).query(ours)[0].max()),
+        back=float(cKDTree(ours).query(theirs)[0].max())))
+json.dump(answer, sys.stdout)
+";
+
+/// Triangles may join the vertices of an ambiguous cell in several ways; the vertices are the same.
+#[test]
+#[ignore = "slow: needs the peers of the benchmarks"]
+fn vtk_cuts_the_same_edges_in_the_same_places() {
+    let work = Workspace::new();
+    let mut draw = Stream::of_job(1, b"", "fields");
+    // Values of cells: noise, smooth shapes, and noise that is far from the level nearly everywhere.
+    let mut noise = |n: usize, sharp: f64| {
+        let value = |draw: &mut Stream| 0.5 + (draw.unit() - 0.5) / (1.0 + sharp * draw.unit());
+        CubeField::from_values(n, (0..n.pow(3)).map(|_| value(&mut draw) as f32).collect()).expect("a cube")
+    };
+    let mut fields = vec![noise(12, 0.0), noise(20, 9.0)];
+    for (n, radius) in [(16, 5.3), (24, 9.7)] {
+        let mut ball = CubeField::filled(n, 0.0);
+        let middle = n as f64 / 2.0 + 0.13;
+        for cell in ball.cells() {
+            let distance = cell.map(|index| (index as f64 + 0.5 - middle).powi(2)).iter().sum::<f64>().sqrt();
+            *ball.at_mut(cell) = (0.5 + 0.2 * (radius - distance)).clamp(0.0, 1.0) as f32;
+        }
+        fields.push(ball);
+    }
+    for (number, field) in fields.iter().enumerate() {
+        let n = field.side();
+        let mut padded = CubeField::filled(n + 2, 0.0);
+        field.cells().for_each(|cell| *padded.at_mut(cell.map(|index| index + 1)) = field.at(cell));
+        work.write(
+            &format!("{number}.f32"),
+            padded.values().iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>(),
+        );
+        // VTK's points lie at whole numbers.
+        let mesh = marching_cubes(field, 0.5, 0.0, |point| point.map(|value| (value + 0.5) as f32));
+        work.write(&format!("{number}.ply"), write_ply(&mesh, &[]));
+    }
+    let run = Program::peer("peers/bin/python").args(["-c", BY_VTK]).arg(work.folder()).arg(fields.len().to_string());
+    let found: Value = run.succeed().json();
+    println!("{found}");
+    for row in found.as_array().expect("a row per field") {
+        assert_eq!(row["ours"], row["theirs"], "{row}");
+        // Cuts keep a thousandth of an edge from its ends.
+        for way in ["apart", "back"] {
+            assert!(row[way].as_f64().is_some_and(|distance| distance < 1.1e-3), "{row}");
         }
     }
 }

@@ -25,12 +25,23 @@ pub fn pinned_description(
             return None;
         }
     };
-    let digest = description.digest;
-    if let Some(pinned) = pinned.and_then(Digest::from_hex).filter(|pinned| *pinned != digest) {
-        let expected = format!("a {noun} of content {}", pinned.short());
-        let found = format!("{}: {} has changed", digest.short(), scene.display());
-        let report = checker.invalid(Path::from(key).key("content"), expected, found);
-        report.help("restore its files, or take `content` out of the job for a new dataset");
-    }
+    check_content(checker, key, noun, scene, description.digest, pinned);
     Some(description)
+}
+
+/// Whether what stands at `key` has the content that the job pins; another one is reported. `noun` says what it is.
+pub fn check_content(
+    checker: &mut Checker,
+    key: &str,
+    noun: &str,
+    file: &FilePath,
+    digest: Digest,
+    pinned: Option<&str>,
+) -> bool {
+    let Some(pinned) = pinned.and_then(Digest::from_hex).filter(|pinned| *pinned != digest) else { return true };
+    let expected = format!("a {noun} of content {}", pinned.short());
+    let found = format!("{}: {} has changed", digest.short(), file.display());
+    let report = checker.invalid(Path::from(key).key("content"), expected, found);
+    report.help("restore its files, or take `content` out of the job for a new dataset");
+    false
 }

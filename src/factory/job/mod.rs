@@ -37,7 +37,7 @@ pub use cameras::{CAMERAS, NamedCamera, describe_cameras, named_camera};
 pub use canonical::{keys_of, shards_section, subjects_section, without};
 pub use checked::{Job, Profile};
 pub(crate) use csv::csv_records;
-pub use description::pinned_description;
+pub use description::{check_content, pinned_description};
 pub use difference::{InvalidSettings, SettingDifference, setting_differences};
 pub use draft::JobDraft;
 pub use draft_work::{DraftWork, MakeWork, ShardSamples, default_shard_samples};

@@ -6,13 +6,12 @@ use std::{
 };
 
 use super::spec::ContainerSpec;
-use crate::job::{spec::UnitSpec, tidy};
+use crate::job::{check_content, spec::UnitSpec, tidy};
 use form::Checker;
 use format::ContainerMesh;
 use kernel::{
     assets::{MeshSource, PreparedMesh, ScaleRule, SizeRule, prepare},
     geom::{Ray, SimdLevel, TriangleTree},
-    ids::Digest,
 };
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -81,14 +80,8 @@ pub(super) fn read(
             return None;
         }
     };
-    if let Some(pinned) = spec.content.as_deref().and_then(Digest::from_hex).filter(|pinned| *pinned != shape.digest())
-    {
-        let found = format!("{}: {} has changed", shape.digest().short(), path.display());
-        let report = checker.invalid("container.content", format!("a container of content {}", pinned.short()), found);
-        report.help("restore the file, or take `content` out of the job for a new dataset");
-        return None;
-    }
-    Some((VesselFile { path, unit: spec.unit }, shape))
+    check_content(checker, "container", "container", &path, shape.digest(), spec.content.as_deref())
+        .then_some((VesselFile { path, unit: spec.unit }, shape))
 }
 
 /// The container that a mesh is: its origin moves to the middle of the floor, below the middle of its bounds.
