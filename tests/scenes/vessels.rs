@@ -167,7 +167,7 @@ fn a_mesh_without_a_floor_or_walls_is_no_container() {
     };
     for (name, expected) in [
         ("upside-down", "rotate the mesh so that z points out of its opening"),
-        ("open", "not every edge of its surface has two faces"),
+        ("open", "its surface is not closed"),
         ("middle", "there is no floor below the middle"),
         ("corner", "its floor has a hole at x 0."),
         ("side", "its walls are closed all around to 0.000 m"),
@@ -185,4 +185,49 @@ fn a_mesh_without_a_floor_or_walls_is_no_container() {
     // Parts that reach into each other are walls and floor as well.
     let made = workspace.make_dataset("good", &job("good.stl", ""), &["count=2", "scenes.training=2"]);
     assert_eq!(scenes(&made).iter().flatten().count(), 2);
+}
+
+/// The bin of 30 x 30 x 15 cm with walls of 2 cm as an MJCF file whose floor is its middle, with what cannot collide.
+const CRATE: &str = "<mujoco><worldbody><body pos=\"0.7 -0.2 1\">\
+    <geom type=\"box\" size=\"0.17 0.17 0.01\" pos=\"0 0 -0.01\"/>\
+    <geom type=\"box\" size=\"0.01 0.17 0.075\" pos=\"0.16 0 0.075\"/><geom type=\"box\" size=\"0.01 0.17 0.075\" pos=\"-0.16 0 0.075\"/>\
+    <geom type=\"box\" size=\"0.15 0.01 0.075\" pos=\"0 0.16 0.075\"/><geom type=\"box\" size=\"0.15 0.01 0.075\" pos=\"0 -0.16 0.075\"/>\
+    <geom type=\"cylinder\" size=\"0.02 0.3\" contype=\"0\" conaffinity=\"0\"/></body></worldbody></mujoco>";
+
+#[test]
+fn boxes_of_an_mjcf_file_are_the_bin_that_they_make() {
+    let workspace = Workspace::new();
+    workspace.write("crate.xml", CRATE);
+    let made = scenes(&workspace.make_dataset("crate", &job("crate.xml", ""), &["count=2"]));
+    let kept: Vec<&Scene> = made.iter().flatten().collect();
+    assert!(kept.len() >= 2, "{made:?}");
+    for scene in kept {
+        let room = scene.container.room().expect("a container has room inside");
+        for (side, wanted) in (room.max - room.min).iter().zip([0.3, 0.3, 0.15]) {
+            assert!((side - wanted).abs() < 1e-6, "{room:?}");
+        }
+        assert!((scene.container.table_z() + 0.02).abs() < 1e-6 && room.min.z.abs() < 1e-6, "{room:?}");
+        assert!(scene.bodies.iter().all(|body| body.drift < 2e-3));
+        for body in &scene.bodies {
+            let middle = body.world_from_object.translation();
+            assert!(middle.x.abs().max(middle.y.abs()) < 0.15 && (-1e-3..0.15).contains(&middle.z), "{middle}");
+        }
+    }
+    // A view of it, by Embree.
+    let views = workspace.make_dataset("views", &views_job("crate", SHELL, ""), &["views.depth_step=0"]);
+    let python = Program::python().arg("tests/peers/views.py").arg(&views).arg("2");
+    let seen: Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();
+    assert_eq!((&seen["views"], &seen["wrong"], &seen["mask_wrong"]), (&2.into(), &0.into(), &0.into()));
+
+    let refused = |keys: &str, expected: &str| {
+        assert_refused(&workspace, &format!("mode = \"bin\"\nscenes = {{ training = 2 }}\n{keys}"), expected);
+    };
+    workspace.write("round.xml", CRATE.replace(" contype=\"0\" conaffinity=\"0\"", ""));
+    workspace.write("empty.xml", "<mujoco><worldbody/></mujoco>");
+    workspace.write("broken.xml", "<mujoco><worldbody>");
+    refused("container = { mesh = \"round.xml\" }", "has a geom that is round");
+    refused("container = { mesh = \"empty.xml\" }", "longest side is 0.000 m");
+    refused("container = { mesh = \"broken.xml\" }", "broken.xml");
+    refused("container = { mesh = \"none.xml\" }", "none.xml");
+    refused("container = { mesh = \"crate.xml\", unit = \"mm\" }", "an MJCF file is in metres");
 }

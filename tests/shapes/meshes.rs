@@ -283,12 +283,12 @@ fn vtk_cuts_the_same_edges_in_the_same_places() {
         let mut padded = CubeField::filled(n + 2, 0.0);
         field.cells().for_each(|cell| *padded.at_mut(cell.map(|index| index + 1)) = field.at(cell));
         work.write(
-            &format!("{number}.f32"),
+            format!("{number}.f32"),
             padded.values().iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>(),
         );
         // VTK's points lie at whole numbers.
         let mesh = marching_cubes(field, 0.5, 0.0, |point| point.map(|value| (value + 0.5) as f32));
-        work.write(&format!("{number}.ply"), write_ply(&mesh, &[]));
+        work.write(format!("{number}.ply"), write_ply(&mesh, &[]));
     }
     let run = Program::peer("peers/bin/python").args(["-c", BY_VTK]).arg(work.folder()).arg(fields.len().to_string());
     let found: Value = run.succeed().json();

@@ -160,11 +160,12 @@ pub struct RingSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContainerSpec {
-    /// A mesh file in place of a box; relative to the job file. Its z points out of the opening, its surface is closed, and walls
-    /// stand all around a floor. The floor below the middle of its bounds is the world's origin.
+    /// A mesh file, or an MJCF file of boxes and meshes, in place of a box; relative to the job file. Its z points out of the
+    /// opening, its surface is closed, and walls stand all around a floor. The floor below the middle of its bounds is the
+    /// world's origin.
     #[schemars(extend("examples" = ["../scenes/tote.stl"]))]
     pub mesh: Option<PathBuf>,
-    /// Unit of the mesh file; metres where none is given.
+    /// Unit of the mesh file; metres where none is given, as of an MJCF file.
     pub unit: Option<UnitSpec>,
     /// Content that the mesh must have (64 hexadecimal digits); a resolved job pins it.
     #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]

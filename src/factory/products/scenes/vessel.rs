@@ -1,8 +1,10 @@
-//! Containers out of mesh files.
+//! Containers out of mesh files, and out of the boxes and meshes of MJCF files.
 
 use std::{
+    collections::BTreeMap,
     f64::consts::TAU,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use super::spec::ContainerSpec;
@@ -11,9 +13,11 @@ use form::Checker;
 use format::ContainerMesh;
 use kernel::{
     assets::{MeshSource, PreparedMesh, ScaleRule, SizeRule, prepare},
-    geom::{Ray, SimdLevel, TriangleTree},
+    geom::{Ray, Shape, SimdLevel, TriMesh, TriangleTree, Triangles},
 };
 use nalgebra::{Point3, Unit, Vector3};
+use robot::collision::Bodies;
+use sim::RobotModel;
 
 /// Longest sides that pass [m].
 const SIZES: SizeRule = SizeRule { min: 0.05, max: 10.0 };
@@ -60,19 +64,11 @@ pub(super) fn read(
         }
     }
     let path = tidy(&folder.join(file));
-    let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-    let metres = spec.unit.map_or(1.0, |unit| unit.0.metres);
-    let source =
-        MeshSource { scale: ScaleRule::MetresPerUnit(metres), size: SIZES, ..MeshSource::of_file(name, &path) };
-    let prepared = match prepare(&source) {
-        Ok(prepared) => prepared,
-        Err(refusal) => {
-            let found = format!("{}: {}", refusal.file, refusal.problem);
-            checker.invalid("container.mesh", "a mesh of walls and floor", found).help(refusal.remedy);
-            return None;
-        }
-    };
-    let shape = match shape_of(prepared) {
+    let mesh = match path.extension().is_some_and(|ending| ending == "xml") {
+        true => mesh_of_description(checker, spec, &path),
+        false => mesh_of_file(checker, spec, &path),
+    }?;
+    let shape = match shape_of(mesh) {
         Ok(shape) => shape,
         Err(NoVessel { found, remedy }) => {
             let found = format!("{}: {found}", path.display());
@@ -84,19 +80,99 @@ pub(super) fn read(
         .then_some((VesselFile { path, unit: spec.unit }, shape))
 }
 
+/// The mesh of a file.
+fn mesh_of_file(checker: &mut Checker, spec: &ContainerSpec, path: &Path) -> Option<TriMesh> {
+    let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let scale = ScaleRule::MetresPerUnit(spec.unit.map_or(1.0, |unit| unit.0.metres));
+    match prepare(&MeshSource { scale, size: SIZES, ..MeshSource::of_file(name, path) }) {
+        Ok(PreparedMesh { mesh, .. }) => Some(mesh),
+        Err(refusal) => {
+            let found = format!("{}: {}", refusal.file, refusal.problem);
+            checker.invalid("container.mesh", "a mesh of walls and floor", found).help(refusal.remedy);
+            None
+        }
+    }
+}
+
+/// The boxes and meshes of an MJCF file that can collide, as one mesh. They may overlap.
+fn mesh_of_description(checker: &mut Checker, spec: &ContainerSpec, path: &Path) -> Option<TriMesh> {
+    if spec.unit.is_some() {
+        checker.contradiction("container.unit", "container.mesh", "an MJCF file is in metres");
+    }
+    let bodies = match RobotModel::open(path).and_then(|model| model.bodies(&[], &BTreeMap::new())) {
+        Ok(Bodies { bodies, .. }) => bodies,
+        Err(error) => {
+            let found = format!("{}: {error}", path.display());
+            checker.invalid("container.mesh", "an MJCF file of boxes and meshes", found);
+            return None;
+        }
+    };
+    let mut mesh = TriMesh::default();
+    for body in &bodies {
+        for geometry in &body.geometries {
+            let Some(part) = triangles_of(&geometry.shape) else {
+                let found = format!("{}: body {} has a geom that is round", path.display(), body.name);
+                let report = checker.invalid("container.mesh", "an MJCF file of boxes and meshes", found);
+                report.help("make it out of boxes or a mesh, or give it contype = \"0\" and conaffinity = \"0\"");
+                return None;
+            };
+            let first = mesh.vertices.len() as u32;
+            let place = |corner: &Point3<f64>| -> [f32; 3] {
+                (geometry.link_from_shape * corner).coords.map(|value| value as f32).into()
+            };
+            mesh.vertices.extend(part.corners.iter().map(place));
+            mesh.triangles.extend(part.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
+        }
+    }
+    let longest = mesh.aabb().map_or(0.0, |bounds| bounds.longest_side());
+    if !(SIZES.min..=SIZES.max).contains(&longest) {
+        let found = format!("{}: geoms whose longest side is {longest:.3} m", path.display());
+        checker.invalid("container.mesh", "walls and floor of 5 cm to 10 m", found);
+        return None;
+    }
+    Some(mesh)
+}
+
+/// Triangles of a box or a mesh, wound outward; `None` of what is round.
+fn triangles_of(shape: &Shape) -> Option<Arc<Triangles>> {
+    match shape {
+        Shape::Box { half } => {
+            let corner = |index: usize| {
+                Point3::from([0, 1, 2].map(|axis| if index >> axis & 1 == 1 { half[axis] } else { -half[axis] }))
+            };
+            let sides = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+            let triangles = sides.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
+            Some(Arc::new(Triangles { corners: (0..8).map(corner).collect(), triangles: triangles.collect() }))
+        }
+        Shape::Mesh(mesh) => Some(Arc::clone(mesh)),
+        Shape::Sphere { .. } | Shape::Capsule { .. } | Shape::Cylinder { .. } => None,
+    }
+}
+
+/// Whether a surface is closed: each edge is walked as often in one direction as in the other, by positions.
+fn is_closed(mesh: &TriMesh) -> bool {
+    let place = |index: u32| mesh.vertices[index as usize].map(|value| (value + 0.0).to_bits());
+    let mut walks: BTreeMap<[[u32; 3]; 2], i64> = BTreeMap::new();
+    for [a, b, c] in mesh.triangles.iter().map(|corners| corners.map(place)) {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            *walks.entry([from.min(to), from.max(to)]).or_default() += if from < to { 1 } else { -1 };
+        }
+    }
+    walks.values().all(|balance| *balance == 0)
+}
+
 /// The container that a mesh is: its origin moves to the middle of the floor, below the middle of its bounds.
-fn shape_of(PreparedMesh { mut mesh, record }: PreparedMesh) -> Result<ContainerMesh, NoVessel> {
+fn shape_of(mut mesh: TriMesh) -> Result<ContainerMesh, NoVessel> {
     let refuse = |found: String, remedy| Err(NoVessel { found, remedy });
-    if !record.watertight {
-        let remedy =
-            "give walls and floor a thickness, close the mesh, and join parts that share an edge, or keep them apart";
-        return refuse("not every edge of its surface has two faces".to_owned(), remedy);
+    if !is_closed(&mesh) {
+        let remedy = "give walls and floor a thickness, and close the surface: bodies touch it from both sides";
+        return refuse("its surface is not closed".to_owned(), remedy);
     }
     if mesh.triangles.len() > ContainerMesh::MAX_TRIANGLES {
         let remedy = "simplify it: 20,000 triangles are enough, and every record of a scene has them all";
         return refuse(format!("{} triangles", mesh.triangles.len()), remedy);
     }
-    let bounds = mesh.aabb().expect("a prepared mesh has vertices");
+    let bounds = mesh.aabb().expect("a mesh has vertices");
     let rays = Rays { tree: TriangleTree::new(&mesh), reach: 2.0 * (bounds.max - bounds.min).norm() };
     let (middle, top, height) = (bounds.centre(), bounds.max.z, bounds.max.z - bounds.min.z);
     let above = |x: f64, y: f64| Point3::new(x, y, top + height);
