@@ -395,6 +395,12 @@ mod tests {
         Container::Bin(Vessel::open_box(body, inner, 0.02, IsometryMatrix3::identity()))
     }
 
+    /// The bin as a mesh of any shape.
+    fn mesh_of_bin() -> Container {
+        let Container::Bin(Vessel { body, inner, world_from_vessel, .. }) = bin() else { unreachable!("a bin") };
+        Container::Bin(Vessel::of_mesh(&TriMesh::open_box(inner, 0.02), body, inner, world_from_vessel))
+    }
+
     fn gripper() -> HandModel {
         HandModel::open(&Path::new(ROOT).join("scenes/parallel_gripper.xml")).expect("the gripper")
     }
@@ -487,13 +493,21 @@ mod tests {
         let outcome = tried(&low, 0, &above([0.0, 0.0, 0.005], 0.0));
         let [first, ..] = outcome.touched[..] else { panic!("{outcome:?}") };
         assert_eq!((first.body, first.phase), (None, ClutterPhase::Approach), "{outcome:?}");
-        // In a corner of a bin there is no room between object and wall.
+        // In a corner of a bin there is no room between object and wall, whether hands touch its boxes or its mesh.
         let mut corner = scene(vec![(block([0.02, 0.02, 0.04]), standing(0.0, 0.125, 0.04))]);
-        corner.container = bin();
-        let across = tried(&corner, 0, &above([0.0, 0.125, 0.04], 0.0));
-        assert!(matches!(across.verdict, ClutterVerdict::Refused { penetration } if penetration > 0.01), "{across:?}");
-        let along = tried(&corner, 0, &above([0.0, 0.125, 0.04], std::f64::consts::FRAC_PI_2));
-        assert_eq!(along.verdict, ClutterVerdict::Held, "{along:?}");
+        for container in [bin(), mesh_of_bin()] {
+            corner.container = container;
+            let across = tried(&corner, 0, &above([0.0, 0.125, 0.04], 0.0));
+            assert!(
+                matches!(across.verdict, ClutterVerdict::Refused { penetration } if penetration > 0.01),
+                "{across:?}"
+            );
+            let along = tried(&corner, 0, &above([0.0, 0.125, 0.04], std::f64::consts::FRAC_PI_2));
+            assert_eq!(along.verdict, ClutterVerdict::Held, "{along:?}");
+            // A hand that comes down on the rim stops there.
+            let rim = tried(&corner, 0, &above([0.0, 0.16, 0.1], 0.0));
+            assert!(!rim.verdict.is_held() && rim.touched.iter().any(|thing| thing.body.is_none()), "{rim:?}");
+        }
     }
 
     #[test]
