@@ -102,6 +102,8 @@ pub struct WorkTables {
     pub subjects: Vec<Value>,
     /// Rows of hands.
     pub hands: Vec<Value>,
+    /// Rows of containers that are meshes.
+    pub containers: Vec<Value>,
     /// Splits of the subjects.
     pub splits: Option<SplitTable>,
 }

@@ -10,6 +10,8 @@ pub(super) enum AssetKind {
     Object,
     /// A hand's description.
     Hand,
+    /// A container of scenes, a mesh.
+    Container,
     /// A robot's description.
     Robot,
 }
@@ -19,6 +21,7 @@ impl AssetKind {
         match self {
             Self::Object => "object",
             Self::Hand => "hand",
+            Self::Container => "container",
             Self::Robot => "robot",
         }
     }

@@ -76,6 +76,7 @@ pub fn header_of(reader: &DatasetReader) -> DatasetHeader {
         assets: assets.objects.iter().map(|row| row.whole()).collect(),
         subjects: assets.subjects.iter().map(|row| row.whole()).collect(),
         hands: assets.hands.iter().map(|row| row.whole()).collect(),
+        containers: assets.containers.iter().map(|row| row.whole()).collect(),
         refused: assets.refused.clone(),
         splits,
         warnings: manifest.warnings.clone(),

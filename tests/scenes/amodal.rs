@@ -208,6 +208,7 @@ fn write_lone_scenes(like: &Path, folder: &Path, pairs: &[VoxelPair]) -> Vec<Obj
         assets: assets.objects.iter().map(|row| row.whole()).collect(),
         subjects: assets.subjects.iter().map(|row| row.whole()).collect(),
         hands: Vec::new(),
+        containers: Vec::new(),
         refused: Vec::new(),
         splits: Some(reader.splits().clone()),
         warnings: Vec::new(),

@@ -1,6 +1,9 @@
 //! Containers out of mesh files: what lies in them, all that is made of it, and meshes that are none.
 
-use std::fs;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use graspmill::{
     format::{PickObstacle, Scene, SceneContainer},
@@ -12,7 +15,7 @@ use crate::{
     amodal::{SHELL, amodal_job, check_by_trimesh, samples, views_job},
     assert_refused, picks, scenes,
     support::{
-        files::{FULL_CHECK, assert_intact, read_text, repository_path},
+        files::{FULL_CHECK, assert_intact, list_shards, read_json, read_text, repository_path},
         jobs::NO_SPLIT,
         meshes::{block, write_stl},
         program::{Program, print_root},
@@ -52,6 +55,48 @@ for scene in data:
 print(json.dumps(dict(apart=apart, outside=outside, bodies=bodies, room=np.asarray(room).tolist())))
 ";
 
+/// Contents of the containers in a dataset's table of assets.
+fn containers(data: &Path) -> Vec<String> {
+    let assets = read_json(data.join("assets.json"));
+    let rows = assets["containers"].as_array().expect("containers").iter();
+    rows.map(|row| row["object"].as_str().expect("a digest").to_owned()).collect()
+}
+
+/// The tote's content in the table of licences.
+fn tote_of_licences() -> String {
+    let table: toml::Table = toml::from_str(&read_text(repository_path("scenes/licences.toml"))).expect("a table");
+    let rows = table["containers"].as_array().expect("containers");
+    let tote = rows.iter().find(|row| row["scene"].as_str() == Some(TOTE)).expect("the tote");
+    tote["content"].as_str().expect("a digest").to_owned()
+}
+
+#[test]
+fn a_release_names_the_container_and_is_refused_without_its_licence() {
+    let workspace = Workspace::new();
+    let release = |data: &Path, to: &str| {
+        let run = Program::on("release", data).option("--out", workspace.path(to));
+        run.option("--about", repository_path("datasets/ycb-small/about.toml"))
+    };
+    let data = workspace.make_dataset("scenes", &job(&repository(TOTE), ""), &[]);
+    release(&data, "free").succeed();
+    let licences = read_json(workspace.path("free/licences.json"));
+    let rows = licences["assets"].as_array().expect("assets");
+    let tote = rows.iter().find(|row| row["kind"] == "container").expect("the container");
+    assert_eq!((&tote["licence"], &tote["may_be_shipped"]), (&"MIT OR Apache-2.0".into(), &"everything".into()));
+    // A mesh of nobody knows whom.
+    write_stl(&workspace.path("tray.stl"), &tray(&[[[-0.19, -0.14, 0.003], [0.19, 0.14, 0.01]]]));
+    let data = workspace.make_dataset("tray", &job("tray.stl", ""), &["count=2"]);
+    let said = release(&data, "barred").expect_code(2).stderr;
+    assert!(said.contains("container container (a mesh file): its licence is not known"), "{said}");
+    // Where it may not be copied, no record of a scene may be shipped, since each has its mesh.
+    let known = "[licences]\ncontainer = { licence = \"house terms\", redistribute = false, derived = true }\n";
+    let about = read_text(repository_path("datasets/ycb-small/about.toml"));
+    let about = workspace.write("about.toml", format!("{about}\n{known}"));
+    let run = Program::on("release", &data).option("--out", workspace.path("recipe")).option("--about", about);
+    run.arg("--recipe").succeed();
+    assert_eq!(list_shards(&workspace.path("recipe")), Vec::<PathBuf>::new());
+}
+
 #[test]
 fn bodies_lie_in_a_tote_wherever_its_file_stands() {
     let workspace = Workspace::new();
@@ -65,6 +110,7 @@ fn bodies_lie_in_a_tote_wherever_its_file_stands() {
     Program::run_job(file, &other).option("--threads", "1").succeed();
     assert_eq!(print_root(&data), print_root(&other));
     assert!(read_text(data.join("job.toml")).contains("content = \""));
+    assert_eq!(containers(&data), [tote_of_licences()]);
 
     let found: Value = Program::python_lines(IN_TOTE)
         .arg(&data)
@@ -101,6 +147,10 @@ fn everybody_sees_the_same_tote() {
 
     let pairs = workspace.make_dataset("pairs", &amodal_job("views", "channels = { cloud = true }"), &[]);
     println!("{}", check_by_trimesh(&pairs, &views, "8"));
+    for made_of_it in [&views, &pairs] {
+        assert_eq!(containers(made_of_it), [tote_of_licences()]);
+        assert_intact(made_of_it, FULL_CHECK);
+    }
 
     workspace.make_dataset("grasps", &picks::grasps_job(&picks::GRASPED, ""), &[]);
     let picked = workspace.make_dataset("picks", &picks::picks_job("trials = 2"), &[]);

@@ -134,6 +134,7 @@ impl Shelf {
             assets: SHAPES.iter().map(asset).collect(),
             subjects: vec![],
             hands: vec![],
+            containers: Vec::new(),
             refused: vec![serde_json::json!({
                 "file": "broken.stl", "reason": "truncated", "problem": "84 bytes of 50 084", "place": null,
                 "remedy": "copy the file again"

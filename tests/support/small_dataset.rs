@@ -164,6 +164,7 @@ impl SmallDataset {
             assets: (0..self.objects).map(asset).collect(),
             subjects: vec![],
             hands: vec![],
+            containers: Vec::new(),
             refused: vec![],
             splits: Some(SplitTable { training_subsets: vec![1], objects: (0..self.objects).map(split).collect() }),
             warnings: vec![],

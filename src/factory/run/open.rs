@@ -82,7 +82,7 @@ impl OpenJob {
 
     /// Tables of the job's dataset beside the samples; files in its job are named relative to `folder`.
     pub fn header(&self, folder: &Path) -> DatasetHeader {
-        let WorkTables { class, channel_classes, platform, assets, subjects, hands, splits } =
+        let WorkTables { class, channel_classes, platform, assets, subjects, hands, containers, splits } =
             self.job.work.tables(self.splits.as_ref());
         let refusal = |refusal| serde_json::to_value(refusal).expect("a refusal is plain data");
         DatasetHeader {
@@ -96,6 +96,7 @@ impl OpenJob {
             assets,
             subjects,
             hands,
+            containers,
             refused: self.job.refused().iter().map(refusal).collect(),
             splits,
             warnings: self.warnings(),

@@ -19,14 +19,17 @@ pub struct AssetTable {
     /// One row per hand; empty without touch by hands.
     #[serde(default)]
     pub hands: Vec<AssetRow>,
+    /// One row per container of scenes that is a mesh; empty without.
+    #[serde(default)]
+    pub containers: Vec<AssetRow>,
     /// Refused meshes, in any form.
     pub refused: Vec<serde_json::Value>,
 }
 
-/// One object, or one hand: what every row has, and whatever else is known about it.
+/// One object, hand or container: what every row has, and whatever else is known about it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct AssetRow {
-    /// The object, or the hand, by content.
+    /// The object, hand or container by content.
     pub object: ObjectId,
     /// Name in the job.
     pub name: String,

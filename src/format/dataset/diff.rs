@@ -35,7 +35,7 @@ pub struct DatasetDifference {
     pub vanished: u64,
     /// Payloads of samples kept in both, by topic.
     pub channels: BTreeMap<String, ChannelCounts>,
-    /// Objects whose samples differ, by name; and hands and robots.
+    /// Objects whose samples differ, by name; and hands, containers and robots.
     pub objects: BTreeMap<String, ObjectDifference>,
     /// Some of the samples that differ, by id, at most [`DatasetDifference::MAX`].
     pub examples: Vec<String>,
@@ -190,11 +190,11 @@ fn names_of(reader: &DatasetReader) -> Result<BTreeMap<ObjectId, String>, Datase
     Ok(reader.assets()?.objects.into_iter().map(|row| (row.object, row.name)).collect())
 }
 
-/// Objects, hands and robots that are not the same in both.
+/// Objects, hands, containers and robots that are not the same in both.
 fn objects_of(a: &DatasetReader, b: &DatasetReader) -> Result<BTreeMap<String, ObjectDifference>, DatasetError> {
     let (a, b) = (a.assets()?, b.assets()?);
     let mut found: BTreeMap<String, ObjectDifference> = BTreeMap::new();
-    for (a, b) in [(&a.objects, &b.objects), (&a.hands, &b.hands)] {
+    for (a, b) in [(&a.objects, &b.objects), (&a.hands, &b.hands), (&a.containers, &b.containers)] {
         // A hand may have the name of an object: the first row of a name speaks for it.
         let named = |rows: &[super::AssetRow]| {
             rows.iter().rev().map(|row| (row.name.clone(), row.clone())).collect::<BTreeMap<_, _>>()

@@ -52,6 +52,8 @@ pub struct DatasetHeader {
     pub subjects: Vec<serde_json::Value>,
     /// The hands that touched, in rows like those of the objects and part of the root digest like them.
     pub hands: Vec<serde_json::Value>,
+    /// The containers that are meshes, in rows like those of the objects and part of the root digest like them.
+    pub containers: Vec<serde_json::Value>,
     /// Meshes that could not be used, in any form.
     pub refused: Vec<serde_json::Value>,
     /// Splits, of a product that has them; one row per subject.
@@ -83,7 +85,9 @@ pub fn finish_dataset(
 ) -> Result<Manifest, DatasetError> {
     let mark = checked_mark(folder, header)?;
     let subjects = asset_names(folder, header.assets.iter().chain(&header.subjects))?;
-    asset_names(folder, header.hands.iter())?;
+    for rows in [&header.hands, &header.containers] {
+        asset_names(folder, rows)?;
+    }
     let splits = header.splits.clone().filter(|_| header.product.has_splits);
     let splits = splits.map(|splits| checked_splits(splits, &folder.join(SPLITS))).transpose()?;
     let scan = scan_shards(folder, &mark)?;
@@ -110,7 +114,7 @@ pub fn finish_dataset(
     let roots = Roots::new(leaves, &classes, &subjects)?;
     let files = root_parts(folder, header.product)?;
     let root = roots.dataset(
-        &asset_tree(header.assets.iter().chain(&header.subjects).chain(&header.hands)),
+        &asset_tree(header.assets.iter().chain(&header.subjects).chain(&header.hands).chain(&header.containers)),
         &files,
         &header.job,
     );
@@ -176,12 +180,10 @@ pub(super) fn table_texts(header: &DatasetHeader, splits: Option<&SplitTable>) -
         "objects": sorted(&header.assets),
         "refused": header.refused,
     });
-    // Tables without subjects of their own, or without hands, keep the text that they had before there were any.
-    if !header.subjects.is_empty() {
-        assets["subjects"] = sorted(&header.subjects).into();
-    }
-    if !header.hands.is_empty() {
-        assets["hands"] = sorted(&header.hands).into();
+    // Tables without subjects of their own, hands or containers keep the text that they had before there were any.
+    let more = [("subjects", &header.subjects), ("hands", &header.hands), ("containers", &header.containers)];
+    for (name, rows) in more.into_iter().filter(|(_, rows)| !rows.is_empty()) {
+        assets[name] = sorted(rows).into();
     }
     let mut texts = vec![(ASSETS, json_text(&assets))];
     texts.extend(splits.map(|splits| (SPLITS, json_text(splits))));

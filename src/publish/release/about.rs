@@ -51,7 +51,7 @@ pub struct About {
     /// Uses that it should not be put to.
     #[serde(default)]
     pub out_of_scope_uses: Vec<String>,
-    /// Licences of objects, hands and robots by pattern of their names (`*` any part, `?` one letter). Wins over what the
+    /// Licences of objects, hands, containers and robots by pattern of their names (`*` any part, `?` one letter). Wins over what the
     /// dataset says; of several patterns that fit, the first in the order of the alphabet.
     #[serde(default)]
     pub licences: BTreeMap<String, LicenceStatement>,

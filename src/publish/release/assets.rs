@@ -1,4 +1,4 @@
-//! Assets that a dataset was made of, and the parts of them that a release may hold: one row per object, hand or robot.
+//! Assets that a dataset was made of, and the parts of them that a release may hold: one row per object, hand, container or robot.
 
 use std::{collections::BTreeMap, path::Path, sync::LazyLock};
 
@@ -87,7 +87,7 @@ impl Asset {
     }
 }
 
-/// A robot or hand that comes with this program.
+/// A robot, hand or container that comes with this program.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Described {
@@ -102,20 +102,23 @@ struct Described {
 #[serde(deny_unknown_fields)]
 struct Licences {
     descriptions: Vec<Described>,
+    containers: Vec<Described>,
 }
 
 static DESCRIBED: LazyLock<BTreeMap<ObjectId, Described>> = LazyLock::new(|| {
     let table: Licences =
         toml::from_str(include_str!("../../../scenes/licences.toml")).expect("scenes/licences.toml (a test reads it)");
-    table.descriptions.into_iter().map(|row| (row.content, row)).collect()
+    table.descriptions.into_iter().chain(table.containers).map(|row| (row.content, row)).collect()
 });
 
-/// Names and kinds of a dataset's assets: objects, or its robot, then hands.
+/// Names and kinds of a dataset's assets: objects, or its robot, then hands and containers.
 pub(super) fn rows(reader: &DatasetReader) -> Result<Vec<(AssetKind, AssetRow)>, DatasetError> {
     let table = reader.assets()?;
     let kind = pages_of(reader.manifest().product).assets.subjects;
     let objects = table.objects.into_iter().map(|row| (kind, row));
-    Ok(objects.chain(table.hands.into_iter().map(|row| (AssetKind::Hand, row))).collect())
+    let hands = table.hands.into_iter().map(|row| (AssetKind::Hand, row));
+    let containers = table.containers.into_iter().map(|row| (AssetKind::Container, row));
+    Ok(objects.chain(hands).chain(containers).collect())
 }
 
 /// The assets with what is known of their licences, sorted by kind and name; `job` is the dataset's.
@@ -151,6 +154,8 @@ fn asset(product: &ProductAssets, kind: AssetKind, row: &AssetRow, sources: &Sou
     let used = match kind {
         AssetKind::Object => product.objects,
         AssetKind::Hand | AssetKind::Robot => product.descriptions,
+        // Every record of a scene has its triangles.
+        AssetKind::Container => AssetUse::Copied,
     };
     let (may_be_shipped, because) = match &licence {
         None => (Allowed::Nothing, Some("its licence is not known".to_owned())),
@@ -228,7 +233,7 @@ impl Sources {
         let of_job = self.0.get(&row.object.0.hex()).cloned();
         of_job.unwrap_or_else(|| match (kind, row.facts.get("file")) {
             (AssetKind::Object, Some(Value::Null)) => format!("graspmill, built-in shape {}", row.name),
-            (AssetKind::Object, _) => "a mesh file".to_owned(),
+            (AssetKind::Object | AssetKind::Container, _) => "a mesh file".to_owned(),
             _ => "a description (MJCF)".to_owned(),
         })
     }
@@ -248,7 +253,11 @@ pub(super) enum LeftOut {
 impl LeftOut {
     /// The files that a release of these assets leaves out.
     pub fn of(assets: &[Asset]) -> Self {
-        let hidden = |asset: &Asset| asset.may_be_shipped == Allowed::Nothing;
+        // Copies of a container stand in the samples themselves.
+        let hidden = |asset: &Asset| match asset.kind {
+            AssetKind::Container => !asset.is_free(),
+            AssetKind::Object | AssetKind::Hand | AssetKind::Robot => asset.may_be_shipped == Allowed::Nothing,
+        };
         if assets.iter().any(hidden) {
             Self::Samples
         } else if assets.iter().all(Asset::is_free) {

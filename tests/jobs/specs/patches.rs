@@ -250,6 +250,7 @@ impl MadeUpGrasps {
             assets: (1..=3).map(asset).collect(),
             subjects: Vec::new(),
             hands: vec![serde_json::json!({ "object": self.hand, "name": "hand" })],
+            containers: Vec::new(),
             refused: Vec::new(),
             splits: Some(SplitTable { training_subsets: Vec::new(), objects: (1..).zip(splits).map(row).collect() }),
             warnings: Vec::new(),

@@ -75,6 +75,7 @@ impl Work for CompletionJob {
             assets: self.objects.rows(),
             subjects: Vec::new(),
             hands: by_hand.map(|touch| touch.hand.row()).into_iter().collect(),
+            containers: Vec::new(),
             splits: Some(splits.map(|splits| splits.table.clone()).unwrap_or_default()),
         }
     }

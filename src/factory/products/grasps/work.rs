@@ -69,6 +69,7 @@ impl Work for GraspJob {
             assets: self.objects.rows(),
             subjects: Vec::new(),
             hands: vec![self.hand.row()],
+            containers: Vec::new(),
             splits: Some(splits.map(|splits| splits.table.clone()).unwrap_or_default()),
         }
     }

@@ -66,6 +66,7 @@ impl Work for PatchJob {
             assets: self.grasps.objects.iter().map(|object| object.asset.clone()).collect(),
             subjects: Vec::new(),
             hands: vec![self.hand.row()],
+            containers: Vec::new(),
             splits: Some(splits(&self.grasps)),
         }
     }

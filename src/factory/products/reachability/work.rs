@@ -63,6 +63,7 @@ impl Work for ReachabilityJob {
             assets: vec![row],
             subjects: Vec::new(),
             hands: Vec::new(),
+            containers: Vec::new(),
             splits: None,
         }
     }

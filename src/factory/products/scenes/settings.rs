@@ -133,6 +133,16 @@ impl SceneSettings {
         Self { scenes, import: Some(import), ..self }
     }
 
+    /// Row of the container in the table of assets, of a mesh.
+    pub fn container_rows(&self) -> Vec<serde_json::Value> {
+        match &self.container {
+            SceneContainer::Mesh { shape, .. } => {
+                vec![serde_json::json!({ "object": shape.digest(), "name": "container" })]
+            }
+            SceneContainer::Plane { .. } | SceneContainer::Bin { .. } => Vec::new(),
+        }
+    }
+
     /// The splits that have scenes, with their counts, in the order of the plan.
     pub fn splits(&self) -> impl Iterator<Item = (Split, u32)> + '_ {
         Split::ALL.into_iter().zip(self.scenes).filter(|(_, count)| *count > 0)

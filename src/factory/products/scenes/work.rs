@@ -78,6 +78,7 @@ impl Work for SceneJob {
             assets: self.objects.rows(),
             subjects,
             hands: Vec::new(),
+            containers: self.settings.container_rows(),
             splits: Some(table),
         }
     }

@@ -23,6 +23,8 @@ pub struct FoundScenes {
     pub list: Vec<SettledScene>,
     /// Rows of its objects in the table of assets.
     pub assets: Vec<serde_json::Value>,
+    /// Rows of its containers in the table of assets.
+    pub containers: Vec<serde_json::Value>,
     /// Splits of its objects.
     pub splits: SplitTable,
     /// Job of the dataset, which names the meshes.
@@ -84,6 +86,7 @@ impl FoundScenes {
             assets: self.assets.clone(),
             subjects: self.list.iter().map(subject).collect(),
             hands: Vec::new(),
+            containers: self.containers.clone(),
             splits: Some(self.split_table(items)),
         }
     }

@@ -6,7 +6,7 @@ use super::found::{FoundScenes, SettledScene};
 use crate::products::input::{InvalidInput, open_input};
 use format::{
     Product,
-    dataset::{DatasetError, Selection},
+    dataset::{AssetRow, AssetTable, DatasetError, Selection},
 };
 use kernel::words::{NumberClass, Split, SplitTable};
 
@@ -50,7 +50,7 @@ pub fn read_scenes(folder: &Path) -> Result<FoundScenes, InvalidScenes> {
     if list.is_empty() {
         return Err(InvalidScenes::Empty(folder.to_owned()));
     }
-    let assets = reader.assets()?.objects;
+    let AssetTable { objects: assets, containers, .. } = reader.assets()?;
     let is_object = |object| assets.iter().any(|row| row.object == object);
     let splits = reader.splits();
     let splits = SplitTable {
@@ -58,5 +58,6 @@ pub fn read_scenes(folder: &Path) -> Result<FoundScenes, InvalidScenes> {
         objects: splits.objects.iter().filter(|row| is_object(row.object)).cloned().collect(),
     };
     let job_text = reader.job_text()?;
-    Ok(FoundScenes { root, list, assets: assets.iter().map(|row| row.whole()).collect(), splits, job_text })
+    let [assets, containers] = [assets, containers].map(|rows| rows.iter().map(AssetRow::whole).collect());
+    Ok(FoundScenes { root, list, assets, containers, splits, job_text })
 }

@@ -22,6 +22,8 @@ pub struct FoundViews {
     pub container: SceneContainer,
     /// Rows of its objects in the table of assets.
     pub assets: Vec<serde_json::Value>,
+    /// Rows of its containers in the table of assets.
+    pub containers: Vec<serde_json::Value>,
     /// Rows of its scenes in the table of assets.
     pub subjects: Vec<serde_json::Value>,
     /// Splits of its scenes and objects.
@@ -57,6 +59,7 @@ impl FoundViews {
             assets: self.assets.clone(),
             subjects: self.subjects.clone(),
             hands: Vec::new(),
+            containers: self.containers.clone(),
             splits: Some(self.splits.clone()),
         }
     }

@@ -73,6 +73,7 @@ pub fn read_views(folder: &Path) -> Result<FoundViews, InvalidViews> {
         measured,
         container,
         assets: assets.objects.iter().map(|row| row.whole()).collect(),
+        containers: assets.containers.iter().map(|row| row.whole()).collect(),
         subjects: assets.subjects.iter().map(|row| row.whole()).collect(),
         splits: reader.splits().clone(),
     })

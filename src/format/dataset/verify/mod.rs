@@ -150,7 +150,8 @@ fn check_root(
 ) -> Option<Digest> {
     match Roots::new(leaves, &classes_of(&manifest.channels(), manifest), subjects) {
         Ok(roots) => {
-            let assets = asset_tree(assets.objects.iter().chain(&assets.subjects).chain(&assets.hands));
+            let AssetRows { objects, subjects, hands, containers, .. } = assets;
+            let assets = asset_tree(objects.iter().chain(subjects).chain(hands).chain(containers));
             let root = roots.dataset(&assets, files, &manifest.job);
             compare_roots(manifest, &roots, &root, problems);
             Some(root)

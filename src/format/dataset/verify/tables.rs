@@ -61,6 +61,8 @@ pub(super) struct AssetRows {
     pub subjects: Vec<serde_json::Value>,
     #[serde(default)]
     pub hands: Vec<serde_json::Value>,
+    #[serde(default)]
+    pub containers: Vec<serde_json::Value>,
     pub refused: Vec<serde_json::Value>,
 }
 
