@@ -94,7 +94,7 @@ fn a_release_names_the_container_and_is_refused_without_its_licence() {
     let about = workspace.write("about.toml", format!("{about}\n{known}"));
     let run = Program::on("release", &data).option("--out", workspace.path("recipe")).option("--about", about);
     run.arg("--recipe").succeed();
-    assert_eq!(list_shards(&workspace.path("recipe")), Vec::<PathBuf>::new());
+    assert_eq!(list_shards(workspace.path("recipe")), Vec::<PathBuf>::new());
 }
 
 #[test]
