@@ -1,17 +1,17 @@
 //! A bin that is tilted: what lies in it, and all that is made of it, against programs that build it out of boxes of their own.
 
 use graspmill::format::{Scene, SceneContainer};
-use serde_json::Value;
 
 use crate::{
     amodal::{SHELL, amodal_job, check_by_trimesh, views_job},
     assert_refused, picks, scenes,
     support::{
-        files::{FULL_CHECK, assert_intact, repository_path},
+        files::{FULL_CHECK, assert_intact},
         jobs::NO_SPLIT,
         program::{Program, print_root},
         workspace::Workspace,
     },
+    views::check_by_embree,
 };
 
 const TILT: f64 = 25.0;
@@ -49,11 +49,7 @@ fn bodies_lie_at_the_lower_wall_and_everybody_sees_the_same_bin() {
     assert!(mean < -0.02, "the bodies lie at {mean} m along the floor");
 
     let views = workspace.make_dataset("views", &views_job("scenes", SHELL, ""), &["views.depth_step=0"]);
-    let python = Program::python().arg("tests/peers/views.py").arg(&views).arg("4");
-    let seen: Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();
-    println!("{seen}");
-    assert_eq!((&seen["views"], &seen["wrong"], &seen["mask_wrong"]), (&4.into(), &0.into(), &0.into()));
-    assert!(seen["worst_depth"].as_f64().expect("a depth") < 1e-5, "{seen}");
+    println!("{}", check_by_embree(&views, 4));
 
     let pairs = workspace.make_dataset("pairs", &amodal_job("views", "channels = { cloud = true }"), &[]);
     println!("{}", check_by_trimesh(&pairs, &views, "8"));

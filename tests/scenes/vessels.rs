@@ -21,6 +21,7 @@ use crate::{
         program::{Program, print_root},
         workspace::Workspace,
     },
+    views::check_by_embree,
 };
 
 const TOTE: &str = "scenes/tote.stl";
@@ -139,11 +140,7 @@ fn everybody_sees_the_same_tote() {
         assert!(scene.bodies.iter().all(|body| body.drift < 2e-3));
     }
     let views = workspace.make_dataset("views", &views_job("scenes", SHELL, ""), &["views.depth_step=0"]);
-    let python = Program::python().arg("tests/peers/views.py").arg(&views).arg("4");
-    let seen: Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();
-    println!("{seen}");
-    assert_eq!((&seen["views"], &seen["wrong"], &seen["mask_wrong"]), (&4.into(), &0.into(), &0.into()));
-    assert!(seen["worst_depth"].as_f64().expect("a depth") < 1e-5, "{seen}");
+    println!("{}", check_by_embree(&views, 4));
 
     let pairs = workspace.make_dataset("pairs", &amodal_job("views", "channels = { cloud = true }"), &[]);
     println!("{}", check_by_trimesh(&pairs, &views, "8"));
@@ -265,9 +262,7 @@ fn boxes_of_an_mjcf_file_are_the_bin_that_they_make() {
     }
     // A view of it, by Embree.
     let views = workspace.make_dataset("views", &views_job("crate", SHELL, ""), &["views.depth_step=0"]);
-    let python = Program::python().arg("tests/peers/views.py").arg(&views).arg("2");
-    let seen: Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();
-    assert_eq!((&seen["views"], &seen["wrong"], &seen["mask_wrong"]), (&2.into(), &0.into(), &0.into()));
+    println!("{}", check_by_embree(&views, 2));
 
     let refused = |keys: &str, expected: &str| {
         assert_refused(&workspace, &format!("mode = \"bin\"\nscenes = {{ training = 2 }}\n{keys}"), expected);

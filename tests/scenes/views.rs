@@ -327,19 +327,11 @@ fn embree_sees_the_same_bodies_and_the_same_silhouettes() {
     let camera =
         "{ shell = { radius = [0.4, 0.6], polar_deg = [0, 60] }, views = 2, width = 320, height = 240, fx = 300.0 }";
     let data = workspace.make_dataset("views", &job(&[camera], ""), &[]);
-    let found = Program::python()
-        .arg("tests/peers/views.py")
-        .arg(&data)
-        .env("PYTHONPATH", repository_path("python"))
-        .arg("4")
-        .succeed();
-    let found: serde_json::Value = found.json();
+    let found = check_by_embree(&data, 4);
     println!("{found}");
-    assert_eq!((&found["views"], &found["wrong"], &found["mask_wrong"]), (&4.into(), &0.into(), &0.into()));
     // Centres of pixels on an edge may fall to either side.
     let edges = found["differ"].as_u64().expect("a count") + found["mask_differ"].as_u64().expect("a count");
     assert!(edges <= 20, "{found}");
-    assert!(found["worst_depth"].as_f64().expect("a depth") < 1e-5, "{found}");
 }
 
 /// MuJoCo's rays, with bodies as its own geoms at the stored poses.
@@ -457,4 +449,14 @@ fn a_stranger_reads_the_export_in_the_layout_of_bop() {
                 >= annotation["area"].as_u64().unwrap()
         );
     }
+}
+
+/// Compares so many views of a dataset with what Embree sees of the same bodies and container: no pixel and no mask is wrong. What
+/// it counted.
+pub(super) fn check_by_embree(views: &Path, count: u64) -> serde_json::Value {
+    let python = Program::python().arg("tests/peers/views.py").arg(views).arg(count.to_string());
+    let seen: serde_json::Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();
+    assert_eq!((&seen["views"], &seen["wrong"], &seen["mask_wrong"]), (&count.into(), &0.into(), &0.into()));
+    assert!(seen["worst_depth"].as_f64().expect("a depth") < 1e-5, "{seen}");
+    seen
 }

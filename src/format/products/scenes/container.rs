@@ -157,18 +157,13 @@ impl SceneContainer {
         IsometryMatrix3::rotation(Vector3::x() * self.tilt_deg().to_radians())
     }
 
-    /// The mesh of its walls and floor, in its own frame [m]; `None` for a plane.
-    pub fn own_mesh(&self) -> Option<TriMesh> {
-        match self {
-            Self::Plane { .. } => None,
-            Self::Bin { inner, wall, .. } => Some(TriMesh::open_box(*inner, *wall)),
-            Self::Mesh { shape, .. } => Some(shape.mesh.clone()),
-        }
-    }
-
     /// The mesh of its walls and floor, in the world [m]; `None` for a plane.
     pub fn mesh(&self) -> Option<TriMesh> {
-        let mut mesh = self.own_mesh()?;
+        let mut mesh = match self {
+            Self::Plane { .. } => return None,
+            Self::Bin { inner, wall, .. } => TriMesh::open_box(*inner, *wall),
+            Self::Mesh { shape, .. } => shape.mesh.clone(),
+        };
         if self.tilt_deg() != 0.0 {
             let world_from_container = self.world_from_container();
             for corner in &mut mesh.vertices {
