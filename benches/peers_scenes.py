@@ -6,7 +6,7 @@ Each kept scene's objects are dropped anew, with their masses and frictions, int
   - PyBullet, with convex hulls and the rule of VGN's generator (Breyer et al. 2020): after each drop until one norm over the linear
     and angular speed of every body is below 0.01, or for 1 s, at the end for 2 s at most; what is there then is saved.
 A judge that is none of them says what the scenes are worth: bodies that are in the bin are put into stock MuJoCo at the saved poses, at
-rest, as rigid flexes of the true meshes' own triangles, and stepped for 2 s (tests/peers/scenes.py).
+rest, as rigid flexes of the true meshes' own triangles, and stepped for 2 s (flex_scenes.py).
 
 Seconds are processor time of one thread. graspmill's are of the whole program (reading, preparation of meshes, its own check by further stepping,
 writing), over all its scenes; the others' of settling alone. Ratios are what counts. `make bench-peers` installs what it needs.
@@ -37,7 +37,7 @@ import trimesh
 
 import graspmill
 from default_view import random_rotations
-from scenes import Meshes, boxes_of_bin, container, inertial, motion
+from flex_scenes import Meshes, boxes_of_bin, container, inertial, motion
 
 INNER = (0.40, 0.30, 0.20)
 WALL = 0.02

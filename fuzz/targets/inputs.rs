@@ -15,6 +15,9 @@ use graspmill::{
 /// Endings of mesh files.
 pub const MESHES: [&str; 4] = ["stl", "obj", "ply", "off"];
 
+/// Files of the arrangements of others: poses and cameras of BOP, and a table.
+pub const ARRANGEMENTS: [&str; 3] = ["scene_gt.json", "scene_camera.json", "poses.csv"];
+
 /// A folder of this process alone, in memory where the machine has such a place.
 pub fn scratch() -> tempfile::TempDir {
     let memory = Path::new("/dev/shm");
@@ -70,6 +73,31 @@ pub fn job(input: &[u8]) {
     let again = read(&again).map_err(|errors| errors.render()).expect("a resolved job reads back");
     let again = again.resolve(Vec::new()).map_err(|errors| errors.render()).expect("and resolves");
     assert_eq!(again.digest(), job.digest(), "a resolved job is the same job");
+}
+
+/// A file of the arrangements that a job names, of the kind that the first byte says, beside others that are as they should be.
+pub fn arrangement(input: &[u8]) {
+    const POSES: &str = r#"{"1":[{"obj_id":1,"cam_R_m2c":[1,0,0,0,1,0,0,0,1],"cam_t_m2c":[0,0,700]}]}"#;
+    const CAMERA: &str =
+        r#"{"1":{"cam_K":[600,0,320,0,600,240,0,0,1],"cam_R_w2c":[1,0,0,0,1,0,0,0,1],"cam_t_w2c":[0,0,0]}}"#;
+    static SCRATCH: LazyLock<tempfile::TempDir> = LazyLock::new(scratch);
+    let Some((choice, bytes)) = input.split_first() else { return };
+    let name = ARRANGEMENTS[usize::from(*choice) % ARRANGEMENTS.len()];
+    fs::write(SCRATCH.path().join(ARRANGEMENTS[0]), POSES).expect("a file");
+    fs::write(SCRATCH.path().join(ARRANGEMENTS[1]), CAMERA).expect("a file");
+    fs::write(SCRATCH.path().join(name), bytes).expect("a file");
+    let source =
+        if name == ARRANGEMENTS[2] { "csv = \"poses.csv\"" } else { "bop = [\".\"]\nobjects = { 1 = \"box-01\" }" };
+    let text = JobText {
+        label: "job.toml".to_owned(),
+        folder: SCRATCH.path().to_owned(),
+        text: format!("product = \"scenes\"\n[[objects]]\nbuilt_in = [\"box-01\", \"can-01\"]\n[import]\n{source}\n"),
+        overrides: vec![],
+    };
+    let context = JobContext { packages: SCRATCH.path().join("packages"), built_in: built_in_names(24).collect() };
+    if let Err(errors) = JobDraft::read(&text, &context) {
+        assert!(!errors.render().is_empty());
+    }
 }
 
 /// A hand's table.

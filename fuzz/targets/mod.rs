@@ -4,6 +4,7 @@
 mod dataset;
 mod inputs;
 mod mcap;
+mod pictures;
 mod records;
 
 pub use dataset::channels;
@@ -14,13 +15,17 @@ pub use records::count_records;
 pub type Target = fn(&[u8]);
 
 /// Every target, by name: that of its folder in `fuzz/corpus`.
-pub const TARGETS: [(&str, Target); 10] = [
+pub const TARGETS: [(&str, Target); 14] = [
+    ("arrangement", inputs::arrangement),
     ("beside", dataset::beside),
     ("binvox", inputs::binvox),
+    ("camera", pictures::camera),
     ("description", inputs::description),
     ("hand", inputs::hand),
     ("job", inputs::job),
     ("mesh", inputs::mesh),
+    ("model", pictures::model),
+    ("picture", pictures::picture),
     ("records", records::records),
     ("shard", dataset::shard),
     ("shard_content", dataset::shard_content),
@@ -29,5 +34,8 @@ pub const TARGETS: [(&str, Target); 10] = [
 
 /// Names of the tables, by the first byte of an input of the target `tables`.
 pub use dataset::TABLES;
-/// Endings of mesh files, by the first byte of an input of the target `mesh`.
-pub use inputs::MESHES;
+/// Files of arrangements, by the first byte of an input of the target `arrangement`, and endings of mesh files, by that of
+/// `mesh`.
+pub use inputs::{ARRANGEMENTS, MESHES};
+/// Files that `complete` reads, by the first byte of an input of the targets `camera`, `model` and `picture`.
+pub use pictures::{CAMERAS, MODELS, PICTURES};

@@ -65,11 +65,12 @@ class Folder:
                 size = path.stat().st_size
                 raise DamagedFile(path, f"it has {size} bytes, and the manifest says {shard['bytes']}", VERIFY)
 
-    def expect(self, product: str) -> None:
-        """Raises ``WrongProduct`` unless the dataset is of this product."""
-        if self.product != product:
-            remedy = f'give a dataset whose job says product = "{product}"'
-            raise WrongProduct(self.path, f"a dataset of {self.product}, not of {product}", remedy)
+    def expect(self, *products: str) -> None:
+        """Raises ``WrongProduct`` unless the dataset is of one of these products."""
+        if self.product not in products:
+            known = " or ".join(products)
+            remedy = "give a dataset whose job says product = " + " or ".join(f'"{product}"' for product in products)
+            raise WrongProduct(self.path, f"a dataset of {self.product}, not of {known}", remedy)
 
     def objects(self) -> list[dict[str, Any]]:
         """The rows of ``assets.json``: at least ``object`` (digest) and ``name``; ``object_facts`` and

@@ -16,6 +16,9 @@ from .mcap import McapFile
 from .samples import as_array
 from .wire import Message, WireError
 
+WITH_MESHES = ("grasps", "scenes", "views", "picks")
+"""Products whose datasets have their objects' meshes beside them."""
+
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
@@ -152,14 +155,13 @@ def resting_poses(folder: str | Path) -> dict[str, list[RestingPose]]:
 
 
 def object_meshes(folder: str | Path) -> dict[str, Mesh]:
-    """The meshes in ``shapes.mcap`` of a dataset of grasps or of views, by name of the object; two of one name are told apart
-    by the digest.
+    """The meshes in ``shapes.mcap`` of a dataset of scenes, views, grasps or picks, by name of the object; two of one name are told
+    apart by the digest.
 
     Raises ``DatasetError`` when the dataset is of another product, or damaged.
     """
     dataset = Folder(folder)
-    if dataset.product != "views":
-        dataset.expect("grasps")
+    dataset.expect(*WITH_MESHES)
     names = {row["object"]: row["name"] for row in dataset.objects()}
     file = McapFile(dataset.path / "shapes.mcap")
     meshes: dict[str, Mesh] = {}

@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 
 use graspmill::format::dataset::{DatasetReader, Manifest, Selection};
 
-use super::targets::{MESHES, TABLES, channels, parts};
+use super::targets::{ARRANGEMENTS, CAMERAS, MESHES, MODELS, PICTURES, TABLES, channels, parts};
 use crate::support::{
     files::{list_names, read_text, repository_path, stem},
     jobs::make_small_datasets,
@@ -30,6 +30,13 @@ pub fn write() {
     table_seed("set", "set.json", set);
     texts();
     meshes();
+    arrangements();
+    pictures();
+    cameras();
+    for name in MODELS {
+        let bytes = fs::read(repository_path("tests/models/thicken").join(name)).expect("a file of the small model");
+        save_kind("model", &MODELS, name, name, &bytes);
+    }
 }
 
 fn dataset(name: &str, out: &Path) {
@@ -115,8 +122,7 @@ pub fn records(mut bytes: &[u8]) -> Vec<(u8, Vec<u8>)> {
 }
 
 fn table_seed(name: &str, table: &str, bytes: &[u8]) {
-    let kind = TABLES.iter().position(|known| *known == table).expect("a table") as u8;
-    save("tables", &format!("{name}-{table}"), &[&[kind], bytes].concat());
+    save_kind("tables", &TABLES, table, &format!("{name}-{table}"), bytes);
 }
 
 fn texts() {
@@ -189,9 +195,92 @@ fn meshes() {
         ("off", "square", square.into()),
     ];
     for (ending, name, bytes) in files {
-        let kind = MESHES.iter().position(|known| *known == ending).expect("a format") as u8;
-        save("mesh", &format!("{ending}-{name}"), &[&[kind], &bytes[..]].concat());
+        save_kind("mesh", &MESHES, ending, &format!("{ending}-{name}"), &bytes);
     }
+}
+
+fn arrangements() {
+    let turned = r#"{"3":[{"obj_id":1,"cam_R_m2c":[0,-1,0,1,0,0,0,0,1],"cam_t_m2c":[10,-20,700]}],"1":[]}"#;
+    let camera = r#"{"3":{"cam_K":[600,0,320,0,600,240,0,0,1],"depth_scale":0.1,"cam_R_w2c":[1,0,0,0,-1,0,0,0,-1],"cam_t_w2c":[0,0,900]},"1":{}}"#;
+    let poses = "scene,object,x,y,z,qx,qy,qz,qw\na,can-01,1.0,2.0,0.3,0,0,0,1\nb,\"box-01\",1.25,2.0,0.1,0,0,0.6,0.8\n";
+    for (name, text) in ARRANGEMENTS.into_iter().zip([turned, camera, poses]) {
+        save_kind("arrangement", &ARRANGEMENTS, name, name, text.as_bytes());
+    }
+}
+
+/// Depths of 11 x 7 px, in every kind of file.
+fn pictures() {
+    let (width, height) = (11u32, 7u32);
+    let depths: Vec<f32> = (0..width * height).map(|pixel| (700 + 13 * (pixel % 17)) as f32 * 0.001).collect();
+    let points: Vec<[f32; 3]> = (0u32..)
+        .zip(&depths)
+        .map(|(pixel, depth)| {
+            let (column, row) = ((pixel % width) as f32 + 0.5, (pixel / width) as f32 + 0.5);
+            [(column - 5.2) / 20.0 * depth, (row - 3.9) / 21.0 * depth, *depth]
+        })
+        .collect();
+    let floats = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<_>>();
+    let save = |name: &str, seed: &str, bytes: &[u8]| save_kind("picture", &PICTURES, name, seed, bytes);
+    let png = |depth: png::BitDepth, data: &[u8]| {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, width, height);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(depth);
+        encoder.write_header().and_then(|mut writer| writer.write_image_data(data)).expect("an image");
+        bytes
+    };
+    let millimetres = depths.iter().flat_map(|depth| ((depth * 1000.0) as u16).to_be_bytes()).collect::<Vec<_>>();
+    save("picture.png", "png", &png(png::BitDepth::Sixteen, &millimetres));
+    save("mask.png", "mask", &png(png::BitDepth::Eight, &(0..77).map(|pixel| pixel % 3).collect::<Vec<_>>()));
+    for (kind, data) in [("<f4", floats(&depths)), (">u2", millimetres)] {
+        let head = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({height}, {width}), }}\n");
+        let bytes = [b"\x93NUMPY\x01\x00", &(head.len() as u16).to_le_bytes()[..], head.as_bytes(), &data].concat();
+        save("picture.npy", &format!("npy-{}", &kind[1..]), &bytes);
+    }
+    let lines: String = points.iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+    let rows = floats(points.as_flattened());
+    let columns = floats(&(0..3).flat_map(|axis| points.iter().map(move |point| point[axis])).collect::<Vec<_>>());
+    // Literals alone.
+    let packed: Vec<u8> = columns.chunks(32).flat_map(|run| [&[run.len() as u8 - 1], run].concat()).collect();
+    let lengths = [packed.len() as u32, columns.len() as u32].map(u32::to_le_bytes).concat();
+    for (data, bytes) in [
+        ("ascii", lines.clone().into_bytes()),
+        ("binary", rows.clone()),
+        ("binary_compressed", [lengths, packed].concat()),
+    ] {
+        let head = format!(
+            "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH {width}\nHEIGHT {height}\nPOINTS 77\nDATA {data}\n"
+        );
+        save("picture.pcd", &format!("pcd-{data}"), &[head.as_bytes(), &bytes].concat());
+    }
+    for (format, bytes) in [("ascii", lines.into_bytes()), ("binary_little_endian", rows)] {
+        let head = format!(
+            "ply\nformat {format} 1.0\nobj_info num_cols {width}\nobj_info num_rows {height}\nelement vertex 77\n\
+             property float x\nproperty float y\nproperty float z\nend_header\n"
+        );
+        save("picture.ply", &format!("ply-{format}"), &[head.as_bytes(), &bytes].concat());
+    }
+}
+
+fn cameras() {
+    let own = r#"{"width":640,"height":480,"fx":615.2,"fy":614.8,"cx":319.5,"cy":239.25,"pixel_centre":0,"distortion":[0.1,-0.2,0.001,0.002,0.03]}"#;
+    let open3d = r#"{"class_name":"PinholeCameraParameters","extrinsic":[1],"intrinsic":{"width":640,"height":480,"intrinsic_matrix":[615.2,0,0,0,614.8,0,319.5,239.25,1]}}"#;
+    let calibration = "image_width: 640\nimage_height: 480\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: [615.2, 0.0, 319.5,\n         0.0, 614.8, 239.25, 0, 0, 1]\ndistortion_model: plumb_bob\ndistortion_coefficients:\n  data: [0.1, -0.2, 0.001, 0.002, 0.03]\n";
+    let message = "height: 480\nwidth: 640\ndistortion_model: \"plumb_bob\"\nd:\n- 0.1\n- -0.2\n- 0.001\n- 0.002\n- 0.03\nk:\n- 615.2\n- 0.0\n- 319.5\n- 0.0\n- 614.8\n- 239.25\n- 0.0\n- 0.0\n- 1.0\n";
+    for (kind, name, text) in [
+        ("camera.json", "own", own),
+        ("camera.json", "open3d", open3d),
+        ("camera.yaml", "calibration", calibration),
+        ("camera.yaml", "message", message),
+    ] {
+        save_kind("camera", &CAMERAS, kind, name, text.as_bytes());
+    }
+}
+
+/// A seed whose first byte says which kind of file it is.
+fn save_kind(target: &str, kinds: &[&str], kind: &str, name: &str, bytes: &[u8]) {
+    let number = kinds.iter().position(|known| *known == kind).expect("a kind") as u8;
+    save(target, name, &[&[number], bytes].concat());
 }
 
 fn save(target: &str, name: &str, bytes: &[u8]) {

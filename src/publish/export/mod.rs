@@ -111,8 +111,7 @@ pub fn export(
     facts.insert("root".to_owned(), json!(reader.manifest().root));
     facts.insert("format".to_owned(), format.name.into());
     facts.insert("layout".to_owned(), (form.layout)(selection.unpacked).into());
-    let text = serde_json::to_string_pretty(&facts).expect("plain data with text keys") + "\n";
-    target.write("export.json", text.as_bytes())?;
+    target.write_json("export.json", &facts.into())?;
     Ok(ExportSummary { folder: out.to_owned(), count, counted: form.counted, files: target.publish()? })
 }
 

@@ -6,6 +6,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use serde_json::Value;
+
 use super::error::ExportError;
 use format::dataset::NewFolder;
 
@@ -34,6 +36,12 @@ impl Target {
     pub fn write(&mut self, name: &str, bytes: &[u8]) -> Result<(), ExportError> {
         let (mut file, path) = self.file(name)?;
         file.write_all(bytes).map_err(ExportError::io("writing", &path))
+    }
+
+    /// Writes a JSON file, indented.
+    pub fn write_json(&mut self, name: &str, value: &Value) -> Result<(), ExportError> {
+        let text = serde_json::to_string_pretty(value).expect("plain data with text keys") + "\n";
+        self.write(name, text.as_bytes())
     }
 
     /// Opens a new file below the folder, for writers with a buffer of their own.

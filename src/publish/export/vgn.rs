@@ -8,7 +8,7 @@
 use std::{collections::BTreeSet, f64::consts::FRAC_PI_2};
 
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::{
     error::ExportError,
@@ -95,16 +95,15 @@ fn readme(of: &str, files: &str, grasps: &str) -> String {
     )
 }
 
-/// Text of `setup.json`.
-fn setup(size: f64, camera: &Intrinsics, selection: &ExportSelection) -> String {
+/// Content of `setup.json`.
+fn setup(size: f64, camera: &Intrinsics, selection: &ExportSelection) -> Value {
     let k = [camera.fx, 0.0, camera.cx - 0.5, 0.0, camera.fy, camera.cy - 0.5, 0.0, 0.0, 1.0];
-    let setup = json!({
+    json!({
         "size": size,
         "intrinsic": { "width": camera.width, "height": camera.height, "K": k },
         "max_opening_width": selection.number(&OPENING),
         "finger_depth": selection.number(&FINGER),
-    });
-    serde_json::to_string_pretty(&setup).expect("plain data with text keys") + "\n"
+    })
 }
 
 /// Arrays as their files take them.
@@ -166,7 +165,7 @@ fn write_views(
     })?;
     finish_scene(&mut arrays, current, camera.as_ref(), &mut table, target)?;
     let camera = camera.expect("a view is selected");
-    target.write("setup.json", setup(size, &camera, selection).as_bytes())?;
+    target.write_json("setup.json", &setup(size, &camera, selection))?;
     target.write("scenes.csv", table.as_bytes())?;
     let files = format!(
         "Raw data: `scenes/ID.npz` has `depth_imgs` and `extrinsics` of a scene, `setup.json` the cube of {size} m, of which {below} m \
@@ -259,7 +258,7 @@ fn write_volumes(
         Ok(())
     })?;
     let (first, _) = first.expect("a volume is selected");
-    target.write("setup.json", setup(first.grid.size, &first.views[0].intrinsics, selection).as_bytes())?;
+    target.write_json("setup.json", &setup(first.grid.size, &first.views[0].intrinsics, selection))?;
     target.write("scenes.csv", table.as_bytes())?;
     let files = format!(
         "Processed data: `scenes/ID.npz` has the `grid` of a volume by VGN's own rule, in which what is free, what no image sees and \

@@ -13,14 +13,17 @@ use crate::{
     job::{JobObject, JobObjects, SplitInput, shards_section},
     objects::{bytes_of_descriptions, describe_all},
     plan::{JobSplits, SubjectItems},
-    products::surroundings::{contact_body, settled_container},
+    products::{
+        settled::{by_content, bytes_of_meshes, write_meshes},
+        surroundings::{contact_body, settled_container},
+    },
     work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
 };
 use format::Product;
 use kernel::{
     contact::Sampled,
     geom::TriMesh,
-    ids::ObjectId,
+    ids::{Digest, JobDigest, ObjectId},
     words::{NumberClass, ObjectSplit, Split},
 };
 use sim::{Walls, sim_facts};
@@ -180,14 +183,18 @@ impl OpenWork for OpenScenes<'_> {
         Ok(Box::new(SceneWorker::new(&self.0)))
     }
 
-    /// Bytes of what the rows of the objects say of each.
-    fn side_bytes(&self, _: &[usize], _: &Path) -> Result<f64, ProduceError> {
-        let all: Vec<usize> = (0..self.0.job.objects.list.len()).collect();
-        bytes_of_descriptions(&self.0.job.objects, &all)
+    /// Bytes of what the rows of the objects say of each, and of the meshes by those of a few.
+    fn side_bytes(&self, _: &[usize], folder: &Path) -> Result<f64, ProduceError> {
+        let objects = &self.0.job.objects;
+        let all: Vec<usize> = (0..objects.list.len()).collect();
+        let write = |few: &[&JobObject]| write_meshes(few, folder, &JobDigest(Digest([0; 32])), Product::SCENES);
+        Ok(bytes_of_descriptions(objects, &all)? + bytes_of_meshes(objects, write)?)
     }
 
-    /// Writes into the row of every object what it weighs and is.
+    /// Writes into the row of every object what it weighs and is, and the meshes beside.
     fn finish(&self, closing: &mut Closing<'_>) -> Result<(), RunError> {
-        describe_all(&self.0.job.objects, closing)
+        describe_all(&self.0.job.objects, closing)?;
+        write_meshes(&by_content(&self.0.job.objects), closing.folder, &closing.job, Product::SCENES)?;
+        Ok(())
     }
 }

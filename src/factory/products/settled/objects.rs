@@ -12,7 +12,8 @@ use crate::{
     objects::{MEASURED_OBJECTS, prepared},
 };
 use form::{Checker, Document, FormErrors};
-use format::{ObjectShape, dataset::layout::JOB, products::grasps::ShapesWriter};
+use format::{ObjectShape, Product, dataset::layout::JOB, products::grasps::ShapesWriter};
+use kernel::ids::JobDigest;
 
 /// Keys of the job of the scenes that say what its objects are.
 pub struct ObjectKeys {
@@ -80,6 +81,21 @@ pub fn add_meshes(writer: &mut ShapesWriter, objects: &[&JobObject]) -> Result<(
         writer.object(&ObjectShape { object: object.id(), mesh: prepared(object)?.mesh().clone() })?;
     }
     Ok(())
+}
+
+/// Writes the file of the meshes of objects that are sorted by content, of a product without hands; its size [bytes].
+///
+/// # Errors
+/// When one is gone or another one than when the job was resolved, or the file cannot be written.
+pub fn write_meshes(
+    objects: &[&JobObject],
+    folder: &Path,
+    job: &JobDigest,
+    product: Product,
+) -> Result<u64, ProduceError> {
+    let mut writer = ShapesWriter::of_objects(folder, job, product)?;
+    add_meshes(&mut writer, objects)?;
+    Ok(writer.finish(None)?)
 }
 
 /// Expected bytes of the file of all meshes, by that of a few, which `write` writes.

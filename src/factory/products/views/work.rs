@@ -13,11 +13,11 @@ use crate::{
     plan::{JobSplits, SubjectItems},
     products::{
         appearance::check_colours,
-        settled::{add_meshes, by_content, bytes_of_meshes},
+        settled::{by_content, bytes_of_meshes, write_meshes},
     },
     work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
 };
-use format::{Channel, Product, products::grasps::ShapesWriter};
+use format::{Channel, Product};
 use kernel::{
     ids::{Digest, JobDigest},
     words::NumberClass,
@@ -93,7 +93,7 @@ impl OpenWork for OpenViews<'_> {
 
     /// Bytes of the meshes, by those of a few.
     fn side_bytes(&self, _: &[usize], folder: &Path) -> Result<f64, ProduceError> {
-        let write = |few: &[&JobObject]| write_shapes(few, folder, &JobDigest(Digest([0; 32])));
+        let write = |few: &[&JobObject]| write_meshes(few, folder, &JobDigest(Digest([0; 32])), Product::VIEWS);
         bytes_of_meshes(&self.0.job.objects, write)
     }
 
@@ -102,14 +102,7 @@ impl OpenWork for OpenViews<'_> {
         if closing.cancel.is_cancelled() {
             return Err(RunError::Interrupted);
         }
-        write_shapes(&by_content(&self.0.job.objects), closing.folder, &closing.job)?;
+        write_meshes(&by_content(&self.0.job.objects), closing.folder, &closing.job, Product::VIEWS)?;
         Ok(())
     }
-}
-
-/// Writes the meshes of objects that are sorted by content; the size of the file [bytes].
-fn write_shapes(objects: &[&JobObject], folder: &Path, job: &JobDigest) -> Result<u64, ProduceError> {
-    let mut writer = ShapesWriter::of_objects(folder, job, Product::VIEWS)?;
-    add_meshes(&mut writer, objects)?;
-    Ok(writer.finish(None)?)
 }

@@ -173,7 +173,7 @@ pub struct Shapes {
 }
 
 impl Shapes {
-    /// Opens the shapes of a dataset of grasps, or the meshes of one of views.
+    /// Opens the shapes of a dataset of grasps or picks, or the meshes of one of scenes or views.
     ///
     /// # Errors
     /// When there are none, or the file is damaged.
@@ -183,7 +183,7 @@ impl Shapes {
             std::io::ErrorKind::NotFound => DatasetError::Invalid {
                 path: path.clone(),
                 problem: "the file is missing".to_owned(),
-                remedy: "only finished datasets of grasps and of views have one: `run` its job again",
+                remedy: "a finished dataset of grasps, picks, scenes or views has one: `run` its job again",
             },
             _ => DatasetError::io("reading", &path)(error),
         })?;

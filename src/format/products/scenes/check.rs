@@ -1,11 +1,13 @@
 //! Checks of scenes.
 
 use super::Scene;
-use crate::{Channel, CheckSample, CheckedRecord, Facts, Product, ProductChecks, RecordError};
+use crate::{
+    Channel, CheckSample, CheckedRecord, Facts, Product, ProductChecks, RecordError, products::grasps::SHAPES_CHECK,
+};
 
-/// The checks of scenes.
+/// The checks of scenes, and of the meshes beside them.
 pub(crate) static CHECKS: ProductChecks =
-    ProductChecks { product: Product::SCENES, samples: || Box::new(SceneCheck), files: &[] };
+    ProductChecks { product: Product::SCENES, samples: || Box::new(SceneCheck), files: &[SHAPES_CHECK] };
 
 /// Checks of one thread: a sample has one record.
 struct SceneCheck;

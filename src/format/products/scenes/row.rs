@@ -1,7 +1,7 @@
 //! The row of scenes in the table of products.
 
 use super::{SceneOverview, facts::FACTS};
-use crate::{ArrayFormat, ChannelFormat, Noun, ProductFormat};
+use crate::{ArrayFormat, ChannelFormat, ExtraFile, Noun, ProductFormat, products::grasps::SHAPES};
 
 const SCHEMAS: &[u8] = include_bytes!("../../generated/scenes.bin");
 
@@ -46,5 +46,5 @@ pub static FORMAT: ProductFormat = ProductFormat {
     facts: &FACTS,
     has_splits: true,
     inherits_splits: false,
-    files: &[],
+    files: &[ExtraFile { name: SHAPES, meaning: "Meshes of the objects." }],
 };

@@ -19,6 +19,7 @@ use crate::{
 use format::{
     Noun, Product,
     dataset::{DatasetError, DatasetReader, Sample},
+    products::grasps::SHAPES,
 };
 
 /// Scenes as people meet them.
@@ -31,7 +32,7 @@ pub static PAGES: ProductPages = ProductPages {
         labels: "the pose of every body, contacts with their forces, and the share of each body's weight that another carries",
         acquisition: "Bodies were released in MuJoCo with contacts of the true meshes, and scenes kept that rest and stay at rest \
                       when they are stepped again from the stored poses.",
-        reading: "",
+        reading: "`shapes.mcap` holds the objects' meshes, so that scenes can be put into any simulator.",
         legend: "Each picture shows a scene from above: each body in a colour of its own, lighter where it is higher; walls are \
                  grey.",
         regenerated: 16,
@@ -48,9 +49,9 @@ pub static PAGES: ProductPages = ProductPages {
     preview_shows_more: false,
     assets: ProductAssets {
         subjects: AssetKind::Object,
-        objects: AssetUse::Derived,
+        objects: AssetUse::Copied,
         descriptions: AssetUse::Measured,
-        shape_files: &[],
+        shape_files: &[SHAPES],
         data_files: &[],
     },
 };

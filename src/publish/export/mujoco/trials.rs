@@ -1,16 +1,19 @@
-//! Trials of grasps as folders that plain MuJoCo replays.
+//! Trials of grasps as models of plain MuJoCo.
 
 use std::collections::BTreeMap;
 
 use serde_json::json;
 
 use super::{
-    error::ExportError,
-    form::{ExportForm, ExportFormat, ExportSelection, Written},
-    names::object_folders,
-    object_mesh::{mass_properties, write_mesh},
-    objects::wanted_objects,
-    target::Target,
+    super::{
+        error::ExportError,
+        form::{ExportForm, ExportSelection, Written},
+        names::object_folders,
+        object_mesh::{mass_properties, write_mesh},
+        objects::wanted_objects,
+        target::Target,
+    },
+    contact::CONTACT,
 };
 use format::{
     Channel, GraspTrials, Noun, Product, TrialMethod,
@@ -23,26 +26,21 @@ use kernel::{
 };
 
 /// Program that runs the trials again; it needs MuJoCo and NumPy alone.
-const REPLAY: &str = include_str!("replay.py");
+const REPLAY: &str = include_str!("replay_trials.py");
 
 /// `<object>/scene.xml` and `grasps.json` of a dataset of grasps that were tried, with `hand.xml`, `drive.json` and
 /// `replay.py`, which makes the trials again in plain MuJoCo.
-pub(super) static FORMAT: ExportFormat = ExportFormat {
-    name: "mujoco",
-    summary: "Trials of grasps as scenes of plain MuJoCo, and a script that makes them again.",
-    has_unpacked: false,
-    forms: &[ExportForm {
-        product: Product::GRASPS,
-        counted: Noun { one: "grasp", many: "grasps" },
-        keys: &[],
-        layout: |_| {
-            "hand.xml: the hand with a servo for each joint; drive.json: what drives them, and how a trial goes on; \
-             <object>/scene.xml, scene_sdf.xml: that hand and the object for MuJoCo 3.17, by triangles and by distances; \
-             <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], the same of the pregrasp, and what came of each trial; replay.py \
-             makes the trials again and writes agreement.json"
-        },
-        write,
-    }],
+pub(super) const FORM: ExportForm = ExportForm {
+    product: Product::GRASPS,
+    counted: Noun { one: "grasp", many: "grasps" },
+    keys: &[],
+    layout: |_| {
+        "hand.xml: the hand with a servo for each joint; drive.json: what drives them, and how a trial goes on; \
+         <object>/scene.xml, scene_sdf.xml: that hand and the object for MuJoCo 3.17, by triangles and by distances; \
+         <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], the same of the pregrasp, and what came of each trial; replay.py \
+         makes the trials again and writes agreement.json"
+    },
+    write,
 };
 
 /// A grasp that was tried: its sample, and the index of its trial.
@@ -149,7 +147,7 @@ fn object(
         "gravity": method.gravity,
         "grasps": grasps,
     });
-    target.write(&format!("{folder}/grasps.json"), pretty(&facts).as_bytes())?;
+    target.write_json(&format!("{folder}/grasps.json"), &facts)?;
     write_mesh(target, &format!("{folder}/object.obj"), mesh)?;
     let [triangles, distances] = scenes(&method, &unit);
     target.write(&format!("{folder}/scene.xml"), triangles.as_bytes())?;
@@ -185,7 +183,7 @@ fn scenes(method: &TrialMethod, unit: &MassProperties) -> [String; 2] {
     };
     // The object's friction counts, whatever touches it.
     let contact = format!(
-        "priority=\"1\" condim=\"{}\" friction=\"{} {} 0.0001\" solref=\"0.004 1\" solimp=\"0.95 0.995 0.0005 0.5 2\"",
+        "priority=\"1\" condim=\"{}\" friction=\"{} {} 0.0001\" {CONTACT}",
         if method.torsion > 0.0 { 4 } else { 3 },
         method.friction,
         method.friction * method.torsion,
@@ -200,8 +198,4 @@ fn scenes(method: &TrialMethod, unit: &MassProperties) -> [String; 2] {
     let asset = "  <asset>\n    <mesh name=\"object\" file=\"object.obj\" inertia=\"shell\"/>\n  </asset>\n";
     let distances = format!("      <geom type=\"sdf\" mesh=\"object\" mass=\"0\" {contact}/>\n");
     [body("", &triangles), body(asset, &distances)]
-}
-
-fn pretty(value: &serde_json::Value) -> String {
-    serde_json::to_string_pretty(value).expect("plain data with text keys") + "\n"
 }

@@ -1,16 +1,4 @@
-"""Steps scenes of a dataset in stock MuJoCo, whose contacts are not ours: bodies are rigid flexes of the meshes' own triangles.
-
-    scenes.py DATASET MESHES COUNT SECONDS
-
-MESHES is a folder with a mesh file NAME.* per object. Prints, as JSON, each scene's number of bodies and how far each centre of mass
-moved [m], from the stored poses, at rest.
-"""
-
-import json
-import sys
-from pathlib import Path
-
-import graspmill
+"""The judge of bench-peers: scenes as stock MuJoCo has them, bodies as rigid flexes of the meshes' own triangles."""
 import mujoco
 import numpy as np
 import trimesh
@@ -108,23 +96,3 @@ class Meshes(dict):
         assert off < 1e-5, f"{row['name']}: {off} m off"
         self[object_id] = mesh
         return mesh
-
-
-def main():
-    folder, meshes_folder, count, seconds = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), float(sys.argv[4])
-    data = graspmill.Dataset(folder, graspmill.SceneSample)
-    facts = {row["object"]: row for row in data.folder.objects()}
-    meshes = Meshes(meshes_folder, facts)
-    results = []
-    for index in np.linspace(0, len(data) - 1, min(count, len(data))).round().astype(int):
-        sample = data[int(index)]
-        moved = motion(sample, meshes, facts, seconds)
-        results.append({"sample": int(sample.index), "moved": moved.tolist()})
-        print(json.dumps(results[-1]), file=sys.stderr, flush=True)
-    moved = np.concatenate([result["moved"] for result in results])
-    whole = [max(result["moved"]) < 0.005 for result in results]
-    print(json.dumps({"scenes": results, "bodies": len(moved), "within_5_mm": float((moved < 0.005).mean()), "whole_scenes": float(np.mean(whole))}))
-
-
-if __name__ == "__main__":
-    main()

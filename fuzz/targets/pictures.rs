@@ -1,0 +1,136 @@
+//! Files that `complete` reads: depth pictures and masks, cameras, models.
+
+use std::{collections::BTreeMap, fs, path::Path, sync::LazyLock};
+
+use graspmill::{
+    infer::CompletionModel,
+    perception::{CameraDescription, FrameRule, Refusal, Scene, SceneRule, read_frame, read_mask},
+};
+use serde_json::Value;
+
+use super::inputs::scratch;
+
+/// Files that show one scene, by the first byte of an input of the target `picture`.
+pub const PICTURES: [&str; 5] = ["picture.png", "picture.npy", "picture.pcd", "picture.ply", "mask.png"];
+/// Files of a camera, by the first byte of an input of the target `camera`.
+pub const CAMERAS: [&str; 2] = ["camera.json", "camera.yaml"];
+/// Files of a model, by the first byte of an input of the target `model`.
+pub const MODELS: [&str; 3] = ["model.json", "golden.npz", "model.onnx"];
+
+/// The small model of the tests.
+const THICKEN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/models/thicken");
+const THICKEN_OF_FUZZ: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/models/thicken");
+
+/// Largest picture that is also taken apart [px]: a larger one takes as long as it is large.
+const MAX_SEGMENTED: usize = 128 * 128;
+
+/// A depth picture of the kind that the first byte names, read by the camera that its upper bits choose, and taken apart; or a
+/// mask of an 11 x 7 px picture.
+pub fn picture(input: &[u8]) {
+    static SCRATCH: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+        let folder = scratch();
+        fs::write(folder.path().join("whole.npy"), whole_picture()).expect("a file");
+        folder
+    });
+    let Some((choice, bytes)) = input.split_first() else { return };
+    let name = PICTURES[usize::from(*choice) % PICTURES.len()];
+    let is_cloud = name.ends_with("pcd") || name.ends_with("ply");
+    let path = SCRATCH.path().join(name);
+    fs::write(&path, bytes).expect("a file");
+    let distortion = if choice & 64 == 0 { [0.0; 5] } else { [0.1, -0.2, 0.001, 0.002, 0.03] };
+    let camera = CameraDescription { distortion, ..CameraDescription::pinhole([20.0, 21.0, 5.2, 3.9]) };
+    let rule = FrameRule { camera: (!is_cloud).then_some(camera), is_range: choice & 128 != 0, ..FrameRule::default() };
+    if name == "mask.png" {
+        let whole = read_frame(&SCRATCH.path().join("whole.npy"), &rule).expect("a picture").frame;
+        match read_mask(&path, &whole) {
+            Ok(pixels) => {
+                assert!(pixels.is_sorted() && pixels.iter().all(|pixel| (*pixel as usize) < whole.depth.len()))
+            }
+            Err(error) => assert!(!error.to_string().is_empty()),
+        }
+        return;
+    }
+    let read = match read_frame(&path, &rule) {
+        Ok(read) => read,
+        Err(error) => return assert!(!error.to_string().is_empty()),
+    };
+    let pixels = read.frame.depth.len();
+    assert_eq!(pixels, read.frame.camera.width as usize * read.frame.camera.height as usize);
+    assert!(read.labels.is_none_or(|labels| labels.len() == pixels));
+    assert!(read.frame.depth.iter().all(|depth| depth.is_nan() || (*depth > 0.0 && depth.is_finite())));
+    if pixels <= MAX_SEGMENTED {
+        let scene = Scene::segment(read.frame, &SceneRule::default());
+        for (cluster, sheet) in scene.clusters.iter().zip(scene.sheets()) {
+            assert!(cluster.pixels.is_sorted() && cluster.pixels.iter().all(|pixel| (*pixel as usize) < pixels));
+            let corners = sheet.vertices.len() as u32;
+            assert!(sheet.triangles.iter().flatten().all(|corner| *corner < corners));
+            let _ = Refusal::of(cluster, &sheet);
+        }
+    }
+}
+
+/// A camera of the kind of file that the first byte names.
+pub fn camera(input: &[u8]) {
+    static SCRATCH: LazyLock<tempfile::TempDir> = LazyLock::new(scratch);
+    let Some((choice, bytes)) = input.split_first() else { return };
+    let path = SCRATCH.path().join(CAMERAS[usize::from(*choice) % CAMERAS.len()]);
+    fs::write(&path, bytes).expect("a file");
+    match CameraDescription::read(&path) {
+        Ok(camera) => assert!(camera.with_centres_at_half().iter().all(|number| number.is_finite())),
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+}
+
+/// A model's folder, one file of which is the input, though with the digest that is asked for: opened, and held against its
+/// samples.
+pub fn model(input: &[u8]) {
+    static SCRATCH: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+        let folder = scratch();
+        for name in MODELS.into_iter().chain(["card.md"]) {
+            fs::copy(thicken().join(name), folder.path().join(name)).expect("a copy");
+        }
+        folder
+    });
+    let Some((choice, bytes)) = input.split_first() else { return };
+    let name = MODELS[usize::from(*choice) % MODELS.len()];
+    let (path, stated) = (SCRATCH.path().join(name), SCRATCH.path().join("model.json"));
+    fs::write(&path, bytes).expect("a file");
+    if name != "model.json" {
+        fs::write(&stated, stating(name, bytes)).expect("a file");
+    }
+    match CompletionModel::open(SCRATCH.path()).and_then(|model| model.check_golden()) {
+        Ok(check) => assert!(check.samples > 0),
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+    for name in [name, "model.json"] {
+        fs::copy(thicken().join(name), SCRATCH.path().join(name)).expect("a copy");
+    }
+}
+
+fn thicken() -> &'static Path {
+    let found = [THICKEN, THICKEN_OF_FUZZ].into_iter().map(Path::new).find(|folder| folder.is_dir());
+    found.expect("the model of the tests")
+}
+
+/// `model.json` with the digest of a changed file.
+fn stating(name: &str, bytes: &[u8]) -> Vec<u8> {
+    static FACTS: LazyLock<BTreeMap<String, Value>> = LazyLock::new(|| {
+        let text = fs::read(thicken().join("model.json")).expect("a file");
+        serde_json::from_slice(&text).expect("JSON")
+    });
+    let mut facts = FACTS.clone();
+    facts.get_mut("files").expect("a table")[name] = sha256(bytes).into();
+    serde_json::to_vec(&facts).expect("JSON")
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    use sha2::Digest;
+    sha2::Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// A picture of 11 x 7 px with a return in each.
+fn whole_picture() -> Vec<u8> {
+    let head = "{'descr': '<f4', 'fortran_order': False, 'shape': (7, 11), }\n";
+    let depth: Vec<u8> = (0..77).flat_map(|pixel| (0.7f32 + 0.001 * pixel as f32).to_le_bytes()).collect();
+    [b"\x93NUMPY\x01\x00", &(head.len() as u16).to_le_bytes()[..], head.as_bytes(), &depth].concat()
+}

@@ -1,0 +1,270 @@
+//! Settled scenes as models of plain MuJoCo: bodies are rigid flexes of their meshes' own triangles.
+
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fmt::Write,
+};
+
+use nalgebra::{UnitQuaternion, Vector3};
+use serde_json::{Value, json};
+
+use super::{
+    super::{
+        error::ExportError,
+        form::{ExportForm, ExportSelection, Written},
+        names::object_folders,
+        object_mesh::write_mesh,
+        objects::wanted_objects,
+        selected::{SampleNames, SelectedSamples},
+        target::Target,
+    },
+    contact::CONTACT,
+};
+use format::{
+    Noun, Product, Scene, SceneBody, SceneContainer,
+    dataset::{AssetRow, DatasetReader},
+    products::grasps::Shapes,
+};
+use kernel::ids::ObjectId;
+
+/// Program that steps the scenes; it needs MuJoCo and NumPy alone.
+const REPLAY: &str = include_str!("replay_scenes.py");
+
+/// Torsional friction of bodies [m], as they settled with it.
+const TORSION: f64 = 0.005;
+
+/// Rolling friction where a job does not say it: of imported scenes [m].
+const ROLLING: f64 = 0.002;
+
+/// Colours of bodies, by number: red, green, blue.
+const COLOURS: [&str; 8] = [
+    "0.84 0.37 0.30",
+    "0.30 0.55 0.80",
+    "0.47 0.69 0.34",
+    "0.90 0.67 0.25",
+    "0.58 0.44 0.72",
+    "0.33 0.68 0.66",
+    "0.87 0.52 0.65",
+    "0.60 0.55 0.45",
+];
+
+/// `scenes/<index>.xml` of a dataset of scenes, with the meshes, a table of what is where, and `replay.py`, which steps them in
+/// plain MuJoCo.
+pub(super) const FORM: ExportForm = ExportForm {
+    product: Product::SCENES,
+    counted: Noun { one: "scene", many: "scenes" },
+    keys: &[],
+    layout: |_| {
+        "scenes/<index>.xml: a scene for MuJoCo 3.17, each body at its stored pose, at rest, a rigid flex of the object's triangles; \
+         objects/<name>.obj: meshes [m], and those of containers in containers; scenes.json: bodies of each scene with object, mass [kg], \
+         friction and world_from_object (3, 4) row-major [m]; replay.py steps the scenes, says how far each body moves, and writes \
+         agreement.json"
+    },
+    write,
+};
+
+/// Facts that all scenes of a dataset share.
+struct Shared<'a> {
+    rows: BTreeMap<ObjectId, &'a AssetRow>,
+    folders: BTreeMap<ObjectId, String>,
+    /// [m].
+    rolling: f64,
+}
+
+fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Target) -> Result<Written, ExportError> {
+    let assets = reader.assets()?;
+    let wanted = wanted_objects(&assets.objects, &selection.objects)?;
+    // Subjects are no objects: which bodies a scene has is known when it is read.
+    let limit = selection.limit.filter(|_| wanted.is_empty());
+    let of_any_object = ExportSelection { objects: Vec::new(), limit, ..selection.clone() };
+    let selected = SelectedSamples::of(reader, &assets.subjects, &of_any_object)?;
+    let shared = Shared {
+        rows: assets.objects.iter().map(|row| (row.object, row)).collect(),
+        folders: object_folders(&assets.objects),
+        rolling: rolling_friction(&reader.job_text()?).unwrap_or(ROLLING),
+    };
+    let limit = selection.limit.unwrap_or(u64::MAX);
+    let (mut scenes, mut used, mut containers) = (Vec::new(), BTreeSet::new(), BTreeSet::new());
+    selected.each(|sample, names| {
+        let scene = sample.scene()?;
+        let has_wanted = || scene.bodies.iter().any(|body| wanted.contains(&body.object));
+        if scenes.len() as u64 >= limit || !(wanted.is_empty() || has_wanted()) {
+            return Ok(());
+        }
+        if let SceneContainer::Mesh { shape, .. } = &scene.container {
+            let name = shape.digest().short();
+            if containers.insert(name.clone()) {
+                write_mesh(target, &format!("containers/{name}.obj"), shape.mesh())?;
+            }
+        }
+        let file = format!("scenes/{:06}.xml", names.index.0);
+        target.write(&file, shared.model(&scene).as_bytes())?;
+        used.extend(scene.bodies.iter().map(|body| body.object));
+        scenes.push(shared.row(&scene, names, &file));
+        Ok(())
+    })?;
+    if scenes.is_empty() {
+        return Err(ExportError::NothingSelected { kept: reader.manifest().counts.kept });
+    }
+    let shapes = Shapes::open(reader.folder())?;
+    for (index, row) in assets.objects.iter().enumerate() {
+        if used.contains(&row.object) {
+            write_mesh(target, &format!("objects/{}.obj", shared.folder(&row.object)), &shapes.object(index)?.mesh)?;
+        }
+    }
+    let count = scenes.len() as u64;
+    target.write_json("scenes.json", &scenes.into())?;
+    target.write("replay.py", REPLAY.as_bytes())?;
+    Ok(Written::selection(count, "scenes", selection))
+}
+
+impl Shared<'_> {
+    fn folder(&self, object: &ObjectId) -> &str {
+        self.folders.get(object).map_or("object", String::as_str)
+    }
+
+    /// A name for each body: its object's, from the second of one object on with a number after `#`, which no folder has.
+    fn names(&self, scene: &Scene) -> Vec<String> {
+        let mut counts = BTreeMap::<ObjectId, u32>::new();
+        let mut name = |body: &SceneBody| {
+            let count = counts.entry(body.object).or_default();
+            *count += 1;
+            let folder = self.folder(&body.object);
+            if *count == 1 { folder.to_owned() } else { format!("{folder}#{count}") }
+        };
+        scene.bodies.iter().map(&mut name).collect()
+    }
+
+    /// The scene in the table of all.
+    fn row(&self, scene: &Scene, names: &SampleNames<'_>, file: &str) -> Value {
+        let body = |(name, body): (String, &SceneBody)| {
+            json!({
+                "name": name,
+                "object": body.object.to_string(),
+                "mass": body.mass,
+                "friction": body.friction,
+                "world_from_object": body.world_from_object.to_rows(),
+            })
+        };
+        let bodies: Vec<Value> = self.names(scene).into_iter().zip(&scene.bodies).map(body).collect();
+        json!({
+            "file": file,
+            "index": names.index.0,
+            "item": names.id.item.0,
+            "mode": scene.mode.name(),
+            "split": names.split,
+            "bodies": bodies,
+        })
+    }
+
+    /// The scene as MJCF.
+    fn model(&self, scene: &Scene) -> String {
+        let mut text = format!(
+            concat!(
+                "<mujoco model=\"scene {}\">\n",
+                "  <compiler meshdir=\"..\"/>\n",
+                "  <option timestep=\"0.002\" integrator=\"implicitfast\" cone=\"elliptic\" impratio=\"100\"/>\n",
+                "  <size memory=\"512M\"/>\n",
+                // Of two frictions the larger counts: the container has none of its own.
+                "  <default>\n    <geom condim=\"6\" friction=\"0 0 0\" {} rgba=\"0.75 0.75 0.75 1\"/>\n  </default>\n",
+                "  <statistic center=\"0 0 0.05\" extent=\"0.6\"/>\n",
+                "  <worldbody>\n",
+                "    <light pos=\"0 0 2\" dir=\"0 0 -1\" directional=\"true\"/>\n{}"
+            ),
+            scene.sample.item.0,
+            CONTACT,
+            container(&scene.container)
+        );
+        for ((name, body), colour) in self.names(scene).iter().zip(&scene.bodies).zip(COLOURS.iter().cycle()) {
+            self.body(&mut text, name, body, colour);
+        }
+        text + "  </worldbody>\n</mujoco>\n"
+    }
+
+    fn body(&self, text: &mut String, name: &str, body: &SceneBody, colour: &str) {
+        let row = self.rows.get(&body.object);
+        let numbers = |key: &str| -> Vec<f64> {
+            let listed = row.and_then(|row| row.facts.get(key)?.as_array());
+            listed.into_iter().flatten().filter_map(Value::as_f64).collect()
+        };
+        let (centre, unit) = (numbers("centre_of_mass"), numbers("inertia_per_kilogram"));
+        let inertia = [0, 4, 8, 1, 2, 5].map(|index| unit.get(index).copied().unwrap_or_default() * body.mass);
+        let at = body.world_from_object.isometry();
+        let turn = UnitQuaternion::from_rotation_matrix(&at.rotation);
+        let written = writeln!(
+            text,
+            concat!(
+                "    <body name=\"{}\" pos=\"{}\" quat=\"{} {}\">\n",
+                "      <freejoint/>\n",
+                "      <inertial mass=\"{}\" pos=\"{}\" fullinertia=\"{}\"/>\n",
+                "      <flexcomp name=\"{}\" type=\"mesh\" file=\"objects/{}.obj\" dim=\"2\" rigid=\"true\" radius=\"0.00001\" ",
+                "rgba=\"{} 1\">\n",
+                "        <contact condim=\"6\" friction=\"{} {} {}\" {} selfcollide=\"none\"/>\n",
+                "      </flexcomp>\n",
+                "    </body>"
+            ),
+            name,
+            joined(at.translation.vector.as_slice()),
+            turn.w,
+            joined(turn.imag().as_slice()),
+            body.mass,
+            joined(&centre),
+            joined(&inertia),
+            name,
+            self.folder(&body.object),
+            colour,
+            body.friction,
+            TORSION,
+            self.rolling,
+            CONTACT,
+        );
+        written.expect("a text takes what is written");
+    }
+}
+
+/// The container out of MuJoCo's own solids; one that is a mesh is a rigid flex that stands still.
+fn container(container: &SceneContainer) -> String {
+    let turn = UnitQuaternion::from_rotation_matrix(&container.world_from_container().rotation);
+    let quaternion = format!("{} {}", turn.w, joined(turn.imag().as_slice()));
+    match container {
+        SceneContainer::Plane { .. } => "    <geom type=\"plane\" size=\"5 5 1\"/>\n".to_owned(),
+        SceneContainer::Bin { inner: [x, y, z], wall, .. } => {
+            let floor = ([x / 2.0 + wall, y / 2.0 + wall, wall / 2.0], [0.0, 0.0, -wall / 2.0]);
+            let sides = [-1.0, 1.0].into_iter().flat_map(|sign| {
+                [
+                    ([wall / 2.0, y / 2.0 + wall, z / 2.0], [sign * (x + wall) / 2.0, 0.0, z / 2.0]),
+                    ([x / 2.0, wall / 2.0, z / 2.0], [0.0, sign * (y + wall) / 2.0, z / 2.0]),
+                ]
+            });
+            let boxes = [floor].into_iter().chain(sides).map(|(half, centre)| {
+                let centre = turn * Vector3::from(centre);
+                let (half, centre) = (joined(&half), joined(centre.as_slice()));
+                format!("    <geom type=\"box\" size=\"{half}\" pos=\"{centre}\" quat=\"{quaternion}\"/>\n")
+            });
+            boxes.collect()
+        }
+        SceneContainer::Mesh { shape, .. } => format!(
+            concat!(
+                "    <body name=\"container\" quat=\"{}\">\n",
+                "      <flexcomp name=\"container\" type=\"mesh\" file=\"containers/{}.obj\" dim=\"2\" rigid=\"true\" radius=\"0.00001\" ",
+                "rgba=\"0.75 0.75 0.75 1\">\n",
+                "        <contact condim=\"6\" friction=\"0 0 0\" {} selfcollide=\"none\"/>\n",
+                "      </flexcomp>\n    </body>\n"
+            ),
+            quaternion,
+            shape.digest().short(),
+            CONTACT
+        ),
+    }
+}
+
+fn joined(numbers: &[f64]) -> String {
+    numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ")
+}
+
+/// Rolling friction with which the bodies settled [m], as their job says.
+fn rolling_friction(job: &str) -> Option<f64> {
+    let keys: toml::Table = job.parse().ok()?;
+    let rolling = keys.get("physics")?.get("rolling")?;
+    rolling.as_float().or_else(|| rolling.as_integer().map(|whole| whole as f64))
+}
