@@ -56,13 +56,14 @@ class Sample:
 
     product: ClassVar[str] = ""
 
-    __slots__ = ("index", "layout", "payloads")
+    __slots__ = ("_messages", "index", "layout", "payloads")
 
     def __init__(self, index: int, layout: Layout, payloads: list[memoryview]) -> None:
         self.index = index
         """The sample index."""
         self.layout = layout
         self.payloads = payloads
+        self._messages: dict[str, Message] = {}
 
     def __getstate__(self) -> tuple[int, Layout, list[bytes]]:
         return self.index, self.layout, [bytes(payload) for payload in self.payloads]
@@ -70,6 +71,7 @@ class Sample:
     def __setstate__(self, state: tuple[int, Layout, list[bytes]]) -> None:
         self.index, self.layout = state[:2]
         self.payloads = [memoryview(payload) for payload in state[2]]
+        self._messages = {}
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self.index}: {', '.join(self.layout.places)}>"
@@ -111,15 +113,19 @@ class Sample:
             ) from None
 
     def message(self, channel: str) -> Message:
-        """The message on a channel, every field by its name in ``proto/``.
+        """The message on a channel, every field by its name in ``proto/``. It is decoded once, and not to be changed.
 
         Raises ``DamagedFile`` when the payload is none.
         """
+        if channel in self._messages:
+            return self._messages[channel]
         kind = self.layout.channels[channel] if channel in self.layout.channels else None
         payload = self.payload(channel)
         assert kind is not None
         with self.reading():
-            return kind.schema.decode(kind.schema_name, payload)
+            message = kind.schema.decode(kind.schema_name, payload)
+        self._messages[channel] = message
+        return message
 
     @content
     def id(self) -> SampleId:

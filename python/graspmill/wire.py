@@ -77,10 +77,9 @@ def _default(kind: int) -> Any:
     return 0.0 if kind in (DOUBLE, FLOAT) else 0
 
 
-def _empty_list(field: Field) -> Any:
-    if field.kind in (STRING, BYTES, MESSAGE):
-        return []
-    return np.zeros(0, _FIXED.get(field.kind, np.dtype("<u8")))
+def _dtype(field: Field) -> np.dtype[Any]:
+    """Type of a list of numbers."""
+    return _FIXED.get(field.kind, np.dtype("<u8"))
 
 
 def varint(data: memoryview | bytes, place: int) -> tuple[int, int]:
@@ -216,13 +215,17 @@ class Schema:
 
 def _joined(field: Field, parts: list[Any] | None) -> Any:
     """A list's parts as one value: encoders may send a packed list in pieces, or number by number."""
-    if parts is None:
-        return _empty_list(field)
     if field.kind in (STRING, BYTES, MESSAGE):
-        return parts
-    if len(parts) == 1 and isinstance(parts[0], np.ndarray):
-        return parts[0]
-    return np.concatenate([np.atleast_1d(np.asarray(part, _empty_list(field).dtype)) for part in parts])
+        return [] if parts is None else parts
+    if parts is None:
+        joined = np.zeros(0, _dtype(field))
+    elif len(parts) == 1 and isinstance(parts[0], np.ndarray):
+        joined = parts[0]
+    else:
+        joined = np.concatenate([np.atleast_1d(np.asarray(part, _dtype(field))) for part in parts])
+    # A sample's messages are decoded once, for all who ask.
+    joined.setflags(write=False)
+    return joined
 
 
 def fields_of(data: memoryview) -> list[tuple[int, Any]]:

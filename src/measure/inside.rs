@@ -13,7 +13,36 @@ pub struct MeshInside<'a> {
     /// Bins per metre.
     scale: [f64; 2],
     /// Triangles over each bin.
-    bins: Vec<Vec<u32>>,
+    bins: Vec<Vec<Shadow>>,
+}
+
+/// A triangle, with the rectangle that it covers along z: most triangles of a bin are beside a line, and need no more.
+#[derive(Clone, Copy)]
+struct Shadow {
+    triangle: u32,
+    /// Least and most of x and of y [m].
+    rectangle: [[f32; 2]; 2],
+}
+
+impl Shadow {
+    fn of(mesh: &TriMesh, triangle: usize) -> Self {
+        let corners = mesh.triangles[triangle].map(|vertex| mesh.vertices[vertex as usize]);
+        let range = |axis: usize| {
+            let values = corners.map(|corner| corner[axis]);
+            [values.into_iter().fold(f32::INFINITY, f32::min), values.into_iter().fold(f32::NEG_INFINITY, f32::max)]
+        };
+        Self { triangle: triangle as u32, rectangle: [range(0), range(1)] }
+    }
+
+    /// Whether a line along z may meet the triangle: its border counts.
+    #[inline]
+    fn covers(&self, point: [f64; 2]) -> bool {
+        let fits = |axis: usize| {
+            let [low, high] = self.rectangle[axis];
+            f64::from(low) <= point[axis] && point[axis] <= f64::from(high)
+        };
+        fits(0) & fits(1)
+    }
 }
 
 impl<'a> MeshInside<'a> {
@@ -26,16 +55,15 @@ impl<'a> MeshInside<'a> {
             inside.scale = [0, 1].map(|axis| if extents[axis] > 0.0 { BINS as f64 / extents[axis] } else { 0.0 });
         }
         for index in 0..mesh.triangles.len() {
-            let corners = mesh.corners(index);
+            let shadow = Shadow::of(mesh, index);
             let span = |axis: usize| {
-                let values = corners.map(|corner| inside.bin(axis, corner[axis]));
-                let low = values.into_iter().fold(usize::MAX, usize::min);
-                low..=values.into_iter().fold(0, usize::max)
+                let [low, high] = shadow.rectangle[axis].map(|value| inside.bin(axis, f64::from(value)));
+                low..=high
             };
             let (columns, rows) = (span(0), span(1));
             for x in columns {
                 for y in rows.clone() {
-                    inside.bins[x * BINS + y].push(index as u32);
+                    inside.bins[x * BINS + y].push(shadow);
                 }
             }
         }
@@ -58,13 +86,14 @@ impl<'a> MeshInside<'a> {
     /// lies an infinitesimal step along x, and a smaller one along y, aside (Edelsbrunner and Muecke 1990).
     pub fn crossings(&self, x: f64, y: f64) -> Vec<(f64, i32)> {
         let mut found = Vec::new();
-        for index in &self.bins[self.bin(0, x) * BINS + self.bin(1, y)] {
-            let [a, b, c] = self.mesh.triangles[*index as usize];
+        let bin = &self.bins[self.bin(0, x) * BINS + self.bin(1, y)];
+        for Shadow { triangle, .. } in bin.iter().filter(|shadow| shadow.covers([x, y])) {
+            let [a, b, c] = self.mesh.triangles[*triangle as usize];
             let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| self.side(from, to, x, y));
             if sides.iter().any(|side| side.is_positive() != sides[0].is_positive()) {
                 continue;
             }
-            let [a, b, c] = self.mesh.corners(*index as usize);
+            let [a, b, c] = self.mesh.corners(*triangle as usize);
             let normal = (b - a).cross(&(c - a));
             let z = if normal.z == 0.0 { a.z } else { a.z - (normal.x * (x - a.x) + normal.y * (y - a.y)) / normal.z };
             found.push((z, if sides[0].is_positive() { 1 } else { -1 }));

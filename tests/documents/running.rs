@@ -76,7 +76,7 @@ const SMALL: &[(&str, &[&str])] = &[
     ("jobs/ycb-patches.toml", &["render.colour=false"]),
     ("jobs/grasps-quick.toml", &["annealing.steps=1500", "keep.space=force"]),
     ("jobs/everything-quick.toml", &["grasps:annealing.steps=1500", "grasps:keep.space=force"]),
-    ("jobs/clutter-grasps-quick.toml", &["grasps.seeds=1"]),
+    ("jobs/clutter-grasps-quick.toml", &["grasps.seeds=1", "antipodal.best=5"]),
     ("jobs/model-quick.toml", &["views={ even = 4 }"]),
     ("jobs/picks-quick.toml", &["picks.candidates=40", "picks.trials=1"]),
 ];

@@ -33,14 +33,14 @@ static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| {
     let few_trials = "[physics]\nperturbed = 0\nroll_out_share = 0.0\nvariant_share = 0.0\n";
     let grasps = format!(
         "product = \"grasps\"\nseed = 5\n{hand}\
-         objects = [{{ built_in = [\"can-01\", \"box-01\", \"half-cube-sphere\"] }}]\n[grasps]\nseeds = 4\n\
+         objects = [{{ built_in = [\"can-01\", \"box-01\", \"half-cube-sphere\"] }}]\n[grasps]\nseeds = 3\n\
          [annealing]\nsteps = 1500\n[keep]\nspace = \"force\"\nmin_epsilon = 0.0\n{few_trials}\
          [split]\nvalidation_objects = 0\ntest_objects = 1\nholdout_items = 0.4\n"
     );
     workspace.make_dataset("grasps", &grasps, &[]);
     let lying = format!(
         "product = \"grasps\"\nseed = 5\n{hand}\
-         objects = [{{ built_in = [\"can-01\", \"box-01\", \"half-cube-sphere\"] }}]\n[grasps]\nseeds = 4\n\
+         objects = [{{ built_in = [\"can-01\", \"box-01\", \"half-cube-sphere\"] }}]\n[grasps]\nseeds = 3\n\
          sampler = \"antipodal\"\n[antipodal]\nsupport = \"table\"\n{few_trials}\
          [split]\nvalidation_objects = 0\ntest_objects = 1\nholdout_items = 0.4\n"
     );

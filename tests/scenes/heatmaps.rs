@@ -280,7 +280,7 @@ fn the_jobs_of_heatmaps_that_travel_with_the_source_are_jobs() {
     };
     run("scenes-quick", &[]).set(["scenes.training=2"]).succeed();
     run("views-quick", &[("scenes", "scenes-quick")]).succeed();
-    run("clutter-grasps-quick", &[]).set(["grasps.seeds=1"]).succeed();
+    run("clutter-grasps-quick", &[]).set(["grasps.seeds=1", "antipodal.best=5"]).succeed();
     let inputs = [("scenes", "scenes-quick"), ("grasps", "clutter-grasps-quick")];
     run("picks-quick", &inputs).set(["picks.candidates=60", "picks.trials=1"]).succeed();
     let inputs = [("views", "views-quick"), ("picks", "picks-quick")];
