@@ -93,7 +93,7 @@ pub fn run(task: &RunTask, context: &RunContext<'_>) -> Result<RunSummary, RunEr
     })?;
     let all: Vec<&ShardPlan> = task.plan.shards.iter().collect();
     let (made, seconds) = make_missing(task, &all, &scan, work.as_ref(), context)?;
-    let manifest = close(task, work.as_ref(), context)?;
+    let manifest = close(task, work, context)?;
     Ok(RunSummary { finished_before: false, product, made, seconds, manifest })
 }
 
@@ -137,11 +137,8 @@ pub fn merge(task: &RunTask, context: &RunContext<'_>) -> Result<RunSummary, Run
     }
     clear_away(&scan)?;
     let finished_before = begun == Begun::Finished;
-    let manifest = if finished_before {
-        Manifest::read(task.folder)?
-    } else {
-        close(task, task.open(context)?.as_ref(), context)?
-    };
+    let manifest =
+        if finished_before { Manifest::read(task.folder)? } else { close(task, task.open(context)?, context)? };
     Ok(RunSummary { finished_before, product, made: 0, seconds: 0.0, manifest })
 }
 
@@ -201,14 +198,16 @@ fn make_missing(
     ended.map(|()| (to_make, seconds))
 }
 
-/// Writes the product's own files, index, tables and manifest; all shards are there.
-fn close(task: &RunTask, work: &dyn OpenWork, context: &RunContext<'_>) -> Result<Manifest, RunError> {
+/// Writes the product's own files, index, tables and manifest; all shards are there. The memory of the work, such as meshes, is free
+/// before index and manifest take theirs.
+fn close(task: &RunTask, work: Box<dyn OpenWork + '_>, context: &RunContext<'_>) -> Result<Manifest, RunError> {
     let RunContext { parallelism, cancel, listener } = *context;
     listener(Event::Finishing);
     let (mark, mut header) = (task.mark(), task.header.clone());
     let mut closing =
         Closing { folder: task.folder, job: task.digest, mark: &mark, header: &mut header, parallelism, cancel };
     contain(|| "closing the dataset".to_owned(), || work.finish(&mut closing))?;
+    drop(work);
     let manifest = finish_dataset(task.folder, &header, &ParquetIndex)?;
     clear_pending(task.folder)?;
     Ok(manifest)

@@ -12,6 +12,7 @@ mod outcome;
 mod overview;
 mod packing;
 mod placement;
+mod room;
 mod row;
 mod settings;
 pub mod spec;

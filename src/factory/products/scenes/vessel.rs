@@ -7,7 +7,7 @@ use std::{
     sync::Arc,
 };
 
-use super::spec::ContainerSpec;
+use super::{room::Slab, spec::ContainerSpec};
 use crate::job::{check_content, spec::UnitSpec, tidy};
 use form::Checker;
 use format::ContainerMesh;
@@ -183,7 +183,16 @@ fn shape_of(mut mesh: TriMesh) -> Result<ContainerMesh, NoVessel> {
         return refuse("seen from above, the middle of its bounds is as high as its rim".to_owned(), ROTATE_IT);
     }
     let foot = Point3::new(middle.x, middle.y, floor);
-    let inner = rays.room(&foot, top - floor, [middle.x - bounds.min.x, middle.y - bounds.min.y])?;
+    let half = [middle.x - bounds.min.x, middle.y - bounds.min.y];
+    let height = rays.walled_height(&foot, top - floor)?;
+    // Floors are seldom flat: what is lower than the first level belongs to them.
+    let walls = Slab { low: (top - floor) * 0.5 / f64::from(LEVELS), high: height };
+    let share = walls.share_beside(&mesh, &foot, half);
+    let inner = [2.0 * share * half[0], 2.0 * share * half[1], height];
+    if inner[0] < LEAST_ROOM[0] || inner[1] < LEAST_ROOM[0] {
+        let found = format!("the room between its walls is {:.3} x {:.3} m", inner[0], inner[1]);
+        return refuse(found, "use a container with at least 5 x 5 cm between its walls");
+    }
     let [x, y, _] = inner;
     let along = |side: f64, index: u32| side * (f64::from(index) / f64::from(FLOOR_POINTS - 1) - 0.5);
     for (row, column) in (0..FLOOR_POINTS).flat_map(|row| (0..FLOOR_POINTS).map(move |column| (row, column))) {
@@ -212,32 +221,55 @@ impl Rays {
         self.tree.first_hit(SimdLevel::detect(), &ray, self.reach).map(|hit| hit.distance)
     }
 
-    /// Sides of the largest upright box over the middle of the floor that no wall reaches into, its ground plan alike to the mesh's
-    /// bounds, whose half sides these are. It ends where a wall does: at the lowest rim, or below a hole.
-    fn room(&self, foot: &Point3<f64>, height: f64, half: [f64; 2]) -> Result<[f64; 3], NoVessel> {
-        let (mut share, mut closed) = (f64::INFINITY, 0);
-        'levels: for level in 0..LEVELS {
+    /// Height above the floor to which walls stand all around: that of the lowest rim, or of a hole [m].
+    fn walled_height(&self, foot: &Point3<f64>, height: f64) -> Result<f64, NoVessel> {
+        let is_closed = |level: u32| {
             let from = foot + Vector3::z() * (height * (f64::from(level) + 0.5) / f64::from(LEVELS));
-            let mut narrowest = f64::INFINITY;
-            for direction in 0..DIRECTIONS {
+            (0..DIRECTIONS).all(|direction| {
                 let angle = TAU * (f64::from(direction) + 0.5) / f64::from(DIRECTIONS);
-                let towards = Vector3::new(libm::cos(angle), libm::sin(angle), 0.0);
-                let Some(distance) = self.hit(from, towards) else { break 'levels };
-                let wall = towards * distance;
-                narrowest = narrowest.min((wall.x.abs() / half[0]).max(wall.y.abs() / half[1]));
-            }
-            (share, closed) = (share.min(narrowest), level + 1);
-        }
-        let room = [2.0 * share * half[0], 2.0 * share * half[1], height * f64::from(closed) / f64::from(LEVELS)];
-        let [side, least_height] = LEAST_ROOM;
-        if closed == 0 || room[2] < least_height {
-            let found = format!("its walls are closed all around to {:.3} m above the floor", room[2]);
+                self.hit(from, Vector3::new(libm::cos(angle), libm::sin(angle), 0.0)).is_some()
+            })
+        };
+        let closed = (0..LEVELS).take_while(|level| is_closed(*level)).count();
+        let walled = height * closed as f64 / f64::from(LEVELS);
+        if closed == 0 || walled < LEAST_ROOM[1] {
+            let found = format!("its walls are closed all around to {walled:.3} m above the floor");
             return Err(NoVessel { found, remedy: MEND_IT });
         }
-        if room[0] < side || room[1] < side {
-            let found = format!("the room between its walls is {:.3} x {:.3} m", room[0], room[1]);
-            return Err(NoVessel { found, remedy: "use a container with at least 5 x 5 cm between its walls" });
+        Ok(walled)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with_box(mut mesh: TriMesh, low: [f64; 3], high: [f64; 3]) -> TriMesh {
+        let half = [0, 1, 2].map(|axis| (high[axis] - low[axis]) / 2.0);
+        let part = triangles_of(&Shape::Box { half }).expect("a box");
+        let (first, middle) = (mesh.vertices.len() as u32, [0, 1, 2].map(|axis| (high[axis] + low[axis]) / 2.0));
+        mesh.vertices
+            .extend(part.corners.iter().map(|corner| [0, 1, 2].map(|axis| (corner[axis] + middle[axis]) as f32)));
+        mesh.triangles.extend(part.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
+        mesh
+    }
+
+    #[test]
+    fn the_room_ends_at_posts_however_thin() {
+        let bin = TriMesh::open_box([0.4, 0.3, 0.16], 0.02);
+        let inner = |mesh: TriMesh| shape_of(mesh).map(|shape| shape.inner()).map_err(|refused| refused.found);
+        // Ground plans are alike to the bounds, 0.44 x 0.34 m: the long walls are met first.
+        let whole = inner(bin.clone()).expect("a container");
+        for (found, expected) in whole.into_iter().zip([0.44 * 0.3 / 0.34, 0.3, 0.16]) {
+            assert!((found - expected).abs() < 1e-6, "{whole:?}");
         }
-        Ok(room)
+        // A post of a millimetre, at an angle that no search at steps of 5.6 degrees would meet.
+        let post = inner(with_box(bin.clone(), [0.1, 0.0125, -0.01], [0.101, 0.0135, 0.1])).expect("a container");
+        assert!((post[0] - 0.2).abs() < 1e-6 && (post[1] - 0.2 * 0.34 / 0.44).abs() < 1e-6, "{post:?}");
+        // A rib of the floor is none.
+        let rib = inner(with_box(bin.clone(), [0.1, -0.1, -0.01], [0.101, 0.1, 0.001])).expect("a container");
+        assert_eq!(rib, whole);
+        let narrow = inner(with_box(bin, [0.02, 0.0, -0.01], [0.021, 0.001, 0.1]));
+        assert!(narrow.expect_err("a post in the way").contains("0.040 x 0.031 m"));
     }
 }
