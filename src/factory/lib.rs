@@ -7,6 +7,7 @@
 //! A product is one row of [`PRODUCTS`](products::PRODUCTS): its keys, defaults and checks, and the [`Work`](work::Work)
 //! that they become. The job reader, the plan and the scheduler know no product.
 
+mod clock;
 pub mod cluster;
 mod context;
 mod error;

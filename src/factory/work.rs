@@ -1,6 +1,6 @@
 //! Work of a job behind a few traits: the scheduler, the estimate and the command line know these alone.
 
-use std::{any::Any, collections::BTreeMap, fmt, path::Path};
+use std::{any::Any, collections::BTreeMap, fmt, ops::Add, path::Path};
 
 use serde_json::Value;
 
@@ -108,6 +108,23 @@ pub struct WorkTables {
     pub splits: Option<SplitTable>,
 }
 
+/// Cost of what a product writes beside its samples, at the end.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SideCost {
+    /// Bytes of its own files, and of what it adds to the tables.
+    pub bytes: f64,
+    /// Processor time [s].
+    pub seconds: f64,
+}
+
+impl Add for SideCost {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { bytes: self.bytes + other.bytes, seconds: self.seconds + other.seconds }
+    }
+}
+
 /// Work whose shared parts are open.
 pub trait OpenWork: Sync {
     /// A producer for one thread.
@@ -116,13 +133,13 @@ pub trait OpenWork: Sync {
     /// When the job's renderer is not available, or its hand cannot be read.
     fn producer(&self) -> Result<Box<dyn Producer + '_>, ProduceError>;
 
-    /// Expected bytes of the files that only this product has and of what it adds to the dataset's tables, from a few of the
+    /// Expected cost of the files that only this product has and of what it adds to the dataset's tables, from a few of the
     /// job's subjects, given by their indices. `folder` is of no dataset: files may be tried there.
     ///
     /// # Errors
     /// When a subject is gone or another one than when the job was resolved.
-    fn side_bytes(&self, _visited: &[usize], _folder: &Path) -> Result<f64, ProduceError> {
-        Ok(0.0)
+    fn side_cost(&self, _visited: &[usize], _folder: &Path) -> Result<SideCost, ProduceError> {
+        Ok(SideCost::default())
     }
 
     /// Writes the files that only this product has and adds to the dataset's tables, after all shards are done.

@@ -43,9 +43,9 @@ impl Estimate {
             bytes: shards * rate.bytes_per_shard
                 + samples * (rate.bytes_per_sample + rate.bytes_per_row)
                 + rate.bytes_beside,
-            core_seconds: opening_seconds + making,
+            core_seconds: opening_seconds + making + rate.seconds_of_closing,
             opening_seconds,
-            seconds: opening_seconds / threads + making * share,
+            seconds: (opening_seconds + rate.seconds_of_closing) / threads + making * share,
         }
     }
 }

@@ -8,7 +8,6 @@ use std::{
     time::Duration,
 };
 
-use rustix::time::{ClockId, clock_gettime};
 use serde::Serialize;
 
 use super::{
@@ -18,6 +17,7 @@ use super::{
 };
 use crate::{
     MadeFate, MadeSample, RunContext, RunError, SampleSink,
+    clock::processor_time,
     job::Job,
     plan::Plan,
     work::{OpenWork, Opening, Producer},
@@ -62,6 +62,8 @@ pub struct PilotRate {
     pub bytes_per_row: f64,
     /// Bytes that do not depend on the samples: tables of objects and splits, the job, files that only its product has.
     pub bytes_beside: f64,
+    /// Processor time of what is written beside the samples at the end, such as facts of every object [s].
+    pub seconds_of_closing: f64,
 }
 
 /// Makes samples spread over the plan, on all threads, and stores them in shards in a folder of its own, which goes in the end.
@@ -83,7 +85,7 @@ pub fn pilot(open: &OpenJob, limits: PilotLimits, context: &RunContext<'_>) -> R
     let tally = tallies?.into_iter().fold(Tally::default(), Tally::plus);
     let tables = TableSizes::measure(&tally.shards, &open.header(Path::new(".")), &ParquetIndex)?;
     let visited: Vec<usize> = visits.iter().map(|visit| visit.subject).collect::<BTreeSet<_>>().into_iter().collect();
-    let side_bytes = work.side_bytes(&visited, folder.path())?;
+    let side = work.side_cost(&visited, folder.path())?;
     let per = |total: f64, count: u64| total / count.max(1) as f64;
     let bytes_per_shard = pilot.bytes_of_empty_shard(&work.producer()?.channels())? as f64;
     let stored = tally.bytes as f64 - tally.shards.len() as f64 * bytes_per_shard;
@@ -95,14 +97,9 @@ pub fn pilot(open: &OpenJob, limits: PilotLimits, context: &RunContext<'_>) -> R
         bytes_per_shard: bytes_per_shard + tables.per_shard,
         bytes_per_sample: per(stored, tally.samples).max(0.0),
         bytes_per_row: tables.per_sample,
-        bytes_beside: tables.fixed + side_bytes,
+        bytes_beside: tables.fixed + side.bytes,
+        seconds_of_closing: side.seconds,
     })
-}
-
-/// Processor time of the calling thread since it began.
-fn processor_time() -> Duration {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec as u32)
 }
 
 /// A pilot that goes on.

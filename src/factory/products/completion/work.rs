@@ -10,9 +10,9 @@ use super::{
 use crate::{
     ProduceError, RunError,
     job::{JobObjects, SplitInput, shards_section},
-    objects::{bytes_of_descriptions, check_hand, describe_all},
+    objects::{check_hand, cost_of_descriptions, describe_all},
     plan::{JobSplits, SubjectItems},
-    work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
+    work::{Closing, OpenWork, Opening, Producer, SideCost, Work, WorkTables},
 };
 use format::{Channel, Product};
 use kernel::{
@@ -122,8 +122,8 @@ impl OpenWork for OpenCompletion<'_> {
         Ok(Box::new(CompletionWorker::new(self.job, self.seed, self.level, hand)?))
     }
 
-    fn side_bytes(&self, visited: &[usize], _: &Path) -> Result<f64, ProduceError> {
-        bytes_of_descriptions(&self.job.objects, visited)
+    fn side_cost(&self, visited: &[usize], _: &Path) -> Result<SideCost, ProduceError> {
+        cost_of_descriptions(&self.job.objects, visited)
     }
 
     /// Writes into the row of every object what it weighs and is.

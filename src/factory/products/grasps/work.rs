@@ -13,10 +13,11 @@ use super::{
 };
 use crate::{
     ProduceError, RunError,
+    clock::processor_time,
     job::{JobObject, JobObjects, SplitInput, shards_section},
-    objects::{MEASURED_OBJECTS, add_to_assets, bytes_of_row},
+    objects::{add_to_assets, bytes_of_row, measured},
     plan::{JobSplits, SubjectItems},
-    work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
+    work::{Closing, OpenWork, Opening, Producer, SideCost, Work, WorkTables},
 };
 use format::{Channel, ObjectShape, Product, products::grasps::ShapesWriter};
 use kernel::{
@@ -98,23 +99,25 @@ impl OpenWork for OpenGrasps<'_> {
         Ok(Box::new(GraspWorker::new(self.job, self.seed, &self.hand, self.level)?))
     }
 
-    /// Bytes of `shapes.mcap` and of the facts of the objects, by those of a few: meshes grow with their triangles.
-    fn side_bytes(&self, visited: &[usize], folder: &Path) -> Result<f64, ProduceError> {
+    /// Cost of `shapes.mcap` and of the facts of the objects, by those of a few: meshes grow with their triangles.
+    fn side_cost(&self, visited: &[usize], folder: &Path) -> Result<SideCost, ProduceError> {
         let all = &self.job.objects.list;
-        let measured: Vec<&JobObject> = visited.iter().take(MEASURED_OBJECTS).map(|index| &all[*index]).collect();
+        let measured: Vec<&JobObject> = measured(visited).into_iter().map(|index| &all[index]).collect();
         let triangles =
             |objects: &[&JobObject]| objects.iter().map(|object| object.asset.triangles as f64).sum::<f64>();
         let share = triangles(&all.iter().collect::<Vec<_>>()) / triangles(&measured).max(1.0);
-        let (mut shapes, mut rows) = (Vec::new(), 0.0);
+        let (mut shapes, mut rows, began) = (Vec::new(), 0.0, processor_time());
         for object in &measured {
             let (shape, row) = object_shape(object, self.job.settings.physics.as_ref())?;
             rows += bytes_of_row(row);
             shapes.push(shape);
         }
+        let seconds = (processor_time() - began).as_secs_f64();
         shapes.sort_by_key(|shape| shape.object);
         let hand = self.bytes_of_shapes(&[], folder)?;
         let meshes = self.bytes_of_shapes(&shapes, folder)? - hand;
-        Ok(hand + meshes * share + rows * all.len() as f64 / measured.len().max(1) as f64)
+        let times = all.len() as f64 / measured.len().max(1) as f64;
+        Ok(SideCost { bytes: hand + meshes * share + rows * times, seconds: seconds * times })
     }
 
     /// Writes `shapes.mcap`, and into the row of every object what it weighs and is and how it rests on a table.

@@ -13,10 +13,10 @@ use crate::{
     plan::{JobSplits, SubjectItems},
     products::{
         grasps::{GraspHand, hand_shape},
-        settled::{SettledScene, add_meshes, by_content, bytes_of_meshes},
+        settled::{SettledScene, add_meshes, by_content, cost_of_meshes},
         surroundings::settled_container,
     },
-    work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
+    work::{Closing, OpenWork, Opening, Producer, SideCost, Work, WorkTables},
 };
 use format::{Channel, Product, SceneContainer, dataset::DatasetReader, products::grasps::ShapesWriter};
 use kernel::{
@@ -101,10 +101,10 @@ impl OpenWork for OpenPicks<'_> {
         Ok(Box::new(PickWorker::new(&self.0)?))
     }
 
-    /// Bytes of hand and meshes, by those of a few.
-    fn side_bytes(&self, _: &[usize], folder: &Path) -> Result<f64, ProduceError> {
+    /// Cost of hand and meshes, by those of a few.
+    fn side_cost(&self, _: &[usize], folder: &Path) -> Result<SideCost, ProduceError> {
         let write = |few: &[&JobObject]| self.write_shapes(few, folder, &JobDigest(Digest([0; 32])));
-        bytes_of_meshes(&self.0.job.objects, write)
+        cost_of_meshes(&self.0.job.objects, write)
     }
 
     /// Writes the shapes of the hand and the meshes.

@@ -14,7 +14,7 @@ use crate::{
     ProduceError, RunError,
     job::shards_section,
     plan::{JobSplits, SubjectItems},
-    work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
+    work::{Closing, OpenWork, Opening, Producer, SideCost, Work, WorkTables},
 };
 use format::{FieldHeader, Product, dataset::scan_shards, products::reachability::write_field};
 use kernel::words::NumberClass;
@@ -96,9 +96,9 @@ impl OpenWork for OpenReachability<'_> {
     }
 
     /// Bytes of `field.mcap`, which no few positions tell.
-    fn side_bytes(&self, _: &[usize], _: &Path) -> Result<f64, ProduceError> {
+    fn side_cost(&self, _: &[usize], _: &Path) -> Result<SideCost, ProduceError> {
         // Measured on the Fetch and the TX60L: 0.40 and 0.48 bytes per cell of the field.
-        Ok(0.45 * self.job.poses.cells() as f64)
+        Ok(SideCost { bytes: 0.45 * self.job.poses.cells() as f64, seconds: 0.0 })
     }
 
     /// Writes `field.mcap`.

@@ -11,13 +11,13 @@ use super::{
 use crate::{
     ProduceError, RunError,
     job::{JobObject, JobObjects, SplitInput, shards_section},
-    objects::{bytes_of_descriptions, describe_all},
+    objects::{cost_of_descriptions, describe_all},
     plan::{JobSplits, SubjectItems},
     products::{
-        settled::{by_content, bytes_of_meshes, write_meshes},
+        settled::{by_content, cost_of_meshes, write_meshes},
         surroundings::{contact_body, settled_container},
     },
-    work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
+    work::{Closing, OpenWork, Opening, Producer, SideCost, Work, WorkTables},
 };
 use format::Product;
 use kernel::{
@@ -183,12 +183,12 @@ impl OpenWork for OpenScenes<'_> {
         Ok(Box::new(SceneWorker::new(&self.0)))
     }
 
-    /// Bytes of what the rows of the objects say of each, and of the meshes by those of a few.
-    fn side_bytes(&self, _: &[usize], folder: &Path) -> Result<f64, ProduceError> {
+    /// Cost of what the rows of the objects say of each, and of the meshes by those of a few.
+    fn side_cost(&self, _: &[usize], folder: &Path) -> Result<SideCost, ProduceError> {
         let objects = &self.0.job.objects;
         let all: Vec<usize> = (0..objects.list.len()).collect();
         let write = |few: &[&JobObject]| write_meshes(few, folder, &JobDigest(Digest([0; 32])), Product::SCENES);
-        Ok(bytes_of_descriptions(objects, &all)? + bytes_of_meshes(objects, write)?)
+        Ok(cost_of_descriptions(objects, &all)? + cost_of_meshes(objects, write)?)
     }
 
     /// Writes into the row of every object what it weighs and is, and the meshes beside.

@@ -8,7 +8,7 @@ mod source;
 
 pub use found::{FoundScenes, SettledScene};
 pub use objects::{
-    ObjectKeys, add_meshes, by_content, bytes_of_meshes, draft_objects, object_keys, rolling_friction, write_meshes,
+    ObjectKeys, add_meshes, by_content, cost_of_meshes, draft_objects, object_keys, rolling_friction, write_meshes,
 };
 pub use reader::{InvalidScenes, read_scenes};
 pub use source::{SCENES, ScenesSourceSpec, found_scenes};

@@ -5,11 +5,13 @@ use std::path::Path;
 use super::{found::FoundScenes, source::SCENES};
 use crate::{
     ProduceError,
+    clock::timed,
     job::{
         JobContext, JobObject, JobObjects, ObjectsDraft,
         spec::{ObjectsSpec, SplitSpec},
     },
-    objects::{MEASURED_OBJECTS, prepared},
+    objects::{measured, prepared},
+    work::SideCost,
 };
 use form::{Checker, Document, FormErrors};
 use format::{ObjectShape, Product, dataset::layout::JOB, products::grasps::ShapesWriter};
@@ -98,20 +100,18 @@ pub fn write_meshes(
     Ok(writer.finish(None)?)
 }
 
-/// Expected bytes of the file of all meshes, by that of a few, which `write` writes.
+/// Expected cost of the file of all meshes, by that of a few, which `write` writes.
 ///
 /// # Errors
 /// When a few cannot be written.
-pub fn bytes_of_meshes(
+pub fn cost_of_meshes(
     objects: &JobObjects,
     write: impl FnOnce(&[&JobObject]) -> Result<u64, ProduceError>,
-) -> Result<f64, ProduceError> {
-    let all = &objects.list;
-    let mut few: Vec<&JobObject> = all.iter().take(MEASURED_OBJECTS).collect();
-    few.sort_by_key(|object| object.id());
-    let triangles = |objects: &mut dyn Iterator<Item = &JobObject>| {
-        objects.map(|object| object.asset.triangles as f64).sum::<f64>()
-    };
-    let share = triangles(&mut all.iter()) / triangles(&mut few.iter().copied()).max(1.0);
-    Ok(write(&few)? as f64 * share)
+) -> Result<SideCost, ProduceError> {
+    let all = by_content(objects);
+    let few = measured(&all);
+    let triangles = |objects: &[&JobObject]| objects.iter().map(|object| object.asset.triangles as f64).sum::<f64>();
+    let share = triangles(&all) / triangles(&few).max(1.0);
+    let (bytes, seconds) = timed(|| write(&few));
+    Ok(SideCost { bytes: bytes? as f64 * share, seconds: seconds * share })
 }

@@ -13,9 +13,9 @@ use crate::{
     plan::{JobSplits, SubjectItems},
     products::{
         appearance::check_colours,
-        settled::{by_content, bytes_of_meshes, write_meshes},
+        settled::{by_content, cost_of_meshes, write_meshes},
     },
-    work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
+    work::{Closing, OpenWork, Opening, Producer, SideCost, Work, WorkTables},
 };
 use format::{Channel, Product};
 use kernel::{
@@ -91,10 +91,10 @@ impl OpenWork for OpenViews<'_> {
         Ok(Box::new(ViewWorker::new(&self.0)))
     }
 
-    /// Bytes of the meshes, by those of a few.
-    fn side_bytes(&self, _: &[usize], folder: &Path) -> Result<f64, ProduceError> {
+    /// Cost of the meshes, by those of a few.
+    fn side_cost(&self, _: &[usize], folder: &Path) -> Result<SideCost, ProduceError> {
         let write = |few: &[&JobObject]| write_meshes(few, folder, &JobDigest(Digest([0; 32])), Product::VIEWS);
-        bytes_of_meshes(&self.0.job.objects, write)
+        cost_of_meshes(&self.0.job.objects, write)
     }
 
     /// Writes the meshes.
