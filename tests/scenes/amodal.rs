@@ -196,6 +196,7 @@ fn write_lone_scenes(like: &Path, folder: &Path, pairs: &[VoxelPair]) -> Vec<Obj
         ids.push(scene.id());
     }
     writer.finish().expect("a shard");
+    std::fs::copy(like.join("shapes.mcap"), folder.join("shapes.mcap")).expect("the meshes");
     let assets = reader.assets().expect("assets");
     let header = DatasetHeader {
         product: Product::SCENES,
