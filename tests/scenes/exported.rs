@@ -85,6 +85,9 @@ fn models_hold_what_the_records_say_and_stay_where_they_are() {
             assert!(low[2] > -1e-3 && low[0] > -inner[0] / 2.0 - 1e-3 && high[1] < inner[1] / 2.0 + 1e-3, "{found}");
         }
     }
+    let script = "import graspmill, json, sys; print(json.dumps(sorted(graspmill.object_meshes(sys.argv[1]))))";
+    let named = Program::python_lines(script).arg(&data).env("PYTHONPATH", repository_path("python"));
+    assert_eq!(named.succeed().json::<Vec<String>>(), ["bottle-01", "box-01", "can-01", "cup-01"]);
     let replay = |more: &[&str]| Program::python().arg(out.join("replay.py")).args(["--seconds", "0.3"]).args(more);
     let said = replay(&[]).succeed().text();
     assert!(said.contains("9 of 9 bodies and 3 of 3 scenes stay within 5 mm for 0.3 s"), "{said}");
