@@ -12,7 +12,7 @@ use graspmill::{
 };
 
 use super::{
-    inputs::scratch,
+    inputs::{repository_folder, scratch},
     mcap::{shard_of, with_checksums},
 };
 
@@ -25,17 +25,12 @@ pub fn channels() -> impl Iterator<Item = Channel> {
 pub const TABLES: [&str; 7] =
     ["manifest.json", "assets.json", "splits.json", "rejects.jsonl", "run.json", "set.json", "job.toml"];
 
-/// The small dataset that inputs are put into.
-const GOLDEN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/v2");
-const GOLDEN_OF_FUZZ: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/golden/v2");
-
 /// A copy of the small dataset.
 struct Copy(tempfile::TempDir);
 
 impl Copy {
     fn new() -> Self {
-        let golden = [GOLDEN, GOLDEN_OF_FUZZ].into_iter().map(Path::new).find(|folder| folder.is_dir());
-        let (golden, copy) = (golden.expect("the golden dataset"), scratch());
+        let (golden, copy) = (repository_folder("tests/golden/v2"), scratch());
         fs::create_dir(copy.path().join("shards")).expect("a folder");
         for folder in ["", "shards"] {
             for entry in fs::read_dir(golden.join(folder)).expect("files") {

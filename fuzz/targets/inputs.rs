@@ -1,6 +1,10 @@
 //! Inputs that a user writes or finds: jobs, hands, robots, meshes, grids.
 
-use std::{fs, path::Path, sync::LazyLock};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    sync::LazyLock,
+};
 
 use graspmill::{
     assets::{Description, MeshSource, Repair, built_in_names, prepare, read_triangles},
@@ -23,6 +27,13 @@ pub fn scratch() -> tempfile::TempDir {
     let memory = Path::new("/dev/shm");
     let parent = if memory.is_dir() { memory.to_owned() } else { std::env::temp_dir() };
     tempfile::tempdir_in(parent).expect("a scratch folder")
+}
+
+/// A folder of the repository, whose own manifest or the fuzzer's this crate is built by.
+pub fn repository_folder(name: &str) -> PathBuf {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let found = [here.join(name), here.join("..").join(name)].into_iter().find(|folder| folder.is_dir());
+    found.unwrap_or_else(|| panic!("no {name} in the repository"))
 }
 
 /// A job file, or one of a set: read, checked, its mistakes rendered; what needs no mesh is resolved, written back and read

@@ -1,6 +1,6 @@
 //! Files that `complete` reads: depth pictures and masks, cameras, models.
 
-use std::{collections::BTreeMap, fs, path::Path, sync::LazyLock};
+use std::{collections::BTreeMap, fs, path::PathBuf, sync::LazyLock};
 
 use graspmill::{
     infer::CompletionModel,
@@ -8,7 +8,7 @@ use graspmill::{
 };
 use serde_json::Value;
 
-use super::inputs::scratch;
+use super::inputs::{repository_folder, scratch};
 
 /// Files that show one scene, by the first byte of an input of the target `picture`.
 pub const PICTURES: [&str; 5] = ["picture.png", "picture.npy", "picture.pcd", "picture.ply", "mask.png"];
@@ -17,9 +17,8 @@ pub const CAMERAS: [&str; 2] = ["camera.json", "camera.yaml"];
 /// Files of a model, by the first byte of an input of the target `model`.
 pub const MODELS: [&str; 3] = ["model.json", "golden.npz", "model.onnx"];
 
-/// The small model of the tests.
-const THICKEN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/models/thicken");
-const THICKEN_OF_FUZZ: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/models/thicken");
+/// Folder of the small model of the tests.
+static THICKEN: LazyLock<PathBuf> = LazyLock::new(|| repository_folder("tests/models/thicken"));
 
 /// Largest picture that is also taken apart [px]: a larger one takes as long as it is large.
 const MAX_SEGMENTED: usize = 128 * 128;
@@ -87,7 +86,7 @@ pub fn model(input: &[u8]) {
     static SCRATCH: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
         let folder = scratch();
         for name in MODELS.into_iter().chain(["card.md"]) {
-            fs::copy(thicken().join(name), folder.path().join(name)).expect("a copy");
+            fs::copy(THICKEN.join(name), folder.path().join(name)).expect("a copy");
         }
         folder
     });
@@ -103,19 +102,14 @@ pub fn model(input: &[u8]) {
         Err(error) => assert!(!error.to_string().is_empty()),
     }
     for name in [name, "model.json"] {
-        fs::copy(thicken().join(name), SCRATCH.path().join(name)).expect("a copy");
+        fs::copy(THICKEN.join(name), SCRATCH.path().join(name)).expect("a copy");
     }
-}
-
-fn thicken() -> &'static Path {
-    let found = [THICKEN, THICKEN_OF_FUZZ].into_iter().map(Path::new).find(|folder| folder.is_dir());
-    found.expect("the model of the tests")
 }
 
 /// `model.json` with the digest of a changed file.
 fn stating(name: &str, bytes: &[u8]) -> Vec<u8> {
     static FACTS: LazyLock<BTreeMap<String, Value>> = LazyLock::new(|| {
-        let text = fs::read(thicken().join("model.json")).expect("a file");
+        let text = fs::read(THICKEN.join("model.json")).expect("a file");
         serde_json::from_slice(&text).expect("JSON")
     });
     let mut facts = FACTS.clone();

@@ -101,6 +101,12 @@ pub fn measured<T: Copy>(all: &[T]) -> Vec<T> {
     (0..count).map(|index| all[index * all.len() / count]).collect()
 }
 
+/// Triangles of all objects for one of these: meshes in files grow with them.
+pub fn triangles_per(all: &[&JobObject], few: &[&JobObject]) -> f64 {
+    let count = |objects: &[&JobObject]| objects.iter().map(|object| object.asset.triangles as f64).sum::<f64>();
+    count(all) / count(few).max(1.0)
+}
+
 /// Cost of what [`describe_all`] adds, by a few of the objects, given by their indices.
 ///
 /// # Errors

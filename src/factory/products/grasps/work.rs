@@ -15,7 +15,7 @@ use crate::{
     ProduceError, RunError,
     clock::processor_time,
     job::{JobObject, JobObjects, SplitInput, shards_section},
-    objects::{add_to_assets, bytes_of_row, measured},
+    objects::{add_to_assets, bytes_of_row, measured, triangles_per},
     plan::{JobSplits, SubjectItems},
     work::{Closing, OpenWork, Opening, Producer, SideCost, Work, WorkTables},
 };
@@ -103,9 +103,7 @@ impl OpenWork for OpenGrasps<'_> {
     fn side_cost(&self, visited: &[usize], folder: &Path) -> Result<SideCost, ProduceError> {
         let all = &self.job.objects.list;
         let measured: Vec<&JobObject> = measured(visited).into_iter().map(|index| &all[index]).collect();
-        let triangles =
-            |objects: &[&JobObject]| objects.iter().map(|object| object.asset.triangles as f64).sum::<f64>();
-        let share = triangles(&all.iter().collect::<Vec<_>>()) / triangles(&measured).max(1.0);
+        let share = triangles_per(&all.iter().collect::<Vec<_>>(), &measured);
         let (mut shapes, mut rows, began) = (Vec::new(), 0.0, processor_time());
         for object in &measured {
             let (shape, row) = object_shape(object, self.job.settings.physics.as_ref())?;

@@ -19,7 +19,7 @@ impl Slab {
                 let [x, y, z] = (corner - foot).into();
                 [x / half[0], y / half[1], z]
             });
-            self.nearest(&self.clipped(&corners))
+            nearest(&self.clipped(&corners))
         };
         (0..mesh.triangles.len()).map(share).fold(f64::INFINITY, f64::min)
     }
@@ -45,28 +45,27 @@ impl Slab {
         }
         polygon
     }
+}
 
-    /// Least of max(|x|, |y|) over a convex polygon: at a corner, where an edge crosses a diagonal or an axis, or 0 above the foot.
-    fn nearest(&self, polygon: &[[f64; 3]]) -> f64 {
-        let edges = || {
-            polygon.iter().enumerate().map(|(index, to)| (polygon[(index + polygon.len() - 1) % polygon.len()], *to))
-        };
-        let senses = || edges().map(|(from, to)| from[0] * to[1] - from[1] * to[0]);
-        if polygon.len() > 2 && (senses().all(|sense| sense > 0.0) || senses().all(|sense| sense < 0.0)) {
-            return 0.0;
-        }
-        let along = |(from, to): ([f64; 3], [f64; 3])| {
-            let crossing = |[u, v]: [f64; 2]| {
-                let [start, end] = [from, to].map(|corner| u * corner[0] + v * corner[1]);
-                let t = start / (start - end);
-                if (0.0..=1.0).contains(&t) { t } else { 1.0 }
-            };
-            let crossings = [[1.0, -1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]].map(crossing);
-            let at = |t: f64| [0, 1].map(|axis| (from[axis] + t * (to[axis] - from[axis])).abs());
-            crossings.into_iter().chain([1.0]).map(at).map(|[x, y]| x.max(y)).fold(f64::INFINITY, f64::min)
-        };
-        edges().map(along).fold(f64::INFINITY, f64::min)
+/// Least of max(|x|, |y|) over a convex polygon: at a corner, where an edge crosses a diagonal or an axis, or 0 above the foot.
+fn nearest(polygon: &[[f64; 3]]) -> f64 {
+    let edges =
+        || polygon.iter().enumerate().map(|(index, to)| (polygon[(index + polygon.len() - 1) % polygon.len()], *to));
+    let senses = || edges().map(|(from, to)| from[0] * to[1] - from[1] * to[0]);
+    if polygon.len() > 2 && (senses().all(|sense| sense > 0.0) || senses().all(|sense| sense < 0.0)) {
+        return 0.0;
     }
+    let along = |(from, to): ([f64; 3], [f64; 3])| {
+        let crossing = |[u, v]: [f64; 2]| {
+            let [start, end] = [from, to].map(|corner| u * corner[0] + v * corner[1]);
+            let t = start / (start - end);
+            if (0.0..=1.0).contains(&t) { t } else { 1.0 }
+        };
+        let crossings = [[1.0, -1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]].map(crossing);
+        let at = |t: f64| [0, 1].map(|axis| (from[axis] + t * (to[axis] - from[axis])).abs());
+        crossings.into_iter().chain([1.0]).map(at).map(|[x, y]| x.max(y)).fold(f64::INFINITY, f64::min)
+    };
+    edges().map(along).fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]
@@ -81,7 +80,7 @@ mod tests {
         let mut above = 0;
         for _ in 0..300 {
             let triangle = [0, 1, 2].map(|_| [0, 1, 2].map(|_| 2.0 * draw.unit() - 1.0));
-            let found = slab.nearest(&slab.clipped(&triangle));
+            let found = nearest(&slab.clipped(&triangle));
             let mut sampled = f64::INFINITY;
             for (i, j) in (0..=120).flat_map(|i| (0..=120 - i).map(move |j| (i, j))) {
                 let [a, b] = [f64::from(i) / 120.0, f64::from(j) / 120.0];

@@ -10,7 +10,7 @@ use crate::{
         JobContext, JobObject, JobObjects, ObjectsDraft,
         spec::{ObjectsSpec, SplitSpec},
     },
-    objects::{measured, prepared},
+    objects::{measured, prepared, triangles_per},
     work::SideCost,
 };
 use form::{Checker, Document, FormErrors};
@@ -110,8 +110,7 @@ pub fn cost_of_meshes(
 ) -> Result<SideCost, ProduceError> {
     let all = by_content(objects);
     let few = measured(&all);
-    let triangles = |objects: &[&JobObject]| objects.iter().map(|object| object.asset.triangles as f64).sum::<f64>();
-    let share = triangles(&all) / triangles(&few).max(1.0);
+    let times = triangles_per(&all, &few);
     let (bytes, seconds) = timed(|| write(&few));
-    Ok(SideCost { bytes: bytes? as f64 * share, seconds: seconds * share })
+    Ok(SideCost { bytes: bytes? as f64 * times, seconds: seconds * times })
 }

@@ -1,6 +1,6 @@
 //! Trials of grasps, and scenes, as folders that plain MuJoCo replays.
 
-mod contact;
+mod parts;
 mod scenes;
 mod trials;
 

@@ -35,7 +35,7 @@ def states(file, seconds):
 
 
 def replay(work):
-    """How far the centre of mass of each body of a scene has moved at the end [m]."""
+    """Distances by which the bodies of a scene, by name, have moved at the end: of their centres of mass [m]."""
     scene, seconds = work
     names, before = [body["name"] for body in scene["bodies"]], None
     for model, data in states(scene["file"], seconds):

@@ -1,9 +1,6 @@
 //! Settled scenes as models of plain MuJoCo: bodies are rigid flexes of their meshes' own triangles.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    fmt::Write,
-};
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::{Value, json};
@@ -18,23 +15,21 @@ use super::{
         selected::{SampleNames, SelectedSamples},
         target::Target,
     },
-    contact::CONTACT,
+    parts::{CONTACT, inertial, joined},
 };
+use crate::inspection::job_table;
 use format::{
     Noun, Product, Scene, SceneBody, SceneContainer,
-    dataset::{AssetRow, DatasetReader},
+    dataset::{AssetRow, DatasetError, DatasetReader, layout::JOB},
     products::grasps::Shapes,
 };
-use kernel::ids::ObjectId;
+use kernel::{geom::MassProperties, ids::ObjectId};
 
 /// Program that steps the scenes; it needs MuJoCo and NumPy alone.
 const REPLAY: &str = include_str!("replay_scenes.py");
 
 /// Torsional friction of bodies [m], as they settled with it.
 const TORSION: f64 = 0.005;
-
-/// Rolling friction where a job does not say it: of imported scenes [m].
-const ROLLING: f64 = 0.002;
 
 /// Colours of bodies, by number: red, green, blue.
 const COLOURS: [&str; 8] = [
@@ -64,10 +59,11 @@ pub(super) const FORM: ExportForm = ExportForm {
 };
 
 /// Facts that all scenes of a dataset share.
-struct Shared<'a> {
-    rows: BTreeMap<ObjectId, &'a AssetRow>,
+struct Shared {
+    /// Solids of the objects, of a kilogram each.
+    solids: BTreeMap<ObjectId, MassProperties>,
     folders: BTreeMap<ObjectId, String>,
-    /// [m].
+    /// Rolling friction with which the bodies settled [m].
     rolling: f64,
 }
 
@@ -79,9 +75,9 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
     let of_any_object = ExportSelection { objects: Vec::new(), limit, ..selection.clone() };
     let selected = SelectedSamples::of(reader, &assets.subjects, &of_any_object)?;
     let shared = Shared {
-        rows: assets.objects.iter().map(|row| (row.object, row)).collect(),
+        solids: assets.objects.iter().filter_map(solid_of).collect(),
         folders: object_folders(&assets.objects),
-        rolling: rolling_friction(&reader.job_text()?).unwrap_or(ROLLING),
+        rolling: rolling_friction(reader)?,
     };
     let limit = selection.limit.unwrap_or(u64::MAX);
     let (mut scenes, mut used, mut containers) = (Vec::new(), BTreeSet::new(), BTreeSet::new());
@@ -98,7 +94,7 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
             }
         }
         let file = format!("scenes/{:06}.xml", names.index.0);
-        target.write(&file, shared.model(&scene).as_bytes())?;
+        target.write(&file, shared.model(&scene)?.as_bytes())?;
         used.extend(scene.bodies.iter().map(|body| body.object));
         scenes.push(shared.row(&scene, names, &file));
         Ok(())
@@ -118,7 +114,7 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
     Ok(Written::selection(count, "scenes", selection))
 }
 
-impl Shared<'_> {
+impl Shared {
     fn folder(&self, object: &ObjectId) -> &str {
         self.folders.get(object).map_or("object", String::as_str)
     }
@@ -158,7 +154,7 @@ impl Shared<'_> {
     }
 
     /// The scene as MJCF.
-    fn model(&self, scene: &Scene) -> String {
+    fn model(&self, scene: &Scene) -> Result<String, ExportError> {
         let mut text = format!(
             concat!(
                 "<mujoco model=\"scene {}\">\n",
@@ -176,49 +172,40 @@ impl Shared<'_> {
             container(&scene.container)
         );
         for ((name, body), colour) in self.names(scene).iter().zip(&scene.bodies).zip(COLOURS.iter().cycle()) {
-            self.body(&mut text, name, body, colour);
+            text += &self.body(name, body, colour)?;
         }
-        text + "  </worldbody>\n</mujoco>\n"
+        Ok(text + "  </worldbody>\n</mujoco>\n")
     }
 
-    fn body(&self, text: &mut String, name: &str, body: &SceneBody, colour: &str) {
-        let row = self.rows.get(&body.object);
-        let numbers = |key: &str| -> Vec<f64> {
-            let listed = row.and_then(|row| row.facts.get(key)?.as_array());
-            listed.into_iter().flatten().filter_map(Value::as_f64).collect()
-        };
-        let (centre, unit) = (numbers("centre_of_mass"), numbers("inertia_per_kilogram"));
-        let inertia = [0, 4, 8, 1, 2, 5].map(|index| unit.get(index).copied().unwrap_or_default() * body.mass);
+    fn body(&self, name: &str, body: &SceneBody, colour: &str) -> Result<String, ExportError> {
+        let folder = self.folder(&body.object);
+        let unit = self.solids.get(&body.object).ok_or_else(|| ExportError::NoSolid { name: folder.to_owned() })?;
         let at = body.world_from_object.isometry();
         let turn = UnitQuaternion::from_rotation_matrix(&at.rotation);
-        let written = writeln!(
-            text,
+        Ok(format!(
             concat!(
                 "    <body name=\"{}\" pos=\"{}\" quat=\"{} {}\">\n",
                 "      <freejoint/>\n",
-                "      <inertial mass=\"{}\" pos=\"{}\" fullinertia=\"{}\"/>\n",
+                "      {}\n",
                 "      <flexcomp name=\"{}\" type=\"mesh\" file=\"objects/{}.obj\" dim=\"2\" rigid=\"true\" radius=\"0.00001\" ",
                 "rgba=\"{} 1\">\n",
                 "        <contact condim=\"6\" friction=\"{} {} {}\" {} selfcollide=\"none\"/>\n",
                 "      </flexcomp>\n",
-                "    </body>"
+                "    </body>\n"
             ),
             name,
             joined(at.translation.vector.as_slice()),
             turn.w,
             joined(turn.imag().as_slice()),
-            body.mass,
-            joined(&centre),
-            joined(&inertia),
+            inertial(body.mass, unit),
             name,
-            self.folder(&body.object),
+            folder,
             colour,
             body.friction,
             TORSION,
             self.rolling,
             CONTACT,
-        );
-        written.expect("a text takes what is written");
+        ))
     }
 }
 
@@ -258,13 +245,20 @@ fn container(container: &SceneContainer) -> String {
     }
 }
 
-fn joined(numbers: &[f64]) -> String {
-    numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ")
+/// An object's solid, as its row tells of it.
+fn solid_of(row: &AssetRow) -> Option<(ObjectId, MassProperties)> {
+    Some((row.object, row.object_facts().ok()??.solid?))
 }
 
 /// Rolling friction with which the bodies settled [m], as their job says.
-fn rolling_friction(job: &str) -> Option<f64> {
-    let keys: toml::Table = job.parse().ok()?;
-    let rolling = keys.get("physics")?.get("rolling")?;
-    rolling.as_float().or_else(|| rolling.as_integer().map(|whole| whole as f64))
+fn rolling_friction(reader: &DatasetReader) -> Result<f64, ExportError> {
+    let job = job_table(reader)?;
+    let rolling = job.get("physics").and_then(|physics| physics.get("rolling")?.as_float());
+    rolling.ok_or_else(|| {
+        ExportError::Dataset(DatasetError::Invalid {
+            path: reader.folder().join(JOB),
+            problem: "it has no `physics.rolling`".to_owned(),
+            remedy: "`verify` the dataset, and make it again",
+        })
+    })
 }

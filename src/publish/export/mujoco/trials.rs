@@ -13,7 +13,7 @@ use super::{
         objects::wanted_objects,
         target::Target,
     },
-    contact::CONTACT,
+    parts::{CONTACT, inertial},
 };
 use format::{
     Channel, GraspTrials, Noun, Product, TrialMethod,
@@ -158,26 +158,15 @@ fn object(
 /// of triangles near a hand: MuJoCo's own share of memory would not hold what may touch.
 fn scenes(method: &TrialMethod, unit: &MassProperties) -> [String; 2] {
     let body = |assets: &str, geometry: &str| {
-        let at = |row, column| method.mass * unit.inertia[(row, column)];
-        let [x, y, z] = unit.centre.coords.into();
         format!(
             concat!(
                 "<mujoco model=\"trials\">\n  <include file=\"../hand.xml\"/>\n  <size memory=\"256M\"/>\n{}  <worldbody>\n    <body name=\"object\">\n",
                 "      <freejoint name=\"object\"/>\n",
-                "      <inertial mass=\"{}\" pos=\"{} {} {}\" fullinertia=\"{} {} {} {} {} {}\"/>\n{}",
+                "      {}\n{}",
                 "    </body>\n  </worldbody>\n</mujoco>\n"
             ),
             assets,
-            method.mass,
-            x,
-            y,
-            z,
-            at(0, 0),
-            at(1, 1),
-            at(2, 2),
-            at(0, 1),
-            at(0, 2),
-            at(1, 2),
+            inertial(method.mass, unit),
             geometry
         )
     };
