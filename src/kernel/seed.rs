@@ -8,6 +8,7 @@ use rand_chacha::{
 use crate::ids::{Digest, SampleId};
 
 /// A seeded stream of numbers with samplers of our own: `rand`'s distributions may change between versions.
+#[derive(Clone)]
 pub struct Stream(ChaCha8Rng);
 
 impl Stream {
@@ -37,6 +38,13 @@ impl Stream {
     pub fn fill(&mut self, bytes: &mut [u8]) {
         assert!(bytes.len().is_multiple_of(8), "part of a draw");
         self.0.fill_bytes(bytes);
+    }
+
+    /// Goes on as if so many [`Self::bits`] had been drawn.
+    pub fn skip(&mut self, draws: u64) {
+        if draws > 0 {
+            self.0.set_word_pos(self.0.get_word_pos() + 2 * u128::from(draws));
+        }
     }
 
     /// Uniform in [0, 1), a multiple of 2^-53.
@@ -99,5 +107,18 @@ mod tests {
             assert_eq!(bytes, expected);
         }
         assert_eq!(filled.bits(), draws.bits());
+    }
+
+    #[test]
+    fn skipped_draws_are_those_that_were_not_made() {
+        let stream = || Stream::of_job(5, b"bytes", "draws");
+        for count in [0, 1, 31, 32, 33, 1000] {
+            let (mut drawn, mut skipped) = (stream(), stream());
+            drawn.bits();
+            skipped.bits();
+            (0..count).for_each(|_| _ = drawn.bits());
+            skipped.skip(count);
+            assert_eq!(skipped.bits(), drawn.bits(), "{count}");
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{
     SensorModel,
-    sensor_field::BoxSum,
+    sensor_field::{Noise, WindowSums},
     sensor_kernels::{self as kernels, BLOCK, BlockRange, Call, RayRow, SlantRow, same_surface},
 };
 use crate::{
@@ -16,21 +16,22 @@ use crate::{
 /// four neighbours.
 pub struct SensorScratch {
     level: SimdLevel,
-    boxes: BoxSum,
+    /// Pixels with a return under the matching window.
+    returns: WindowSums,
     /// Pixels of which a neighbour is another surface or a step of more than half a jump.
-    uneven: BoxSum,
+    uneven: WindowSums,
     /// Depth [m]; 0 = no return.
     depth: Vec<f32>,
-    /// Disparity in pixels of the image; 0 = no return.
-    disparity: Vec<f32>,
-    /// Disparity that the matcher can find: `disparity` without shadows and thin parts.
+    /// Disparity in pixels of the image, 0 = no return; in the end without shadows and thin parts, as the matcher finds it.
     matched: Vec<f32>,
+    /// A row of it before the shadows.
+    unshaded: Vec<f32>,
     slants: Slants,
     rays: Rays,
     ranges: BlockRange,
-    axial: Vec<f32>,
-    lateral: [Vec<f32>; 2],
-    grazing: Vec<f32>,
+    axial: Noise,
+    lateral: [Noise; 2],
+    grazing: Noise,
     /// Spread of the disparity of each pixel of a row, in the device's pixels.
     spread: Vec<f32>,
     /// Source of each pixel, where somebody asked for it.
@@ -46,17 +47,17 @@ impl SensorScratch {
         let level = level.usable();
         Self {
             level,
-            boxes: BoxSum::new(level),
-            uneven: BoxSum::new(level),
+            returns: WindowSums::new(level),
+            uneven: WindowSums::new(level),
             depth: Vec::new(),
-            disparity: Vec::new(),
             matched: Vec::new(),
+            unshaded: Vec::new(),
             slants: Slants::default(),
             rays: Rays::default(),
             ranges: BlockRange::default(),
-            axial: Vec::new(),
-            lateral: [Vec::new(), Vec::new()],
-            grazing: Vec::new(),
+            axial: Noise::new(level),
+            lateral: [Noise::new(level), Noise::new(level)],
+            grazing: Noise::new(level),
             spread: Vec::new(),
             sources: None,
         }
@@ -74,15 +75,56 @@ impl SensorScratch {
     }
 }
 
-/// Effect of the surface at each pixel on its measurement; images without a border.
+/// Effect of the surface at each pixel on its measurement, of the last few rows.
 #[derive(Default)]
 struct Slants {
+    width: usize,
+    /// Rows that are held, each at its number modulo this.
+    rows: usize,
     /// Angle between the line of sight and the surface's normal [rad].
     angle: Vec<f32>,
     /// Standard deviation of the disparity before quantisation, in the device's pixels.
     spread: Vec<f32>,
     /// Not 0 beside a jump.
     at_jump: Vec<f32>,
+}
+
+impl Slants {
+    /// Room for so many rows of a call.
+    fn start(&mut self, call: &Call, rows: usize) {
+        (self.width, self.rows) = (call.width, rows);
+        for image in [&mut self.angle, &mut self.spread, &mut self.at_jump] {
+            image.resize(call.width * rows, 0.0);
+        }
+    }
+
+    /// Where row `y` lies.
+    fn row(&self, y: usize) -> std::ops::Range<usize> {
+        let first = (y % self.rows) * self.width;
+        first..first + self.width
+    }
+
+    /// Fills row `y` from the depths and matched disparities, and marks its uneven pixels.
+    fn measure_row(
+        &mut self,
+        level: SimdLevel,
+        call: &Call,
+        rays: &Rays,
+        [depth, matched]: [&[f32]; 2],
+        y: usize,
+        is_uneven: &mut [i32],
+    ) {
+        let rays = RayRow { u: &rays.u, ray_x: &rays.ray_x, v: y as f32 + 0.5 - rays.centre_row };
+        let row = self.row(y);
+        let [angle, spread, at_jump] = [&mut self.angle, &mut self.spread, &mut self.at_jump];
+        let out = SlantRow {
+            angle: &mut angle[row.clone()],
+            spread: &mut spread[row.clone()],
+            at_jump: &mut at_jump[row],
+            is_uneven,
+        };
+        kernels::measure_slants(level, call, &rays, call.cross(depth, y), call.cross(matched, y), out);
+    }
 }
 
 /// Columns of the crop from the principal point [px], and the same over the focal length.
@@ -119,11 +161,9 @@ impl SensorModel {
         let call = self.prepare(scratch, camera, crop);
         self.drop_shadows(&call, scratch);
         self.drop_thin(&call, scratch);
-        measure_slants(&call, scratch, self.lateral_reach());
-        let (width, height, window) = (call.width, call.height, self.window_px as usize);
-        let SensorScratch { boxes, axial, lateral: [across, down], grazing, .. } = scratch;
-        for field in [axial, across, down, grazing] {
-            boxes.noise(field, width, height, window, stream);
+        let SensorScratch { axial, lateral: [across, down], grazing, .. } = scratch;
+        for noise in [axial, across, down, grazing] {
+            noise.start(call.width, call.height, self.window_px as usize, stream);
         }
         self.measure(&call, scratch, &mut crop.depth, stream);
     }
@@ -133,12 +173,11 @@ impl SensorModel {
         libm::ceil(3.0 * self.lateral_sigma_px) as usize
     }
 
-    /// Fills the disparity image of the grown crop and the positions of its pixels.
+    /// Fills the disparities of the grown crop and the positions of its pixels.
     fn prepare(&self, scratch: &mut SensorScratch, camera: &Intrinsics, crop: &DepthCrop) -> Call {
         let image = (camera.fx * self.baseline_m.abs()) as f32;
-        scratch.disparity.resize(scratch.depth.len(), 0.0);
-        kernels::disparities(scratch.level, image, &scratch.depth, &mut scratch.disparity);
-        scratch.matched.clone_from(&scratch.disparity);
+        scratch.matched.resize(scratch.depth.len(), 0.0);
+        kernels::disparities(scratch.level, image, &scratch.depth, &mut scratch.matched);
         let device = (self.focal_px * self.baseline_m.abs()) as f32;
         let call = Call {
             width: crop.width as usize,
@@ -172,77 +211,95 @@ impl SensorModel {
         if self.shadow == 0.0 || self.baseline_m == 0.0 {
             return;
         }
-        let SensorScratch { level, disparity, matched, ranges, .. } = scratch;
-        for (row, matched) in disparity.chunks_exact_mut(call.stride).zip(matched.chunks_exact_mut(call.stride)) {
-            // Seen from the left, a row is walked from its other end. Nobody reads the disparities after the shadows.
-            if self.baseline_m < 0.0 {
-                row.reverse();
-                matched.reverse();
+        let SensorScratch { level, matched, unshaded, ranges, .. } = scratch;
+        for matched in matched.chunks_exact_mut(call.stride) {
+            unshaded.clear();
+            unshaded.extend_from_slice(matched);
+            // Seen from the left, a row is walked from its other end.
+            let is_left = self.baseline_m < 0.0;
+            if is_left {
+                unshaded.reverse();
             }
-            kernels::block_ranges(*level, row, ranges);
-            shade_row(row, ranges, call.jump, |x| matched[x] = 0.0);
-            if self.baseline_m < 0.0 {
-                matched.reverse();
-            }
+            kernels::block_ranges(*level, unshaded, ranges);
+            let last = call.stride - 1;
+            shade_row(unshaded, ranges, call.jump, |x| matched[if is_left { last - x } else { x }] = 0.0);
         }
     }
 
     /// Removes the pixels whose matching window sees too little.
     fn drop_thin(&self, call: &Call, scratch: &mut SensorScratch) {
-        let (level, boxes, matched) = (scratch.level, &mut scratch.boxes, &mut scratch.matched);
+        let SensorScratch { level, returns, matched, .. } = scratch;
         let window = self.window_px as usize;
         // The least whole count that is not below the share.
         let min = libm::ceil(self.min_support * (window * window) as f64) as i32;
         if min <= 1 {
             return;
         }
-        let (padded, stride) = boxes.padded(call.width, call.height, window);
+        returns.start(call.width, window);
         for y in 0..call.height {
-            let line = &mut padded[(y + window / 2) * stride + window / 2..][..call.width];
-            kernels::mark_returns(level, &matched[call.row(y)], line);
+            // Rows are marked before the window's middle comes to them.
+            let counts = returns.row(y, |row, marks| match call.row_under(row, window) {
+                Some(y) => {
+                    kernels::mark_returns(*level, &matched[call.row(y)], &mut marks[window / 2..][..call.width]);
+                }
+                None => marks.fill(0),
+            });
+            kernels::drop_below(*level, min, counts, &mut matched[call.row(y)]);
         }
-        boxes.sums(call.width, call.height, window, |y, sums| {
-            kernels::drop_below(level, min, sums, &mut matched[call.row(y)]);
-        });
     }
 
     /// Writes the returned depths [m] to `out`, NaN = no return.
     fn measure(&self, call: &Call, scratch: &mut SensorScratch, out: &mut [f32], stream: &mut Stream) {
-        let SensorScratch { level, uneven, matched, slants, axial, lateral, grazing, spread, sources, .. } = scratch;
+        let SensorScratch {
+            level, uneven, depth, matched, slants, rays, axial, lateral, grazing, spread, sources, ..
+        } = scratch;
         if let Some(sources) = sources {
             sources.clear();
             sources.extend(0..out.len() as u32);
         }
         let (sigma, reach) = (self.lateral_sigma_px as f32, self.lateral_reach());
-        // The sums are counts of uneven pixels within reach. Where there is none, any two pixels differ by less than a jump
-        // per step between them, and so are one surface: each measures itself, wherever its lateral noise points.
-        uneven.sums(call.width, call.height, 2 * reach + 1, |y, uneven| {
-            let row = y * call.width..(y + 1) * call.width;
-            let [angle, grazing_row] = [&slants.angle, &*grazing].map(|image| &image[row.clone()]);
-            kernels::find_own(*level, call, &matched[call.row(y)], angle, grazing_row, &mut out[row.clone()]);
+        let window = 2 * reach + 1;
+        slants.start(call, window);
+        uneven.start(call.width, window);
+        for y in 0..call.height {
+            // The sums are counts of uneven pixels within reach. Where there is none, any two pixels differ by less than a jump
+            // per step between them, and so are one surface: each measures itself, wherever its lateral noise points.
+            let uneven = uneven.row(y, |row, marks| match call.row_under(row, window) {
+                Some(y) => {
+                    let (seen, marks) = ([&depth[..], &matched[..]], &mut marks[reach..][..call.width]);
+                    slants.measure_row(*level, call, rays, seen, y, marks);
+                }
+                None => marks.fill(0),
+            });
+            let (row, own) = (y * call.width..(y + 1) * call.width, slants.row(y));
+            let (out, matched_row, angle) = (&mut out[row.clone()], &matched[call.row(y)], &slants.angle[own.clone()]);
+            let grazing = grazing.row(y);
+            kernels::find_own(*level, call, matched_row, angle, grazing, out);
             spread.clear();
-            spread.extend_from_slice(&slants.spread[row.clone()]);
+            spread.extend_from_slice(&slants.spread[own]);
+            // Most rows of most images have no outline near, and draw no lateral noise.
+            let has_edge = uneven.iter().any(|uneven| *uneven > 0);
+            let [across, down] = lateral.each_mut().map(|noise| if has_edge { noise.row(y) } else { &[] });
             for (x, _) in uneven.iter().enumerate().filter(|(_, uneven)| **uneven > 0) {
-                let i = row.start + x;
-                let shift = [0, 1].map(|axis| lateral_shift(lateral[axis][i], sigma, reach));
+                let shift = [across[x], down[x]].map(|noise| lateral_shift(noise, sigma, reach));
                 let source = source_of(call, matched, [x, y], shift);
-                let at = call.at(source[0], source[1]);
-                let source = source[1] * call.width + source[0];
-                let mut seen = kernels::seen_at(call, matched[at], slants.angle[source], grazing[i]);
+                let (at, slant) = (call.at(source[0], source[1]), slants.row(source[1]).start + source[0]);
+                let mut seen = kernels::seen_at(call, matched[at], slants.angle[slant], grazing[x]);
                 // Pixels beside a jump mix or lose their match.
                 let of_surface = seen;
-                if seen > 0.0 && slants.at_jump[source] > 0.0 {
+                if seen > 0.0 && slants.at_jump[slant] > 0.0 {
                     seen = self.beside_jump(call, matched, at, stream);
                 }
                 if let Some(sources) = sources {
                     let is_between = seen > 0.0 && seen != of_surface;
-                    sources[i] = if is_between { SensorScratch::BETWEEN } else { source as u32 };
+                    let source = (source[1] * call.width + source[0]) as u32;
+                    sources[row.start + x] = if is_between { SensorScratch::BETWEEN } else { source };
                 }
-                out[i] = seen * call.device_per_image;
-                spread[x] = slants.spread[source];
+                out[x] = seen * call.device_per_image;
+                spread[x] = slants.spread[slant];
             }
-            kernels::measure(*level, call, &axial[row.clone()], spread, &mut out[row]);
-        });
+            kernels::measure(*level, call, axial.row(y), spread, out);
+        }
     }
 
     /// Disparity in pixels of the image after what a jump beside pixel `at` does to it; 0 when it is lost.
@@ -263,26 +320,6 @@ impl SensorModel {
         } else {
             own
         }
-    }
-}
-
-/// Fills the slants of all pixels, and marks the uneven ones for counts over a window of this reach.
-fn measure_slants(call: &Call, scratch: &mut SensorScratch, reach: usize) {
-    let SensorScratch { level, uneven, depth, matched, slants, rays, .. } = scratch;
-    for image in [&mut slants.angle, &mut slants.spread, &mut slants.at_jump] {
-        image.resize(call.width * call.height, 0.0);
-    }
-    let (padded, stride) = uneven.padded(call.width, call.height, 2 * reach + 1);
-    for (y, padded) in padded.chunks_exact_mut(stride).skip(reach).take(call.height).enumerate() {
-        let rays = RayRow { u: &rays.u, ray_x: &rays.ray_x, v: y as f32 + 0.5 - rays.centre_row };
-        let row = y * call.width..(y + 1) * call.width;
-        let out = SlantRow {
-            angle: &mut slants.angle[row.clone()],
-            spread: &mut slants.spread[row.clone()],
-            at_jump: &mut slants.at_jump[row],
-            is_uneven: &mut padded[reach..][..call.width],
-        };
-        kernels::measure_slants(*level, call, &rays, call.cross(depth, y), call.cross(matched, y), out);
     }
 }
 
@@ -363,11 +400,17 @@ fn grow(scratch: &mut SensorScratch, camera: &Intrinsics, crop: &mut DepthCrop, 
     let (width, height) = ((right - left) as usize, (bottom - top) as usize);
     // With the border of one pixel.
     let stride = width + 2;
-    scratch.depth.clear();
     scratch.depth.resize(stride * (height + 2), 0.0);
-    let first = ((crop.top - top) as usize + 1) * stride + (crop.left - left) as usize + 1;
-    for (y, row) in crop.depth.chunks_exact(crop.width as usize).enumerate() {
-        kernels::copy_returns(scratch.level, row, &mut scratch.depth[first + y * stride..][..row.len()]);
+    let (crop_width, above, before) =
+        (crop.width as usize, (crop.top - top) as usize + 1, (crop.left - left) as usize + 1);
+    for (y, row) in scratch.depth.chunks_exact_mut(stride).enumerate() {
+        let inside = (above..above + crop.height as usize).contains(&y);
+        let own = if inside { before..before + crop_width } else { 0..0 };
+        row[..own.start].fill(0.0);
+        row[own.end..].fill(0.0);
+        if inside {
+            kernels::copy_returns(scratch.level, &crop.depth[(y - above) * crop_width..][..crop_width], &mut row[own]);
+        }
     }
     *crop = DepthCrop { left, top, width: right - left, height: bottom - top, depth: std::mem::take(&mut crop.depth) };
     // Every pixel is written later.

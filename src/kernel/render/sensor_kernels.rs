@@ -45,6 +45,11 @@ impl Call {
         first..first + self.width
     }
 
+    /// Row of the image that row `row` of the grid padded for this window holds; none above and below the image.
+    pub(super) fn row_under(&self, row: usize, window: usize) -> Option<usize> {
+        row.checked_sub(window / 2).filter(|y| *y < self.height)
+    }
+
     /// A row of an image with a border and its four neighbours: the row itself, then shifted left, right, up and down.
     pub(super) fn cross<'a>(&self, image: &'a [f32], y: usize) -> [&'a [f32]; 5] {
         let first = self.at(0, y);
@@ -294,43 +299,37 @@ fn subtract_body<L>(_: L, sums: &mut [i32], values: &[i32]) {
 }
 
 simd_kernel! {
-    /// Sums of every `window` values side by side, an odd count: those of 1, 2, 4, ... values, of which the window's binary
-    /// digits say which to add.
-    pub(super) fn window_sums(values: &[i32], window: usize, powers: &mut [Vec<i32>; 2], out: &mut Vec<i32>) = window_body;
+    /// Sums of every `window` values side by side.
+    pub(super) fn window_sums(values: &[i32], window: usize, out: &mut [i32]) = window_body;
 }
 
 #[inline(always)]
-fn window_body<L>(_: L, values: &[i32], window: usize, powers: &mut [Vec<i32>; 2], out: &mut Vec<i32>) {
-    let [power, next] = powers;
-    out.clear();
-    out.extend_from_slice(&values[..values.len() + 1 - window]);
-    // The sums of `width` values in `power`, and how many values the output holds; a window is odd, so it holds the first.
-    let (mut width, mut held) = (1, 1);
-    while held < window {
-        let narrow = if width == 1 { values } else { &power[..] };
-        next.clear();
-        next.extend(narrow.iter().zip(&narrow[width..]).map(|(first, second)| first + second));
-        std::mem::swap(power, next);
-        width *= 2;
-        if window & width != 0 {
-            for (sum, value) in out.iter_mut().zip(&power[held..]) {
+fn window_body<L>(_: L, values: &[i32], window: usize, out: &mut [i32]) {
+    let (blocks, rest) = out.as_chunks_mut::<BLOCK>();
+    for (number, block) in blocks.iter_mut().enumerate() {
+        let mut sums = [0; BLOCK];
+        for shifted in values[number * BLOCK..].windows(BLOCK).take(window) {
+            for (sum, value) in sums.iter_mut().zip(shifted) {
                 *sum += value;
             }
-            held += width;
         }
+        *block = sums;
+    }
+    let done = blocks.len() * BLOCK;
+    for (x, sum) in rest.iter_mut().enumerate() {
+        *sum = values[done + x..][..window].iter().sum();
     }
 }
 
 simd_kernel! {
-    /// Sets each value to `keep` times itself plus the odd number from -65535 to 65535 that two random bytes stand for;
-    /// bytes beyond the values are left.
-    pub(super) fn draws(values: &mut [i32], keep: i32, bytes: &[u8]) = draws_body;
+    /// The odd numbers from -65535 to 65535 that each two random bytes stand for.
+    pub(super) fn draws(values: &mut [i32], bytes: &[u8]) = draws_body;
 }
 
 #[inline(always)]
-fn draws_body<L>(_: L, values: &mut [i32], keep: i32, bytes: &[u8]) {
+fn draws_body<L>(_: L, values: &mut [i32], bytes: &[u8]) {
     for (value, pair) in values.iter_mut().zip(bytes.as_chunks::<2>().0) {
-        *value = *value * keep + 2 * i32::from(u16::from_le_bytes(*pair)) - 0xffff;
+        *value = 2 * i32::from(u16::from_le_bytes(*pair)) - 0xffff;
     }
 }
 
