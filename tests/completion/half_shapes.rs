@@ -186,6 +186,7 @@ const OTHERS: [([u32; 3], &str, u32); 3] =
 
 /// From the smallest size to the largest, near and far, coarse and fine: rounding is never the same twice.
 #[test]
+#[ignore = "slow: make test-slow"]
 fn so_has_every_other_size_distance_and_mesh() {
     for (sizes, distance, triangles) in OTHERS {
         compare_others(&sizes, distance, triangles);

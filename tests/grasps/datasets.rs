@@ -19,7 +19,7 @@ use graspmill::{
     },
     format::{
         Channel, Grasp, GraspLabel, GraspRun, GraspTrial, GraspTrials,
-        dataset::{DatasetReader, Manifest, Selection, verify},
+        dataset::{DatasetReader, Manifest, Sample, Selection, verify},
         products::grasps::Shapes,
     },
     geom::Shape,
@@ -171,20 +171,26 @@ fn runs_on_a_table_without_a_state_say_why() {
     assert!(rejects.lines().count() == 2 && rejects.lines().all(told), "{rejects}");
 }
 
+/// Trials of many kinds.
+const TRIED: &[&str] = &[
+    "--set",
+    "physics={roll_out_share=0.5,roll_outs=3,variant_share=0.5,series_share=0.5,failed_per_held=1000,confirm=\"none\"}",
+    "--set",
+    "annealing.steps=300",
+];
+
 /// Physics is a class of its own: with it and without it the root of class exact is the same.
 #[test]
 fn trials_move_no_grasp() {
     let workspace = write_job();
     let plain = Manifest::read(&plain()).expect("a dataset");
-    let physics = "physics={roll_out_share=0.5,roll_outs=3,variant_share=0.5,series_share=0.5,failed_per_held=1000,confirm=\"none\"}";
-    let asked = ["--set", physics, "--set", "annealing.steps=300"];
-    let tried = run(&workspace, "tried", &[&asked[..], &["--threads", "2"]].concat());
+    let tried = run(&workspace, "tried", &[TRIED, &["--threads", "2"]].concat());
     assert_eq!(tried.classes[&NumberClass::Exact], plain.classes[&NumberClass::Exact]);
     assert_eq!(tried.classes.keys().collect::<Vec<_>>(), [&NumberClass::Exact, &NumberClass::Physics]);
     assert_eq!(tried.class_of(Channel::GRASP_TRIALS), Some(NumberClass::Physics));
     assert!(tried.root != plain.root && tried.platform.contains_key("libmujoco"));
     assert_eq!(
-        run(&workspace, "again", &[&asked[..], &["--threads", "1", "--set", "shards.runs=9"]].concat()).root,
+        run(&workspace, "again", &[TRIED, &["--threads", "1", "--set", "shards.runs=9"]].concat()).root,
         tried.root
     );
     let [kept, tried_count, held, refused] =
@@ -197,7 +203,7 @@ fn trials_move_no_grasp() {
     assert!(held + refused <= tried_count && tried_count > 0, "{:?}", tried.counts.facts);
     assert!(!plain.counts.facts.contains_key("grasps_tried"), "{:?}", plain.counts.facts);
     let (out, reader) = (workspace.path("tried"), open(&workspace, "tried"));
-    let (mut rolled_out, mut varied, mut over_time, mut first) = (0, 0, 0, BTreeMap::new());
+    let (mut rolled_out, mut varied, mut over_time) = (0, 0, 0);
     for sample in reader.iter(Selection::default()) {
         let sample = sample.expect("a sample");
         let (run, trials) = (sample.grasp_run().expect("a run"), sample.grasp_trials().expect("readable"));
@@ -208,7 +214,6 @@ fn trials_move_no_grasp() {
         let held = |trial: &&GraspTrial| trial.outcome.verdict.is_held() || trial.variants.is_empty();
         assert_eq!(trials.trials.iter().filter(held).count(), trials.trials.len());
         varied += trials.trials.iter().filter(|trial| trial.variants.len() == 7).count();
-        first.insert(run.sample, (run, trials.clone()));
         let is_whole = |trial: &GraspTrial| match trial.label() {
             GraspLabel::Held | GraspLabel::Failed => trial.perturbed.len() == 2,
             GraspLabel::Borderline => trial.roll_outs[0] == 0 || trial.perturbed.len() == 2,
@@ -236,8 +241,6 @@ fn trials_move_no_grasp() {
     assert!(rolled_out > 0 && rolled_out < tried_count as usize, "{rolled_out}");
     assert!(varied > 0 && varied < held as usize, "{varied} of {held}");
     assert!(over_time > 0 && over_time < tried_count as usize, "{over_time} of {tried_count}");
-    kept_grasps_have_the_same_trials_alone(&workspace, physics, kept, &first);
-    fewer_failures_are_confirmed_on_demand(&workspace, physics, &first);
     assert_intact(&out, FULL_CHECK);
     Program::new("verify").args(["--regenerate", "3", "--seed", "2"]).arg(&out).succeed();
     let inspected = Program::on("inspect", &out).succeed().stdout;
@@ -248,13 +251,28 @@ fn trials_move_no_grasp() {
     replays_in_plain_mujoco(&out);
 }
 
+#[test]
+#[ignore = "slow: make test-slow"]
+fn fewer_trials_are_those_of_all() {
+    let workspace = write_job();
+    let tried = run(&workspace, "tried", TRIED);
+    let of_sample = |sample: Sample| {
+        let trials = sample.grasp_trials().expect("readable").expect("a channel of trials");
+        (sample.id, (sample.grasp_run().expect("a run"), trials))
+    };
+    let samples = open(&workspace, "tried");
+    let first = samples.iter(Selection::default()).map(|sample| of_sample(sample.expect("a sample"))).collect();
+    kept_grasps_have_the_same_trials_alone(&workspace, tried.counts.fact("grasps_kept"), &first);
+    fewer_failures_are_confirmed_on_demand(&workspace, &first);
+}
+
 /// A dataset's runs and their trials.
 type Tried = BTreeMap<SampleId, (GraspRun, GraspTrials)>;
 
 /// The choice of what is tried moves no trial of a kept grasp as long as every failure is confirmed, nor does what is stored over
 /// time.
-fn kept_grasps_have_the_same_trials_alone(workspace: &Workspace, physics: &str, kept: u64, first: &Tried) {
-    let physics = physics.replace("series_share=0.5", "series_share=0");
+fn kept_grasps_have_the_same_trials_alone(workspace: &Workspace, kept: u64, first: &Tried) {
+    let physics = TRIED[1].replace("series_share=0.5", "series_share=0");
     let kept_alone = format!("{},tried=\"kept\"}}", physics.trim_end_matches('}'));
     let fewer = run(workspace, "kept-alone", &["--set", &kept_alone, "--set", "annealing.steps=300"]);
     assert_eq!(fewer.counts.fact("grasps_tried"), kept);
@@ -278,8 +296,8 @@ fn kept_grasps_have_the_same_trials_alone(workspace: &Workspace, physics: &str, 
 }
 
 /// Half as many negatives as positives in a run, rounded up, and one where there is none; all else as before.
-fn fewer_failures_are_confirmed_on_demand(workspace: &Workspace, physics: &str, first: &Tried) {
-    let few = physics.replace("failed_per_held=1000", "failed_per_held=0.5");
+fn fewer_failures_are_confirmed_on_demand(workspace: &Workspace, first: &Tried) {
+    let few = TRIED[1].replace("failed_per_held=1000", "failed_per_held=0.5");
     run(workspace, "few", &["--set", &few, "--set", "annealing.steps=300"]);
     let mut unconfirmed = 0;
     for sample in open(workspace, "few").iter(Selection::default()) {
@@ -411,6 +429,7 @@ fn objects_rest_and_hands_stay_above_the_table() {
 
 /// The table of objects says what one weighs, and what another is made of; the third weighs by its hull.
 #[test]
+#[ignore = "slow: make test-slow"]
 fn masses_of_the_table_are_those_of_trials() {
     let workspace = write_job();
     let table = "name,category,mass,mass_source,material,wall\ncan-01,can,0.25,scales,,\nmug-01,mug,,,ceramic,0.004\n";

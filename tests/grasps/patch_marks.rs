@@ -40,7 +40,7 @@ static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| {
     workspace.make_dataset("grasps", &grasps, &[]);
     let lying = format!(
         "product = \"grasps\"\nseed = 5\n{hand}\
-         objects = [{{ built_in = [\"can-01\", \"box-01\", \"half-cube-sphere\"] }}]\n[grasps]\nseeds = 3\n\
+         objects = [{{ built_in = [\"can-01\", \"box-01\", \"half-cube-sphere\"] }}]\n[grasps]\nseeds = 2\n\
          sampler = \"antipodal\"\n[antipodal]\nsupport = \"table\"\n{few_trials}\
          [split]\nvalidation_objects = 0\ntest_objects = 1\nholdout_items = 0.4\n"
     );

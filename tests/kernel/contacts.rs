@@ -243,8 +243,8 @@ fn distances_without_contacts_are_those_of_a_solids_points() {
 
 /// A box as large as a palm that parry finds in a mesh is found there by its depth alone. With a wide margin a nearer point beside
 /// can stand for it: hands are tested for overlap without one.
-#[test]
-fn overlap_is_found_by_depth_alone() {
+#[expect(clippy::print_stdout, reason = "the figures that the test checks")]
+fn assert_overlap_is_found(boxes: usize) {
     const OVERLAP: f64 = 1e-4;
     let mut scratch = ContactScratch::default();
     let (mut deep, mut wide) = (Vec::new(), Vec::new());
@@ -256,7 +256,7 @@ fn overlap_is_found_by_depth_alone() {
         let surface = ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface");
         let (peer, probe) = (Peer::new(&mesh, &palm), Probe::new(&palm).expect("a solid"));
         let (bounds, radius) = (surface.bounds(), (surface.bounds().max - surface.bounds().min).norm() / 2.0);
-        for _ in 0..1500 {
+        for _ in 0..boxes {
             let axis = Vector3::from_fn(|_, _| draw.normal());
             let rotation = UnitQuaternion::from_scaled_axis(axis.normalize() * draw.uniform(0.0, 3.1));
             let away = Vector3::from_fn(|_, _| draw.normal()).normalize() * draw.uniform(0.4 * radius, radius + 0.05);
@@ -274,7 +274,18 @@ fn overlap_is_found_by_depth_alone() {
         }
     }
     println!("{overlapping} boxes in a mesh; a margin of 2 mm hides {hidden}");
-    assert!(overlapping > 1000, "{overlapping}");
+    assert!(overlapping > 2 * boxes / 3, "{overlapping}");
+}
+
+#[test]
+fn overlap_is_found_by_depth_alone() {
+    assert_overlap_is_found(400);
+}
+
+#[test]
+#[ignore = "slow: make test-slow"]
+fn overlap_is_found_by_depth_alone_often() {
+    assert_overlap_is_found(1500);
 }
 
 #[test]

@@ -455,7 +455,7 @@ fn check_rests(scans: &[PathBuf]) {
 
 #[test]
 fn scans_rest_as_trimesh_says() {
-    check_rests(&scan_files().into_iter().step_by(6).collect::<Vec<_>>());
+    check_rests(&scan_files().into_iter().step_by(12).collect::<Vec<_>>());
 }
 
 #[test]

@@ -25,6 +25,7 @@ fn bins(container: &str) -> String {
 }
 
 #[test]
+#[ignore = "slow: make test-slow"]
 fn bodies_lie_at_the_lower_wall_and_everybody_sees_the_same_bin() {
     let workspace = Workspace::new();
     let data = workspace.make_dataset("scenes", &bins(&format!(", tilt_deg = {TILT}")), &[]);

@@ -257,6 +257,16 @@ fn dataset(workspace: &Workspace, channels: &str) -> PathBuf {
 const CHANNELS: &str = "[channels]\nvisibility = true\ncoverage = true\ndepth = \"f32\"\n";
 
 #[test]
+#[ignore = "slow: make test-slow"]
+fn geodesics_rules_and_smoothing_change_what_they_are_asked_for() {
+    let workspace = Workspace::new();
+    let data = dataset(&workspace, CHANNELS);
+    assert_geodesics(&data);
+    assert_thesis_rules(&data);
+    assert_smoothing(&data);
+}
+
+#[test]
 fn models_and_baselines_stand_in_one_table() {
     let workspace = Workspace::new();
     let data = dataset(&workspace, CHANNELS);
@@ -301,9 +311,6 @@ fn models_and_baselines_stand_in_one_table() {
         "cells are some .7 cell too large: {report}"
     );
     assert!(report["rows"][0]["geodesic_divergence"].is_null());
-    assert_geodesics(&data);
-    assert_thesis_rules(&data);
-    assert_smoothing(&data);
     // What is seen is a shell: as a completion it adds nothing, and drawn out along the rays it comes nearer to the truth.
     assert_eq!(number_at(row("partial"), "/unseen_iou/mean"), 0.0);
     assert!(number_at(row("extrude"), "/iou/mean") > number_at(row("partial"), "/iou/mean") + 0.1, "{report}");

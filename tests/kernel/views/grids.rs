@@ -33,13 +33,16 @@ fn shapes(step: usize) -> Vec<(String, TriMesh)> {
     shapes
 }
 
-#[test]
-fn partial_lies_in_complete_on_every_scan() {
+/// One scan in every `step`, and built shapes.
+#[expect(clippy::print_stdout, reason = "the figures that the test checks")]
+fn assert_partial_lies_in_complete(step: usize) {
     let camera = default_camera();
     let (mut raster, mut grids) = (Rasteriser::new(SimdLevel::detect()), ViewGrids::new(SimdLevel::detect()));
     let (mut partial, mut complete) = (OccupancyGrid::default(), OccupancyGrid::default());
     let mut pairs = 0;
-    for (name, mesh) in shapes(1) {
+    let shapes = shapes(step);
+    let views = 24 * shapes.len();
+    for (name, mesh) in shapes {
         let object = object(&mesh, Truth::AnyOverlap);
         let centre = mesh.aabb().expect("vertices").centre();
         for view in 0..24 {
@@ -53,8 +56,19 @@ fn partial_lies_in_complete_on_every_scan() {
             pairs += 1;
         }
     }
-    println!("{pairs} pairs");
-    assert!(pairs > 1950);
+    println!("{pairs} pairs of {views} views");
+    assert!(pairs * 100 > views * 97);
+}
+
+#[test]
+fn partial_lies_in_complete() {
+    assert_partial_lies_in_complete(5);
+}
+
+#[test]
+#[ignore = "slow: make test-slow"]
+fn partial_lies_in_complete_on_every_scan() {
+    assert_partial_lies_in_complete(1);
 }
 
 #[test]
@@ -204,7 +218,7 @@ fn complete_is_every_cell_that_meets_the_solid() {
     for (name, mesh) in shapes(20) {
         let object = object(&mesh, Truth::AnyOverlap);
         let centre = mesh.aabb().expect("vertices").centre();
-        for view in [1, 2, 7, 8] {
+        for view in [2, 7] {
             let resolution = if mesh.triangles.len() > 1000 { 24 } else { 40 };
             let pose = pose(view, centre, 1.0);
             let crop = Rasteriser::new(SimdLevel::detect()).render(&object.render, &camera, &pose).clone();
@@ -267,7 +281,7 @@ fn lower_corners_are_those_of_every_solid_cell() {
     for (name, mesh) in shapes(20) {
         let object = object(&mesh, Truth::LowerCorners);
         let centre = mesh.aabb().expect("vertices").centre();
-        for view in [1, 2, 7, 8] {
+        for view in [2, 7] {
             let pose = pose(view, centre, 1.0);
             let crop = Rasteriser::new(SimdLevel::detect()).render(&object.render, &camera, &pose).clone();
             let placement = grids.place_grid(&crop, &camera, 40).expect("something seen");

@@ -213,7 +213,7 @@ fn assert_bodies_overlap(count: u32) {
 
 #[test]
 fn bodies_overlap_by_the_depth_at_least() {
-    assert_bodies_overlap(400);
+    assert_bodies_overlap(150);
 }
 
 #[test]
