@@ -49,10 +49,7 @@ def masks_off(arrays: Arrays, samples: Sequence[Any]) -> None:
 def seen_cells(image: Any, grid: Any, mask: np.ndarray) -> np.ndarray:
     """Cells that hold a depth of these pixels: (n, n, n)."""
     seen = np.zeros((grid.resolution,) * 3, np.bool_)
-    rows, columns = np.nonzero(mask & ~np.isnan(image.depth))
-    depth, camera = image.depth[rows, columns].astype(np.float64), image.camera
-    across, down = (columns + 0.5 - camera.cx) / camera.fx * depth, (rows + 0.5 - camera.cy) / camera.fy * depth
-    cells = grid.cells(np.stack([across, down, depth], axis=1))
+    cells = grid.cells(image.points_of(mask))
     x, y, z = cells[((cells >= 0) & (cells < grid.resolution)).all(axis=1)].T
     seen[x, y, z] = True
     return seen

@@ -150,8 +150,12 @@ class ViewSample(Sample):
     def points(self, body: int) -> Floats:
         """(n, 3) points of a body, from 1, that were measured, in the camera's frame [m]."""
         self._expect_body(body)
+        return self.points_of(self.point_instances == body)
+
+    def points_of(self, mask: npt.NDArray[np.bool_]) -> Floats:
+        """(n, 3) points that were measured in the pixels of a mask (height, width), in the camera's frame [m]."""
         camera = self.camera
-        seen = (self.point_instances == body) & ~np.isnan(self.depth)
+        seen = mask & ~np.isnan(self.depth)
         rows, columns = np.nonzero(seen)
         depth = self.depth[seen].astype(np.float64)
         return np.stack(

@@ -523,13 +523,13 @@ fn judge_files(groups: Vec<(&str, Vec<Hostile>)>) -> usize {
 #[test]
 fn every_hostile_file_gets_its_verdict() {
     let count = judge_files(hostile_files());
-    assert!(count >= 75, "{count} files");
+    assert!(count >= 80, "{count} files");
 }
 
 #[test]
 #[ignore = "slow: make test-slow"]
 fn every_costly_file_gets_its_verdict() {
-    assert!(judge_files(vec![("costly", costly())]) > 3);
+    assert_eq!(judge_files(vec![("costly", costly())]), 5);
 }
 
 /// The program itself ends on all of them, within 3 GB of address space: the largest file has 47 MB.
