@@ -57,6 +57,8 @@ class Completion:
 
     measure, measured, rises = "iou", "IoU", True
     labels = ("cross-entropy per output", "IoU of occupied cells")
+    # A step of `unet` takes half the time on an H100 (24 ms for 51), one of `block` as long as before.
+    memory_format = torch.channels_last_3d
 
     def __init__(self, recipe: Recipe, sources: Sequence[Source]) -> None:
         self.recipe, self.sources = recipe, sources

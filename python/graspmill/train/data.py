@@ -72,37 +72,31 @@ def arrays_of(samples: Sequence[CompletionSample], recipe: Recipe) -> Arrays:
     return found
 
 
-def _indices(cells: npt.NDArray[np.bool_]) -> npt.NDArray[np.int64]:
-    """(cells, 3), as `np.argwhere`, which takes ten times as long."""
-    return np.stack(np.unravel_index(np.flatnonzero(cells), cells.shape), axis=1)
-
-
 def augment(arrays: Arrays, settings: Augmentation, seed: int, step: int) -> None:
     """Takes away from the inputs, in place: of each sample by its own random numbers, whatever else is in the batch."""
+    x, y = np.indices(arrays["partial"].shape[1:3])
     for place in range(len(arrays["partial"])):
         draws = np.random.default_rng([seed, step, place])
         # All are drawn whatever the variant is, so that variants see the same losses.
         hides, share, angle, drops, blanks, keeps = draws.random(6)
         partial, free = arrays["partial"][place], arrays.get("free")
-        cells = _indices(partial)
+        cells = np.flatnonzero(partial)
         if hides < settings.hidden_share and len(cells):
             # Columns of the image beyond a line across it: nothing is seen there, neither surface nor free space.
-            way = np.array([np.cos(2 * np.pi * angle), np.sin(2 * np.pi * angle)])
-            line = np.quantile(cells[:, :2] @ way, 1 - settings.hide * share)
-            x, y = np.indices(partial.shape[:2])
-            beyond = x * way[0] + y * way[1] > line
+            along = x * np.cos(2 * np.pi * angle) + y * np.sin(2 * np.pi * angle)
+            seen = np.sort(along.reshape(-1)[cells // partial.shape[2]])
+            beyond = along > seen[int((1 - settings.hide * share) * (len(seen) - 1))]
             partial[beyond] = False
             if free is not None:
                 free[place][beyond] = False
-        lost = draws.random(len(cells)) < settings.drop * drops
-        partial[tuple(cells[lost].T)] = False
+        partial.flat[cells[draws.random(len(cells)) < settings.drop * drops]] = False
         if free is not None and blanks < settings.blank_free:
             free[place] = False
         if "touch" in arrays:
-            touched = _indices(arrays["touch"][place])
-            kept = draws.permutation(len(touched))[: int(keeps * (settings.contacts + 1))]
-            arrays["touch"][place] = False
-            arrays["touch"][place][tuple(touched[kept].T)] = True
+            touch = arrays["touch"][place]
+            touched = np.flatnonzero(touch)
+            lost = draws.permutation(len(touched))[int(keeps * (settings.contacts + 1)) :]
+            touch.flat[touched[lost]] = False
 
 
 def batches_of(opened: Sequence[Source], recipe: Recipe, first: int) -> Iterator[Arrays]:

@@ -164,7 +164,7 @@ def template_of(name: str) -> str:
 def begin_folder(trainer: Trainer) -> Path:
     """The best weights in place of the last ones, the curves, and an empty folder for the model."""
     trainer.load(trainer.run / "checkpoints" / "best.pt")
-    trainer.average.cpu().eval()
+    trainer.average.cpu().to(memory_format=torch.contiguous_format).eval()
     torch.use_deterministic_algorithms(True)
     folder = trainer.run / ".model.tmp"
     shutil.rmtree(folder, ignore_errors=True)

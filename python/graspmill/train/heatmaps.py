@@ -32,6 +32,7 @@ class Heatmaps:
     measure, measured, rises = "error", "squared error", False
     labels = ("squared error and penalty", "squared error of labels")
     terms = 1
+    memory_format = torch.contiguous_format
 
     def __init__(self, recipe: HeatmapRecipe, sources: Sequence[Source]) -> None:
         self.recipe, self.sources = recipe, sources

@@ -15,6 +15,7 @@ from typing import Any, Protocol
 
 import torch
 from torch import nn
+from torch.optim.swa_utils import get_ema_multi_avg_fn
 
 from .recipe import AnyRecipe, Training
 from .sources import Arrays, Source
@@ -57,6 +58,8 @@ class Task(Protocol):
     """Names of loss and score in pictures."""
     terms: int
     """Equal terms that the loss is the mean of."""
+    memory_format: torch.memory_format
+    """How weights lie in the memory of a GPU."""
 
     def network(self) -> nn.Module:
         """The network with its first weights."""
@@ -87,7 +90,15 @@ class Trainer:
         torch.use_deterministic_algorithms(self.device.type == "cpu")
         torch.manual_seed(self.recipe.seed)
         self.network = task.network().to(self.device)
+        if self.device.type == "cuda":
+            self.network = self.network.to(memory_format=task.memory_format)
         self.average = deepcopy(self.network)
+        # Averages with what they are averages of; counts, such as those of batch norm, are copied.
+        state, averages = self.network.state_dict(), self.average.state_dict()
+        pairs = [(mean, state[name]) for name, mean in averages.items()]
+        self.means = [mean for mean, value in pairs if mean.is_floating_point()]
+        self.values = [value for mean, value in pairs if mean.is_floating_point()]
+        self.counts = [pair for pair in pairs if not pair[0].is_floating_point()]
         self.optimiser = task.optimiser(self.network)
         self.step, self.loss = 0, [0.0, 0.0]
         self.best = -1.0 if task.rises else math.inf
@@ -161,12 +172,9 @@ class Trainer:
         self.step += 1
         kept = min(settings.average, self.step / (self.step + 10))
         with torch.no_grad():
-            state = self.network.state_dict()
-            for name, mean in self.average.state_dict().items():
-                if mean.is_floating_point():
-                    mean.lerp_(state[name], 1 - kept)
-                else:
-                    mean.copy_(state[name])
+            get_ema_multi_avg_fn(kept)(self.means, self.values, None)
+            for mean, value in self.counts:
+                mean.copy_(value)
         self.loss = [self.loss[0] + loss.item(), self.loss[1] + 1]
 
     def progress(self, rate: float) -> str:
