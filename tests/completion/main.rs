@@ -7,3 +7,4 @@ mod occlusion;
 #[path = "../support/mod.rs"]
 mod support;
 mod touch;
+mod views_per_object;

@@ -206,6 +206,8 @@ fn every_form_of_every_setting() {
     for (line, fine) in [
         ("views=head_on", true),
         ("views={even=12}", true),
+        ("views={even=12, per_object=true}", true),
+        ("views={rpy=[[0,0,0.5]], per_object=true}", false),
         ("views={roll=[0], pitch={from=-75,to=75,count=6}, yaw={from=0,to=360,count=8,ends='open'}, unit='deg'}", true),
         ("views={rpy=[[0,0,0.5],[0,1,0]]}", true),
         ("views={quaternions_wxyz=[[1,0,0,0],[0.5,0.5,0.5,0.5]]}", true),
@@ -290,6 +292,7 @@ fn a_resolved_job_reads_back_as_the_same_job() {
     for overrides in [
         vec!["seed=7", "views={even=50}", "sensor.profile=kinect-v1", "channels.depth=u16", "channels.tsdf=true"],
         vec!["occlusion={}"],
+        vec!["views={even=50, per_object=true}"],
         vec!["occlusion={modes=['half_space'], share=0.3, min_hidden=0.1, max_hidden=0.9}"],
         vec!["profile=thesis", "split.test_objects=['bowl-*']", "split.training_subsets=[2, 0.9]"],
         vec![

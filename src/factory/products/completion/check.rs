@@ -29,6 +29,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &CompletionSpec, folder: &Fi
     let gate = Gate { min_partial_cells: spec.gate.min_partial_cells, min_overlap: spec.gate.min_overlap };
     let settings = CompletionSettings {
         views: views(checker, &spec.views),
+        views_per_object: matches!(&spec.views, ViewsSpec::Even(even) if even.per_object),
         pivot: spec.pivot,
         camera,
         scene,

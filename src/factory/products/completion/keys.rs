@@ -29,6 +29,7 @@ impl CompletionJob {
 fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec {
     let CompletionSettings {
         views,
+        views_per_object,
         pivot,
         camera,
         scene: _,
@@ -45,7 +46,7 @@ fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec 
         touch,
     } = settings;
     let mut spec = CompletionSpec::standard();
-    (spec.views, spec.pivot, spec.renderer) = (views_spec(views), *pivot, *renderer);
+    (spec.views, spec.pivot, spec.renderer) = (views_spec(views, *views_per_object), *pivot, *renderer);
     spec.distance = match *distance {
         Distance::Fixed(distance) => DistanceSpec::Fixed(distance),
         Distance::Range { min, max } => DistanceSpec::Range(DistanceRange { min, max }),
@@ -77,13 +78,13 @@ fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec 
 }
 
 /// The rotations one by one, or by a rule that a job file can state.
-fn views_spec(views: &ViewSet) -> ViewsSpec {
+fn views_spec(views: &ViewSet, per_object: bool) -> ViewsSpec {
     match views {
         ViewSet::RollPitchYaw { roll, pitch, yaw } => {
             let [roll, pitch, yaw] = [roll, pitch, yaw].map(|angles| AnglesSpec::List(angles.clone()));
             ViewsSpec::Grid(GridViews { roll, pitch, yaw, unit: None })
         }
-        ViewSet::Even { count } => ViewsSpec::Even(EvenViews { even: *count }),
+        ViewSet::Even { count } => ViewsSpec::Even(EvenViews { even: *count, per_object }),
         ViewSet::List(rotations) => {
             let rows = rotations.iter().map(|rotation| {
                 let matrix = rotation.matrix();

@@ -42,6 +42,8 @@ pub struct SceneCamera {
 pub struct CompletionSettings {
     /// Rotations of the object.
     pub views: ViewSet,
+    /// Whether these are rotated, all together, by a random rotation of each object.
+    pub views_per_object: bool,
     /// Point that the object is rotated about.
     pub pivot: Pivot,
     /// The camera.

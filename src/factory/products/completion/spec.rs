@@ -172,6 +172,11 @@ pub struct EvenViews {
     /// Number of views: a super-Fibonacci spiral (Alexa, CVPR 2022).
     #[schemars(range(min = 1, max = 1_000_000), extend("examples" = [500]))]
     pub even: u32,
+    /// Whether the views of each object are rotated, all together, by a random rotation of its own. Without it, the camera views
+    /// every object along the same directions.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("examples" = [true]))]
+    pub per_object: bool,
 }
 
 /// Rotations as roll, pitch, yaw.

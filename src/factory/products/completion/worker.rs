@@ -142,7 +142,7 @@ impl<'j> CompletionWorker<'j> {
 
     /// Prepares an object again and checks that it is still the one of the job.
     fn prepare(&self, index: usize, cancel: &Cancel) -> Result<LoadedObject, ProduceError> {
-        let ViewScratch { job, settings, level, source, .. } = &self.scratch;
+        let ViewScratch { job, settings, seed, level, source, .. } = &self.scratch;
         let prepared = prepared(&job.objects.list[index])?;
         cancel.check()?;
         let sim = source.model(prepared.mesh())?;
@@ -151,7 +151,7 @@ impl<'j> CompletionWorker<'j> {
         }
         cancel.check()?;
         let hand = self.hand.as_ref().map(|hand| hand.on_object(&prepared)).transpose()?;
-        Ok(LoadedObject { object: CompletionObject::new(&prepared, settings, *level, sim), hand })
+        Ok(LoadedObject { object: CompletionObject::new(&prepared, settings, *seed, *level, sim), hand })
     }
 
     /// Makes the depth image of an item of the loaded object, after the sensor, without storing anything.
@@ -210,7 +210,8 @@ impl ViewScratch<'_> {
 
     fn fill_pair(&mut self, object: &CompletionObject, sample: &SampleId) -> Result<(), PairError> {
         let settings = self.settings;
-        let rotation = settings.views.rotation(sample.item.0 as usize);
+        let view = settings.views.rotation(sample.item.0 as usize);
+        let rotation = object.own_rotation.map_or(view, |own| view * own);
         let distance = distance(settings, &object.bounds, || Stream::of_sample(self.seed, sample, "distance"));
         let pair = &mut self.pair;
         pair.sample = *sample;
