@@ -16,6 +16,7 @@ sys.path.insert(0, str(BENCHES))
 
 import study  # noqa: E402
 import study_fault  # noqa: E402
+import study_law  # noqa: E402
 import study_table  # noqa: E402
 from data_faults import of_others  # noqa: E402
 from graspmill.train.recipe import Recipe, read_recipe, tomllib  # noqa: E402
@@ -154,3 +155,31 @@ def test_rows_are_chosen_by_what_stands_in_them(tmp_path: Path) -> None:
             study_table.read(folder, "iou", [wrong])
     with gzip.open(folder / "base-0.csv.gz", "rt") as file:
         assert next(file).strip() == ",".join(study.COLUMNS)
+
+
+def test_a_planted_law_is_found() -> None:
+    """Constant and exponent come back; a count off the law shows."""
+    draws = np.random.default_rng(4).uniform(0.8, 1.2, 40)
+    line = {objects: 1 - 0.3 * (objects / 100) ** -0.2 * draws / draws.mean() for objects in (14, 94, 484)}
+    law = study_law.Law.of(line)
+    assert np.allclose([law.constant, law.exponent], [0.3, 0.2]) and law.farthest < 1e-9
+    assert np.isclose(law.overlap(94), line[94].mean())
+    low, high = law.intervals
+    assert low[0] < 0.3 < high[0] and np.allclose([low[1], high[1]], 0.2)
+    assert str(law).startswith("c 0.300 [0.2")
+    line[14] -= 0.05
+    off = study_law.Law.of(line)
+    assert off.exponent > 0.2 and 0.005 < off.farthest < 0.05
+
+
+def test_lines_are_of_the_views_that_an_arm_has() -> None:
+    found = {
+        ("block-allx10", "training views of 10"): {"cup": 0.5, "ball": 0.7},
+        ("block-allx10", "training views of 100"): {"cup": 0.1, "ball": 0.1},
+        ("unet-14x100", "training views of 100"): {"cup": 0.9, "ball": 0.8},
+    }
+    lines = study_law.lines_of(found, ["training views of 10", "training views of 100"], 484)
+    assert list(lines) == [("block", 10), ("unet", 100)]
+    assert lines["block", 10][484].tolist() == [0.7, 0.5] and list(lines["unet", 100]) == [14]
+    with pytest.raises(SystemExit, match="NETWORK-OBJECTSxVIEWS"):
+        study_law.lines_of({("depth", "other"): {}}, ["other"], 1)
