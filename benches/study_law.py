@@ -53,8 +53,12 @@ class Law:
     exponent: float
     intervals: np.ndarray
     """(2, 2): lower and upper ends of both."""
-    farthest: float
-    """How far a count of objects lies from the law at most, as an overlap."""
+    line: Line
+    """The overlaps that it was fitted to."""
+
+    def farthest(self) -> float:
+        """The law's largest error over the counts of objects, as an overlap."""
+        return float(max(abs(means.mean() - self.overlap(objects)) for objects, means in self.line.items()))
 
     def overlap(self, objects: float) -> float:
         return float(1 - self.constant * (objects / 100) ** -self.exponent)
@@ -65,13 +69,12 @@ class Law:
         rng = np.random.default_rng(0)
         drawn = np.array([fit(line, rng.integers(tested, size=tested)) for _ in range(DRAWS)])
         constant, exponent = fit(line, np.arange(tested))
-        away = [means.mean() - 1 + constant * (objects / 100) ** -exponent for objects, means in line.items()]
-        return cls(constant, exponent, np.quantile(drawn, [0.025, 0.975], axis=0), float(np.abs(away).max()))
+        return cls(constant, exponent, np.quantile(drawn, [0.025, 0.975], axis=0), line)
 
     def __str__(self) -> str:
         (c_low, a_low), (c_high, a_high) = self.intervals
         said = f"c {self.constant:.3f} [{c_low:.3f}, {c_high:.3f}], a {self.exponent:.3f} [{a_low:.3f}, {a_high:.3f}]"
-        return f"{said}; an overlap lies {self.farthest:.3f} from it at most"
+        return f"{said}; an overlap lies {self.farthest():.3f} from it at most"
 
 
 def draw(path: Path, tests: dict[str, Lines], laws: dict[tuple[str, int], Law]) -> None:

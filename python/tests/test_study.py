@@ -162,14 +162,14 @@ def test_a_planted_law_is_found() -> None:
     draws = np.random.default_rng(4).uniform(0.8, 1.2, 40)
     line = {objects: 1 - 0.3 * (objects / 100) ** -0.2 * draws / draws.mean() for objects in (14, 94, 484)}
     law = study_law.Law.of(line)
-    assert np.allclose([law.constant, law.exponent], [0.3, 0.2]) and law.farthest < 1e-9
+    assert np.allclose([law.constant, law.exponent], [0.3, 0.2]) and law.farthest() < 1e-9
     assert np.isclose(law.overlap(94), line[94].mean())
     low, high = law.intervals
     assert low[0] < 0.3 < high[0] and np.allclose([low[1], high[1]], 0.2)
     assert str(law).startswith("c 0.300 [0.2")
     line[14] -= 0.05
     off = study_law.Law.of(line)
-    assert off.exponent > 0.2 and 0.005 < off.farthest < 0.05
+    assert off.exponent > 0.2 and 0.005 < off.farthest() < 0.05
 
 
 def test_lines_are_of_the_views_that_an_arm_has() -> None:

@@ -59,7 +59,7 @@ class Task(Protocol):
     terms: int
     """Equal terms that the loss is the mean of."""
     memory_format: torch.memory_format
-    """How weights lie in the memory of a GPU."""
+    """Layout of the weights in the memory of a GPU."""
 
     def network(self) -> nn.Module:
         """The network with its first weights."""
