@@ -8,7 +8,7 @@ use crate::support::{
     workspace::Workspace,
 };
 
-/// Makes the dataset `two` of a job, which is intact, with so many samples that are made again equal. One thread and three tasks make the
+/// Makes the dataset `two` of a job, which is intact, with so many samples that are made again equal. One thread and seven tasks make the
 /// same; the folder of the dataset.
 pub fn make_alike(workspace: &Workspace, job: &str, regenerated: &str) -> PathBuf {
     let two = workspace.make_dataset("two", job, &[]);
@@ -16,8 +16,8 @@ pub fn make_alike(workspace: &Workspace, job: &str, regenerated: &str) -> PathBu
     Program::on("verify", &two).option("--regenerate", regenerated).succeed();
     Program::run_job(workspace.path("two.toml"), workspace.path("one")).option("--threads", "1").succeed();
     assert_eq!(print_root(&two), print_root(workspace.path("one")));
-    for task in ["0/3", "2/3", "1/3"] {
-        workspace.run_job("two", "tasks").option("--task", task).succeed();
+    for task in [0, 5, 2, 6, 1, 4, 3] {
+        workspace.run_job("two", "tasks").option("--task", format!("{task}/7")).succeed();
     }
     Program::on("merge", workspace.path("tasks")).succeed();
     assert_eq!(print_root(&two), print_root(workspace.path("tasks")));

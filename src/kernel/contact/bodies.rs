@@ -13,7 +13,10 @@ use super::{
     points::{Sampled, SurfacePoints, Waiting},
     surface::spread_out,
 };
-use crate::{geom::TriMesh, voxel::channels::Closest};
+use crate::{
+    geom::{TriMesh, convex_hull_vertices},
+    voxel::channels::Closest,
+};
 
 /// Contacts of one pair of bodies, at most: nested cups need more than the four that hold a box.
 pub const MAX_CONTACTS: usize = 8;
@@ -46,10 +49,11 @@ pub struct ContactBody {
 impl ContactBody {
     /// Prepares a mesh whose surface has been prepared already.
     pub fn new(mesh: &TriMesh, surface: Arc<ContactSurface>, sampled: Sampled) -> Self {
-        let points = SurfacePoints::new(mesh, sampled);
-        let vertices = || mesh.vertices.iter().map(|vertex| Point3::from(vertex.map(f64::from)));
+        let vertices: Vec<_> = mesh.vertices.iter().map(|vertex| Point3::from(vertex.map(f64::from))).collect();
         // A mesh that lies in a plane touches with its vertices.
-        let corners = surface.hull_corners().unwrap_or_else(|| vertices().collect());
+        let hull = convex_hull_vertices(&vertices).unwrap_or_else(|| (0..vertices.len() as u32).collect());
+        let points = SurfacePoints::new(mesh, &hull, sampled);
+        let corners = hull.iter().map(|corner| vertices[*corner as usize]).collect();
         let (centre, extents) = (surface.bounds().centre(), surface.bounds().max - surface.bounds().min);
         let mut edges: Vec<[u32; 2]> = Vec::with_capacity(3 * mesh.triangles.len());
         for [a, b, c] in &mesh.triangles {
@@ -279,7 +283,7 @@ pub fn plane_contacts(body: &ContactBody, plane_from_object: &IsometryMatrix3<f6
 mod tests {
     use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-    use nalgebra::Translation3;
+    use nalgebra::{Translation3, UnitQuaternion};
 
     use super::*;
     use crate::{
@@ -396,18 +400,34 @@ mod tests {
         let ball = lathe(&arc(radius, 0.0, -FRAC_PI_2, FRAC_PI_2, 180), 256);
         let ball = body(&ball, Sampled::Everywhere);
         let bin = body(&TriMesh::open_box([0.4, 0.3, 0.2], 0.02), Sampled::Edges);
-        // Between points of a cell's distance and facets of 0.6 mm the ball is flat by so much at most.
-        let flat = 0.0025_f64.powi(2) / (2.0 * radius);
         for depth in [2e-4, 5e-4] {
             let placed = IsometryMatrix3::translation(0.05, -0.03, radius - depth);
             let found = contacts(&bin, &ball, &placed);
             let deepest = found.first().expect("it lies on the floor");
-            assert!(-deepest.distance <= depth + 1e-7 && -deepest.distance > depth - flat, "{deepest:?}");
+            assert!((deepest.distance + depth).abs() < 1e-7, "{deepest:?}");
             assert!((deepest.normal.z - 1.0).abs() < 1e-6);
             let mut on_plane = Vec::new();
             plane_contacts(&ball, &placed, &mut on_plane);
             assert!((on_plane[0].distance + depth).abs() < 1e-6, "{:?}", on_plane[0]);
             assert!((on_plane[0].normal.z + 1.0).abs() < 1e-12);
+        }
+        // Rough as a scan, with vertices nearer to each other than a cell is wide, its lowest vertex says how deep it is.
+        let mut rough = lathe(&arc(radius, 0.0, -FRAC_PI_2, FRAC_PI_2, 90), 128);
+        for (index, vertex) in (0_u32..).zip(&mut rough.vertices) {
+            let share = f64::from(index.wrapping_mul(2_654_435_761)) / f64::from(u32::MAX);
+            *vertex = vertex.map(|part| part * (1.0 - 0.01 * share as f32));
+        }
+        let rough_body = body(&rough, Sampled::Everywhere);
+        for angle in [0.3, 0.9, 1.4] {
+            let rotation = UnitQuaternion::from_scaled_axis(Vector3::new(angle, 0.4, 0.0));
+            let low = |mesh: &TriMesh| {
+                let height = |vertex: &[f32; 3]| (rotation * Point3::from(vertex.map(f64::from))).z;
+                mesh.vertices.iter().map(height).fold(f64::INFINITY, f64::min)
+            };
+            let at = Translation3::new(0.05, -0.03, -low(&rough) - 3e-4);
+            let placed = IsometryMatrix3::from_parts(at, rotation.to_rotation_matrix());
+            let deepest = contacts(&bin, &rough_body, &placed)[0];
+            assert!((deepest.distance + 3e-4).abs() < 1e-7, "{deepest:?}");
         }
         // In a corner it touches the floor and two walls.
         let corner = IsometryMatrix3::translation(0.2 - radius + 3e-4, 0.15 - radius + 3e-4, radius - 3e-4);

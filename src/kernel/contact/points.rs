@@ -1,6 +1,6 @@
 //! Points of a surface in a tree of balls.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
@@ -37,8 +37,9 @@ pub(super) struct SurfacePoint {
     pub(super) is_sharp: bool,
 }
 
-/// Points of a surface, one per cell of [`POINT_CELL`], in a binary tree of balls. Of the points in a cell the one that sticks
-/// out most is kept: a vertex or an edge before a face. Of class `exact`.
+/// Points of a surface, one per cell of [`POINT_CELL`] and the corners of its hull, in a binary tree of balls. Of the points in a
+/// cell the one that sticks out most is kept: a vertex or an edge before a face. Corners of the hull are kept all: the point of a
+/// body that is deepest in a flat wall is one of them, and scans have several vertices in a cell. Of class `exact`.
 pub(super) struct SurfacePoints {
     points: Vec<SurfacePoint>,
     balls: Vec<Ball>,
@@ -59,16 +60,17 @@ struct Ball {
 pub(super) type Waiting = Vec<u32>;
 
 impl SurfacePoints {
-    pub(super) fn new(mesh: &TriMesh, sampled: Sampled) -> Self {
+    /// Points of a mesh whose hull has its corners at some of the vertices, in rising order.
+    pub(super) fn new(mesh: &TriMesh, hull: &[u32], sampled: Sampled) -> Self {
         let mut cells = Cells::default();
         let faces = Faces::of(mesh);
-        faces.add_vertices(mesh, &mut cells);
+        faces.add_vertices(mesh, hull, &mut cells);
         faces.add_edges(mesh, &mut cells);
         match sampled {
             Sampled::Everywhere => faces.add_faces(mesh, &mut cells),
-            Sampled::Edges => cells.0.retain(|_, (sharpness, _)| *sharpness >= SHARP),
+            Sampled::Edges => cells.best.retain(|_, (sharpness, _)| *sharpness >= SHARP),
         }
-        let mut points: Vec<SurfacePoint> = cells.0.into_values().map(|(_, point)| point).collect();
+        let mut points = cells.into_points();
         let mut balls = Vec::new();
         if !points.is_empty() {
             add_balls(&mut points, 0, &mut balls);
@@ -149,22 +151,35 @@ fn add_balls(points: &mut [SurfacePoint], first: usize, balls: &mut Vec<Ball>) {
     }
 }
 
-/// The point of each cell that sticks out most, and by how much.
+/// Points that are kept.
 #[derive(Default)]
-struct Cells(BTreeMap<[i32; 3], (f64, SurfacePoint)>);
+struct Cells {
+    /// The point of each cell that sticks out most, and by how much.
+    best: BTreeMap<[i32; 3], (f64, SurfacePoint)>,
+    /// Corners of the hull.
+    corners: Vec<SurfacePoint>,
+}
 
 impl Cells {
-    fn add(&mut self, point: Point3<f64>, normal: Vector3<f64>, sharpness: f64) {
-        let length = normal.norm();
-        if length <= 0.0 {
-            return;
-        }
-        let point = SurfacePoint { point, normal: normal / length, is_sharp: sharpness >= SHARP };
+    /// Each point once.
+    fn into_points(self) -> Vec<SurfacePoint> {
+        let bits = |each: &SurfacePoint| [0, 1, 2].map(|axis| each.point[axis].to_bits());
+        let mut points: Vec<SurfacePoint> = self.best.into_values().map(|(_, point)| point).collect();
+        let mut kept: BTreeSet<[u64; 3]> = points.iter().map(bits).collect();
+        points.extend(self.corners.into_iter().filter(|corner| kept.insert(bits(corner))));
+        points
+    }
+
+    /// Adds a point, unless nothing says where its outside is.
+    fn add(&mut self, point: Point3<f64>, normal: Vector3<f64>, sharpness: f64) -> Option<SurfacePoint> {
+        let normal = normal.try_normalize(0.0)?;
+        let point = SurfacePoint { point, normal, is_sharp: sharpness >= SHARP };
         let cell = [0, 1, 2].map(|axis| (point.point[axis] / POINT_CELL).floor() as i32);
-        let best = self.0.entry(cell).or_insert((sharpness, point));
+        let best = self.best.entry(cell).or_insert((sharpness, point));
         if sharpness > best.0 {
             *best = (sharpness, point);
         }
+        Some(point)
     }
 }
 
@@ -199,7 +214,7 @@ impl Faces {
     }
 
     /// Adds the vertices; one in a hollow counts as a face does.
-    fn add_vertices(&self, mesh: &TriMesh, cells: &mut Cells) {
+    fn add_vertices(&self, mesh: &TriMesh, hull: &[u32], cells: &mut Cells) {
         let mut sums = vec![(Vector3::zeros(), 0, Vector3::zeros()); mesh.vertices.len()];
         for (face, corners) in mesh.triangles.iter().enumerate() {
             let middle = mesh.corners(face).iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / 3.0;
@@ -210,11 +225,14 @@ impl Faces {
                 *around += middle;
             }
         }
-        for (vertex, (normal, count, around)) in mesh.vertices.iter().zip(&sums) {
+        for ((index, vertex), (normal, count, around)) in (0..).zip(&mesh.vertices).zip(&sums) {
             let point = Point3::from(vertex.map(f64::from));
             let sticks_out = normal.dot(&(around / (*count).max(1) as f64 - point.coords)) < 0.0;
             let sharpness = if sticks_out { Self::sharpness(normal, *count) } else { 0.0 };
-            cells.add(point, *normal, sharpness);
+            let added = cells.add(point, *normal, sharpness);
+            if hull.binary_search(&index).is_ok() {
+                cells.corners.extend(added);
+            }
         }
     }
 
@@ -264,6 +282,7 @@ mod tests {
     use super::*;
     use crate::{
         assets::{built_in_source, prepare},
+        geom::convex_hull_vertices,
         voxel::InsideTest,
     };
 
@@ -275,7 +294,7 @@ mod tests {
     fn every_cell_of_the_surface_has_a_point_on_it_and_no_cell_two() {
         let mesh = shape("mug-01");
         let surface = ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface");
-        let points = SurfacePoints::new(&mesh, Sampled::Everywhere);
+        let points = SurfacePoints::new(&mesh, &[], Sampled::Everywhere);
         let mut cells = std::collections::BTreeSet::new();
         for each in &points.points {
             assert!(surface.signed_distance(&each.point).abs() < 1e-7, "{:?}", each.point);
@@ -296,7 +315,7 @@ mod tests {
     fn a_search_leaves_out_only_what_is_farther_than_it_says() {
         let (mesh, other) = (shape("mug-01"), shape("box-01"));
         let surface = ContactSurface::new(&other, InsideTest::Crossings).expect("a surface");
-        let points = SurfacePoints::new(&mesh, Sampled::Everywhere);
+        let points = SurfacePoints::new(&mesh, &[], Sampled::Everywhere);
         let mut waiting = Waiting::new();
         for step in 0..12 {
             let aside = 0.02 * f64::from(step);
@@ -314,10 +333,24 @@ mod tests {
     }
 
     #[test]
+    fn corners_of_the_hull_are_kept_all_and_each_once() {
+        let mesh = shape("bottle-01@16k");
+        let vertices: Vec<_> = mesh.vertices.iter().map(|vertex| Point3::from(vertex.map(f64::from))).collect();
+        let hull = convex_hull_vertices(&vertices).expect("a hull");
+        let [with, without] = [&hull[..], &[]].map(|hull| SurfacePoints::new(&mesh, hull, Sampled::Everywhere).points);
+        let holds = |points: &[SurfacePoint], at: &Point3<f64>| points.iter().filter(|each| each.point == *at).count();
+        let corners = || hull.iter().map(|corner| &vertices[*corner as usize]);
+        assert!(corners().all(|corner| holds(&with, corner) == 1));
+        let missed = corners().filter(|corner| holds(&without, corner) == 0).count();
+        assert!(missed > 100, "cells alone miss {missed} of {}", hull.len());
+        assert_eq!(with.len(), without.len() + missed);
+    }
+
+    #[test]
     fn edges_alone_are_few_and_stick_out() {
         let mesh = TriMesh::open_box([0.4, 0.3, 0.2], 0.02);
-        let points = SurfacePoints::new(&mesh, Sampled::Edges);
-        let everywhere = SurfacePoints::new(&mesh, Sampled::Everywhere);
+        let points = SurfacePoints::new(&mesh, &[], Sampled::Edges);
+        let everywhere = SurfacePoints::new(&mesh, &[], Sampled::Everywhere);
         assert!(
             points.len() > 1000 && points.len() < everywhere.len() / 20,
             "{} of {}",

@@ -4,6 +4,8 @@
 //! a point is on is one of whole numbers: no tolerance, no degenerate case, the same hull everywhere. By quickhull (Barber,
 //! Dobkin and Huhdanpaa 1996, "The quickhull algorithm for convex hulls").
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use nalgebra::{Point3, Vector3};
 
 /// Steps along the longest side.
@@ -31,6 +33,21 @@ pub fn convex_hull_corners(points: &[Point3<f64>]) -> Option<Vec<Point3<f64>>> {
     used.sort_unstable();
     used.dedup();
     Some(used.into_iter().map(|corner| hull.corners[corner as usize]).collect())
+}
+
+/// Vertices at which the convex hull of points [m] is bent, as indices of the points, in rising order; of equal points the first.
+/// `None` where the points lie in a plane.
+pub fn convex_hull_vertices(points: &[Point3<f64>]) -> Option<Vec<u32>> {
+    let hull = ConvexHull::of(points)?;
+    let lattice = Lattice::around(points)?;
+    let mut firsts = BTreeMap::new();
+    for (index, point) in (0..).zip(points) {
+        firsts.entry(lattice.site(point)).or_insert(index);
+    }
+    let corners = hull.facets.iter().flat_map(|facet| &facet.corners);
+    let vertices: BTreeSet<u32> =
+        corners.map(|corner| firsts[&lattice.site(&hull.corners[*corner as usize])]).collect();
+    Some(vertices.into_iter().collect())
 }
 
 /// Planes of the convex hull's facets, as outward unit normals and offsets: `normal . point <= offset` inside. `None` where the
@@ -80,22 +97,40 @@ struct Face {
 impl ConvexHull {
     /// The hull of points [m]; `None` where they lie in a plane.
     pub(super) fn of(points: &[Point3<f64>]) -> Option<Self> {
-        let first = *points.first()?;
-        let low = points.iter().fold(first, |low, point| low.inf(point));
-        let high = points.iter().fold(first, |high, point| high.sup(point));
-        let pitch = (high - low).max() / STEPS;
-        if pitch.is_nan() || pitch <= 0.0 {
-            return None;
-        }
-        let mut sites: Vec<Site> =
-            points.iter().map(|point| ((point - low) / pitch).map(|part| part.round() as i64).into()).collect();
+        let lattice = Lattice::around(points)?;
+        let mut sites: Vec<Site> = points.iter().map(|point| lattice.site(point)).collect();
         sites.sort_unstable();
         sites.dedup();
         let mut growth = Growth::begin(sites)?;
         growth.finish();
         let facets = growth.facets();
-        let metres = |site: &Site| low + Vector3::from(site.map(|part| part as f64)) * pitch;
-        Some(Self { corners: growth.sites.iter().map(metres).collect(), facets })
+        Some(Self { corners: growth.sites.iter().map(|site| lattice.point(site)).collect(), facets })
+    }
+}
+
+/// Whole steps from the lowest corner of the box around some points.
+struct Lattice {
+    low: Point3<f64>,
+    /// Length of a step [m].
+    pitch: f64,
+}
+
+impl Lattice {
+    /// `None` where all points are one, or there is none.
+    fn around(points: &[Point3<f64>]) -> Option<Self> {
+        let first = *points.first()?;
+        let low = points.iter().fold(first, |low, point| low.inf(point));
+        let high = points.iter().fold(first, |high, point| high.sup(point));
+        let pitch = (high - low).max() / STEPS;
+        (pitch > 0.0).then_some(Self { low, pitch })
+    }
+
+    fn site(&self, point: &Point3<f64>) -> Site {
+        ((point - self.low) / self.pitch).map(|part| part.round() as i64).into()
+    }
+
+    fn point(&self, site: &Site) -> Point3<f64> {
+        self.low + Vector3::from(site.map(|part| part as f64)) * self.pitch
     }
 }
 
@@ -364,6 +399,15 @@ mod tests {
         let is_end = |part: f64| part.abs() < 1e-6 || (part - 1.0).abs() < 1e-6;
         assert!(lattice.iter().all(|corner| is_end(corner.x) && is_end(corner.y) && is_end(2.0 * corner.z)));
         assert!(convex_hull_corners(&points(&[[1.0; 3]; 5])).is_none());
+
+        // The same as vertices: the first of equal points, and none within a facet.
+        let twice: Vec<_> = points(&grid(5)).into_iter().flat_map(|point| [point; 2]).collect();
+        let vertices = convex_hull_vertices(&twice).expect("a hull");
+        let found: Vec<_> = vertices.iter().map(|vertex| twice[*vertex as usize]).collect();
+        assert!(vertices.is_sorted() && vertices.iter().all(|vertex| vertex % 2 == 0), "{vertices:?}");
+        assert_eq!(found.len(), 8);
+        assert!(lattice.iter().all(|corner| found.iter().any(|vertex| (vertex - corner).norm() < 1e-6)));
+        assert!(convex_hull_vertices(&points(&[[1.0; 3]; 5])).is_none());
     }
 
     #[test]

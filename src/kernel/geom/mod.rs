@@ -33,7 +33,7 @@ pub use frames::{
     rotation_from_rpy, rotation_towards,
 };
 pub use grid::{GridPlacement, OccupancyGrid, SolidGrid};
-pub use hull::{convex_hull_area, convex_hull_corners, convex_hull_planes};
+pub use hull::{convex_hull_area, convex_hull_corners, convex_hull_planes, convex_hull_vertices};
 pub use image::DepthCrop;
 pub use mass::MassProperties;
 pub use mesh::{Aabb, TriMesh};
