@@ -94,6 +94,7 @@ fn models_hold_what_the_records_say_and_stay_where_they_are() {
     let (agreed, exported) = (read_json(out.join("agreement.json")), read_json(out.join("export.json")));
     assert_eq!((&agreed["scenes_at_rest"], &agreed["root"]), (&3.into(), &exported["root"]));
     assert!(replay(&["77"]).fail().stderr.contains("no scene 77 here: 0, 1, 2"));
+    assert!(listed[0]["file_sdf"].as_str().is_some_and(|file| out.join(file).is_file()), "{listed}");
 
     // One scene with an object that is asked for; a scene that was lifted does not stay.
     let one = workspace.path("scenes-of-one");
@@ -166,4 +167,9 @@ fn bins_of_scans_stay_where_they_are_in_stock_mujoco() {
     let found = read_json(out.join("agreement.json"));
     let [bodies, resting] = ["bodies", "bodies_at_rest"].map(|key| found[key].as_u64().expect("a count"));
     assert!(bodies >= 35 && resting as f64 >= 0.95 * bodies as f64, "{resting} of {bodies}");
+    // By octrees of distances, whose making takes most of the time: the model has all bodies, and they do not fly apart.
+    let by_distances =
+        Program::python().arg(out.join("replay.py")).args(["0", "--contacts", "sdf", "--seconds", "0.05"]);
+    let said = by_distances.succeed().text();
+    assert!(said.contains("5 of 5 bodies and 1 of 1 scenes stay within 5 mm for 0.05 s"), "{said}");
 }

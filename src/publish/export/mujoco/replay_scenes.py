@@ -5,10 +5,13 @@
     python replay.py                      every scene here, for 2 s; writes agreement.json
     python replay.py 12 --view            one scene by its index in the dataset, in MuJoCo's viewer
     python replay.py --processes 8        so many scenes at a time
+    python replay.py --contacts sdf       by MuJoCo's octrees of distances, several times slower; writes agreement_sdf.json
 
 `scenes/<index>.xml` is a scene: its container, and each body as a rigid flex of the object's own triangles in `objects`, with
-MuJoCo's own contacts, which are not those that the scene settled with. A scene that is an equilibrium stays where it is: its
-bodies' centres of mass move by less than 5 mm. `scenes.json` has the same numbers for programs. Lengths are metres.
+MuJoCo's own contacts, which are not those that the scene settled with. `scenes_sdf/<index>.xml` is the same scene with an octree
+of distances for each body, which MuJoCo descends to contacts from random points: thin walls and sharp edges may get none. A scene
+that is an equilibrium stays where it is: its bodies' centres of mass move by less than 5 mm. `scenes.json` has the same numbers
+for programs. Lengths are metres.
 """
 
 import argparse
@@ -24,9 +27,14 @@ import numpy as np
 HERE = Path(__file__).resolve().parent
 
 
-def states(file, seconds):
+def states(scene, contacts, starts, seconds):
     """Model and state after each step."""
-    model = mujoco.MjModel.from_xml_path(str(HERE / file))
+    spec = mujoco.MjSpec.from_file(str(HERE / scene["file_sdf" if contacts == "sdf" else "file"]))
+    for mesh in spec.meshes:
+        # Finer than by default; no attribute of a file says so.
+        mesh.octree_maxdepth = 8
+    spec.option.sdf_initpoints = starts
+    model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     for _ in range(round(seconds / model.opt.timestep) + 1):
@@ -36,9 +44,9 @@ def states(file, seconds):
 
 def replay(work):
     """Distances by which the bodies of a scene, by name, have moved at the end: of their centres of mass [m]."""
-    scene, seconds = work
+    scene, *how = work
     names, before = [body["name"] for body in scene["bodies"]], None
-    for model, data in states(scene["file"], seconds):
+    for model, data in states(scene, *how):
         if before is None:
             bodies = [model.body(name).id for name in names]
             before = data.xipos[bodies].copy()
@@ -47,21 +55,21 @@ def replay(work):
     return {"index": scene["index"], "moved": dict(zip(names, moved.tolist())), "unstable": unstable}
 
 
-def view(scene, seconds):
+def view(scene, *how):
     from mujoco import viewer
 
     window = None
-    for model, data in states(scene["file"], seconds):
+    for model, data in states(scene, *how):
         window = window or viewer.launch_passive(model, data)
         window.sync()
         time.sleep(model.opt.timestep)
     window.close()
 
 
-def results(chosen, arguments):
-    work = [(scene, arguments.seconds) for scene in chosen]
-    if arguments.processes > 1:
-        with multiprocessing.Pool(arguments.processes) as pool:
+def results(chosen, how, processes):
+    work = [(scene, *how) for scene in chosen]
+    if processes > 1:
+        with multiprocessing.Pool(processes) as pool:
             yield from pool.imap(replay, work)
     else:
         yield from map(replay, work)
@@ -72,6 +80,8 @@ def main():
     parser.add_argument("scenes", nargs="*", type=int, help="indices of scenes (default: all)")
     parser.add_argument("--seconds", type=float, default=2.0, help="time to step [s]")
     parser.add_argument("--within", type=float, default=0.005, help="distance that still counts as rest [m]")
+    parser.add_argument("--contacts", choices=["surface", "sdf"], default="surface", help="MuJoCo's own contacts: triangles, or distances")
+    parser.add_argument("--starts", type=int, default=40, help="with sdf: points that MuJoCo begins its descents to contacts from")
     parser.add_argument("--processes", type=int, default=1, help="scenes at a time")
     parser.add_argument("--view", action="store_true", help="show the scenes in MuJoCo's viewer")
     arguments = parser.parse_args()
@@ -81,12 +91,13 @@ def main():
     if missing:
         known = ", ".join(str(scene["index"]) for scene in scenes[:20])
         sys.exit(f"no scene {min(missing)} here: {known}{' ...' if len(scenes) > 20 else ''}")
+    how = (arguments.contacts, arguments.starts, arguments.seconds)
     if arguments.view:
         for scene in chosen:
-            view(scene, arguments.seconds)
+            view(scene, *how)
         return
     found, whole, bodies, resting = [], 0, 0, 0
-    for result in results(chosen, arguments):
+    for result in results(chosen, how, arguments.processes):
         far = {name: moved for name, moved in result["moved"].items() if not moved < arguments.within}
         for name, moved in far.items():
             print(f"scene {result['index']}: {name} moves by {1e3 * moved:.1f} mm")
@@ -98,9 +109,11 @@ def main():
     print(f"{resting} of {bodies} bodies and {whole} of {len(found)} scenes stay within {1e3 * arguments.within:g} mm for {arguments.seconds:g} s")
     if not arguments.scenes:
         root = json.loads((HERE / "export.json").read_text())["root"]
-        facts = {"root": root, "mujoco": mujoco.__version__, "seconds": arguments.seconds, "within": arguments.within,
-                 "bodies": bodies, "bodies_at_rest": resting, "scenes": len(found), "scenes_at_rest": whole, "moved": found}
-        (HERE / "agreement.json").write_text(json.dumps(facts, indent=2) + "\n")
+        facts = {"root": root, "mujoco": mujoco.__version__, "contacts": arguments.contacts, "seconds": arguments.seconds,
+                 "within": arguments.within, "bodies": bodies, "bodies_at_rest": resting, "scenes": len(found),
+                 "scenes_at_rest": whole, "moved": found}
+        file = "agreement_sdf.json" if arguments.contacts == "sdf" else "agreement.json"
+        (HERE / file).write_text(json.dumps(facts, indent=2) + "\n")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-//! Settled scenes as models of plain MuJoCo: bodies are rigid flexes of their meshes' own triangles.
+//! Settled scenes as models of plain MuJoCo: bodies are rigid flexes of their meshes' own triangles, or octrees of their distances.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,7 +19,7 @@ use super::{
 };
 use crate::inspection::job_table;
 use format::{
-    Noun, Product, Scene, SceneBody, SceneContainer,
+    ContainerMesh, Noun, Product, Scene, SceneBody, SceneContainer,
     dataset::{AssetRow, DatasetError, DatasetReader, layout::JOB},
     products::grasps::Shapes,
 };
@@ -43,15 +43,24 @@ const COLOURS: [&str; 8] = [
     "0.60 0.55 0.45",
 ];
 
-/// `scenes/<index>.xml` of a dataset of scenes, with the meshes, a table of what is where, and `replay.py`, which steps them in
-/// plain MuJoCo.
+/// The shape of a body, or of a container that is a mesh, as MuJoCo's own contacts know it.
+#[derive(Clone, Copy)]
+enum Contacts {
+    /// A rigid flex of the mesh's triangles.
+    Triangles,
+    /// A geom with an octree of distances to the mesh.
+    Distances,
+}
+
+/// `scenes/<index>.xml` and `scenes_sdf/<index>.xml` of a dataset of scenes, with the meshes, a table of what is where, and
+/// `replay.py`, which steps them in plain MuJoCo.
 pub(super) const FORM: ExportForm = ExportForm {
     product: Product::SCENES,
     counted: Noun { one: "scene", many: "scenes" },
     keys: &[],
     layout: |_| {
         "scenes/<index>.xml: a scene for MuJoCo 3.17, each body at its stored pose, at rest, a rigid flex of the object's triangles; \
-         objects/<name>.obj: meshes [m], and those of containers in containers; scenes.json: bodies of each scene with object, mass [kg], \
+         scenes_sdf/<index>.xml: the same with an octree of distances; objects/<name>.obj: meshes [m], and those of containers in containers; scenes.json: bodies of each scene with object, mass [kg], \
          friction and world_from_object (3, 4) row-major [m]; replay.py steps the scenes, says how far each body moves, and writes \
          agreement.json"
     },
@@ -88,15 +97,17 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
             return Ok(());
         }
         if let SceneContainer::Mesh { shape, .. } = &scene.container {
-            let name = shape.digest().short();
-            if containers.insert(name.clone()) {
-                write_mesh(target, &format!("containers/{name}.obj"), shape.mesh())?;
+            let file = container_file(shape);
+            if containers.insert(file.clone()) {
+                write_mesh(target, &format!("{file}.obj"), shape.mesh())?;
             }
         }
         let file = format!("scenes/{:06}.xml", names.index.0);
-        target.write(&file, shared.model(&scene)?.as_bytes())?;
+        target.write(&file, shared.model(&scene, Contacts::Triangles)?.as_bytes())?;
+        let file_sdf = format!("scenes_sdf/{:06}.xml", names.index.0);
+        target.write(&file_sdf, shared.model(&scene, Contacts::Distances)?.as_bytes())?;
         used.extend(scene.bodies.iter().map(|body| body.object));
-        scenes.push(shared.row(&scene, names, &file));
+        scenes.push(shared.row(&scene, names, [&file, &file_sdf]));
         Ok(())
     })?;
     if scenes.is_empty() {
@@ -132,7 +143,7 @@ impl Shared {
     }
 
     /// The scene in the table of all.
-    fn row(&self, scene: &Scene, names: &SampleNames<'_>, file: &str) -> Value {
+    fn row(&self, scene: &Scene, names: &SampleNames<'_>, [file, file_sdf]: [&str; 2]) -> Value {
         let body = |(name, body): (String, &SceneBody)| {
             json!({
                 "name": name,
@@ -145,6 +156,7 @@ impl Shared {
         let bodies: Vec<Value> = self.names(scene).into_iter().zip(&scene.bodies).map(body).collect();
         json!({
             "file": file,
+            "file_sdf": file_sdf,
             "index": names.index.0,
             "item": names.id.item.0,
             "mode": scene.mode.name(),
@@ -154,7 +166,7 @@ impl Shared {
     }
 
     /// The scene as MJCF.
-    fn model(&self, scene: &Scene) -> Result<String, ExportError> {
+    fn model(&self, scene: &Scene, contacts: Contacts) -> Result<String, ExportError> {
         let mut text = format!(
             concat!(
                 "<mujoco model=\"scene {}\">\n",
@@ -164,20 +176,33 @@ impl Shared {
                 // Of two frictions the larger counts: the container has none of its own.
                 "  <default>\n    <geom condim=\"6\" friction=\"0 0 0\" {} rgba=\"0.75 0.75 0.75 1\"/>\n  </default>\n",
                 "  <statistic center=\"0 0 0.05\" extent=\"0.6\"/>\n",
-                "  <worldbody>\n",
+                "{}  <worldbody>\n",
                 "    <light pos=\"0 0 2\" dir=\"0 0 -1\" directional=\"true\"/>\n{}"
             ),
             scene.sample.item.0,
             CONTACT,
-            container(&scene.container)
+            self.assets(scene, contacts),
+            container(&scene.container, contacts)
         );
         for ((name, body), colour) in self.names(scene).iter().zip(&scene.bodies).zip(COLOURS.iter().cycle()) {
-            text += &self.body(name, body, colour)?;
+            text += &self.body(name, body, colour, contacts)?;
         }
         Ok(text + "  </worldbody>\n</mujoco>\n")
     }
 
-    fn body(&self, name: &str, body: &SceneBody, colour: &str) -> Result<String, ExportError> {
+    /// The meshes that geoms of a scene share; a flex names its file itself.
+    fn assets(&self, scene: &Scene, contacts: Contacts) -> String {
+        let Contacts::Distances = contacts else { return String::new() };
+        let mut files: BTreeSet<String> =
+            scene.bodies.iter().map(|body| format!("objects/{}", self.folder(&body.object))).collect();
+        if let SceneContainer::Mesh { shape, .. } = &scene.container {
+            files.insert(container_file(shape));
+        }
+        let mesh = |file: String| format!("    <mesh name=\"{file}\" file=\"{file}.obj\" inertia=\"shell\"/>\n");
+        format!("  <asset>\n{}  </asset>\n", files.into_iter().map(mesh).collect::<String>())
+    }
+
+    fn body(&self, name: &str, body: &SceneBody, colour: &str, contacts: Contacts) -> Result<String, ExportError> {
         let folder = self.folder(&body.object);
         let unit = self.solids.get(&body.object).ok_or_else(|| ExportError::NoSolid { name: folder.to_owned() })?;
         let at = body.world_from_object.isometry();
@@ -187,30 +212,44 @@ impl Shared {
                 "    <body name=\"{}\" pos=\"{}\" quat=\"{} {}\">\n",
                 "      <freejoint/>\n",
                 "      {}\n",
-                "      <flexcomp name=\"{}\" type=\"mesh\" file=\"objects/{}.obj\" dim=\"2\" rigid=\"true\" radius=\"0.00001\" ",
-                "rgba=\"{} 1\">\n",
-                "        <contact condim=\"6\" friction=\"{} {} {}\" {} selfcollide=\"none\"/>\n",
-                "      </flexcomp>\n",
-                "    </body>\n"
+                "{}    </body>\n"
             ),
             name,
             joined(at.translation.vector.as_slice()),
             turn.w,
             joined(turn.imag().as_slice()),
             inertial(body.mass, unit),
-            name,
-            folder,
-            colour,
-            body.friction,
-            TORSION,
-            self.rolling,
-            CONTACT,
+            contacts.shape(name, &format!("objects/{folder}"), colour, [body.friction, TORSION, self.rolling]),
         ))
     }
 }
 
-/// The container out of MuJoCo's own solids; one that is a mesh is a rigid flex that stands still.
-fn container(container: &SceneContainer) -> String {
+impl Contacts {
+    /// The element for a mesh that lies in `file`, without its ending; frictions are those of sliding, and of torsion and rolling [m].
+    fn shape(self, name: &str, file: &str, colour: &str, friction: [f64; 3]) -> String {
+        let contact = format!("condim=\"6\" friction=\"{}\" {CONTACT}", joined(&friction));
+        match self {
+            Contacts::Triangles => format!(
+                concat!(
+                    "      <flexcomp name=\"{}\" type=\"mesh\" file=\"{}.obj\" dim=\"2\" rigid=\"true\" radius=\"0.00001\" ",
+                    "rgba=\"{} 1\">\n        <contact {} selfcollide=\"none\"/>\n      </flexcomp>\n"
+                ),
+                name, file, colour, contact
+            ),
+            Contacts::Distances => {
+                format!("      <geom type=\"sdf\" mesh=\"{file}\" mass=\"0\" {contact} rgba=\"{colour} 1\"/>\n")
+            }
+        }
+    }
+}
+
+/// Where the mesh of a container lies, without its ending.
+fn container_file(shape: &ContainerMesh) -> String {
+    format!("containers/{}", shape.digest().short())
+}
+
+/// The container out of MuJoCo's own solids; one that is a mesh is a body that stands still.
+fn container(container: &SceneContainer, contacts: Contacts) -> String {
     let turn = UnitQuaternion::from_rotation_matrix(&container.world_from_container().rotation);
     let quaternion = format!("{} {}", turn.w, joined(turn.imag().as_slice()));
     match container {
@@ -231,16 +270,8 @@ fn container(container: &SceneContainer) -> String {
             boxes.collect()
         }
         SceneContainer::Mesh { shape, .. } => format!(
-            concat!(
-                "    <body name=\"container\" quat=\"{}\">\n",
-                "      <flexcomp name=\"container\" type=\"mesh\" file=\"containers/{}.obj\" dim=\"2\" rigid=\"true\" radius=\"0.00001\" ",
-                "rgba=\"0.75 0.75 0.75 1\">\n",
-                "        <contact condim=\"6\" friction=\"0 0 0\" {} selfcollide=\"none\"/>\n",
-                "      </flexcomp>\n    </body>\n"
-            ),
-            quaternion,
-            shape.digest().short(),
-            CONTACT
+            "    <body name=\"container\" quat=\"{quaternion}\">\n{}    </body>\n",
+            contacts.shape("container", &container_file(shape), "0.75 0.75 0.75", [0.0; 3])
         ),
     }
 }
