@@ -19,12 +19,13 @@ use support::{
     files::{digest_dataset, list_names, repository_path},
     jobs::{ABOUT, NO_SPLIT, barrett_line, fetch_table},
     program::{Program, Running},
-    robots::FETCH,
+    robots::{FETCH, GRIPPER},
     workspace::Workspace,
 };
 
-/// Jobs of a second or more, by name: pairs, touch, grasps without and with trials, patches of these, a map of poses.
-fn jobs(folder: &Path, size: u32) -> [(&'static str, String); 6] {
+/// Jobs of a second or more, by name: pairs, touch, grasps without and with trials, patches of these, a map of poses, and
+/// scenes with their views, pairs in clutter, and trials among neighbours.
+fn jobs(folder: &Path, size: u32) -> [(&'static str, String); 11] {
     let hand = barrett_line();
     let shapes = "objects = [{ built_in = [\"can-01\", \"bottle-01\", \"mug-01\"] }]\n";
     let pairs = format!(
@@ -56,6 +57,7 @@ fn jobs(folder: &Path, size: u32) -> [(&'static str, String); 6] {
         2 * size
     );
     let [annealing, trials] = ["", "[physics]\nperturbed = 1\n"].map(grasps);
+    let [scenes, views, amodal, sampled, picks] = clutter(folder, size);
     [
         ("pairs", pairs),
         ("touch", touch),
@@ -63,6 +65,43 @@ fn jobs(folder: &Path, size: u32) -> [(&'static str, String); 6] {
         ("trials", trials),
         ("patches", patches),
         ("map", map),
+        ("scenes", scenes),
+        ("views", views),
+        ("amodal", amodal),
+        ("sampled", sampled),
+        ("picks", picks),
+    ]
+}
+
+/// Scenes, their views, pairs in clutter, sampled grasps, and these grasps among the bodies.
+fn clutter(folder: &Path, size: u32) -> [String; 5] {
+    let of = |name: &str| folder.join(format!("{name}-whole"));
+    let shapes = "[[objects]]\nbuilt_in = [\"can-01\", \"bottle-01\", \"box-01\"]\n";
+    let hand = repository_path(GRIPPER);
+    [
+        format!(
+            "product = \"scenes\"\nmode = \"bin\"\ncount = 3\ncontainer = {{ inner = [0.3, 0.3, 0.06] }}\n\
+             scenes = {{ training = {} }}\n{shapes}{NO_SPLIT}[shards]\nscenes = 1\n",
+            6 * size
+        ),
+        format!(
+            "product = \"views\"\nsensor = {{ profile = \"kinect-v1\" }}\n[scenes]\ndataset = {:?}\n[views]\n\
+             cameras = [{{ shell = {{ radius = [0.4, 0.6], polar_deg = [0, 50] }}, views = 4, width = 640, height = 480, fx = 570.0 }}]\n\
+             min_pixels = 50\n[shards]\nsamples = 2\n",
+            of("scenes")
+        ),
+        format!("product = \"amodal\"\n[views]\ndataset = {:?}\n[shards]\nsamples = 8\n", of("views")),
+        format!(
+            "product = \"grasps\"\n[hand]\nscene = {hand:?}\n{shapes}[grasps]\nseeds = {}\nsampler = \"antipodal\"\n[antipodal]\n\
+             best = 5\n[keep]\ntorsion = 0.002\n{NO_SPLIT}[shards]\nruns = 1\n",
+            2 * size
+        ),
+        format!(
+            "product = \"picks\"\n[scenes]\ndataset = {:?}\n[grasps]\ndataset = {:?}\n[hand]\nscene = {hand:?}\n[picks]\n\
+             candidates = 60\ntrials = 2\n[shards]\nsamples = 1\n",
+            of("scenes"),
+            of("sampled")
+        ),
     ]
 }
 

@@ -47,20 +47,7 @@ fn a_full_disk_ends_every_writing_verb_with_74_and_a_run_goes_on_when_there_is_r
         return;
     }
     let workspace = make_whole();
-    // 200 kB hold some shards, not all; then there is room, and the same command goes on.
-    let resumed = "mkdir -p $1/disk; mount -t tmpfs -o size=200k tmpfs $1/disk
-        $0 run $1/whole.toml --out $1/disk/data --progress none; echo exit $?
-        ls $1/disk/data/shards | grep -c 'mcap$'; ls -A $1/disk/data/shards | grep -c tmp
-        mount -o remount,size=64m $1/disk
-        $0 run $1/whole.toml --out $1/disk/data --progress none; echo exit $?
-        cp -r $1/disk/data $1/resumed";
-    let (codes, said) = run_script(resumed, workspace.folder(), true);
-    println!("{said}");
-    assert_eq!(codes, [74, 0], "{said}");
-    assert!(said.contains("No space left on device") && said.contains("make room and run again"), "{said}");
-    let [resumed, whole] = ["resumed", "whole"].map(|name| workspace.path(name));
-    assert_eq!(print_root(&resumed), print_root(whole), "no other sample for having been interrupted");
-    Program::on("verify", resumed).succeed();
+    fill_and_go_on(&workspace, "whole", 200);
     // The other writing verbs, on a disk of one page.
     for verb in [
         "report $1/whole --out $1/disk/report.html",
@@ -103,6 +90,43 @@ fn a_file_that_may_not_grow_ends_every_writing_verb_with_74() {
     }
     workspace.run_job("whole", "data").succeed();
     assert_eq!(print_root(workspace.path("data")), print_root(workspace.path("whole")));
+}
+
+/// Bodies that settle while the disk fills.
+#[test]
+fn scenes_go_on_when_a_full_disk_has_room_again() {
+    if !can_mount() {
+        println!("no tmpfs can be mounted here");
+        return;
+    }
+    let workspace = Workspace::new();
+    let job = format!(
+        "product = \"scenes\"\nmode = \"bin\"\ncount = 2\ncontainer = {{ inner = [0.3, 0.3, 0.06] }}\n\
+         scenes = {{ training = 6 }}\nobjects = [{{ built_in = [\"can-01\", \"box-01\"] }}]\n[shards]\nscenes = 1\n{NO_SPLIT}"
+    );
+    workspace.make_dataset("bins", &job, &[]);
+    fill_and_go_on(&workspace, "bins", 72);
+}
+
+/// Makes the dataset of a job again, on a disk of so many kB, which hold some of its shards, not all; then there is room, and the
+/// same command goes on to the same dataset.
+fn fill_and_go_on(workspace: &Workspace, name: &str, size: u32) {
+    let script = format!(
+        "mkdir -p $1/disk; mount -t tmpfs -o size={size}k tmpfs $1/disk
+        $0 run $1/{name}.toml --out $1/disk/data --progress none; echo exit $?
+        echo finished $(ls $1/disk/data/shards | grep -c 'mcap$'); ls -A $1/disk/data/shards | grep -c tmp
+        mount -o remount,size=64m $1/disk
+        $0 run $1/{name}.toml --out $1/disk/data --progress none; echo exit $?
+        cp -r $1/disk/data $1/{name}-resumed"
+    );
+    let (codes, said) = run_script(&script, workspace.folder(), true);
+    assert_eq!(codes, [74, 0], "{said}");
+    assert!(said.contains("No space left on device") && said.contains("make room and run again"), "{said}");
+    let finished = said.lines().find_map(|line| line.strip_prefix("finished ")?.parse::<u32>().ok());
+    assert!(finished.is_some_and(|finished| finished > 0), "{said}");
+    let [resumed, whole] = [workspace.path(format!("{name}-resumed")), workspace.path(name)];
+    assert_eq!(print_root(&resumed), print_root(whole), "no other sample for having been interrupted");
+    Program::on("verify", resumed).succeed();
 }
 
 /// A folder that may not be written, also by root: a read-only mount; without root its permissions.

