@@ -30,7 +30,7 @@ def main():
     for index in np.linspace(0, len(data) - 1, min(int(sys.argv[2]), len(data))).round().astype(int):
         scene = data[int(index)]
         found["scenes"] += 1
-        for first, second in scene.contacts.pairs:
+        for first, second in np.unique(scene.contacts.pairs, axis=0):
             if min(first, second) < 1:
                 continue
             found["pairs"] += 1
