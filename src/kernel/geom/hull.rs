@@ -4,8 +4,6 @@
 //! a point is on is one of whole numbers: no tolerance, no degenerate case, the same hull everywhere. By quickhull (Barber,
 //! Dobkin and Huhdanpaa 1996, "The quickhull algorithm for convex hulls").
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use nalgebra::{Point3, Vector3};
 
 /// Steps along the longest side.
@@ -22,6 +20,8 @@ type Site = [i64; 3];
 pub(super) struct ConvexHull {
     /// Corners of the hull, rounded [m].
     pub(super) corners: Vec<Point3<f64>>,
+    /// For each corner the first of the points that it is.
+    vertices: Vec<u32>,
     /// Facets of the hull; no two lie in one plane.
     pub(super) facets: Vec<Facet>,
 }
@@ -29,25 +29,16 @@ pub(super) struct ConvexHull {
 /// Corners of the convex hull of points [m], each once: those at which it is bent. `None` where the points lie in a plane.
 pub fn convex_hull_corners(points: &[Point3<f64>]) -> Option<Vec<Point3<f64>>> {
     let hull = ConvexHull::of(points)?;
-    let mut used: Vec<u32> = hull.facets.iter().flat_map(|facet| facet.corners.iter().copied()).collect();
-    used.sort_unstable();
-    used.dedup();
-    Some(used.into_iter().map(|corner| hull.corners[corner as usize]).collect())
+    Some(hull.bent().into_iter().map(|corner| hull.corners[corner as usize]).collect())
 }
 
 /// Vertices at which the convex hull of points [m] is bent, as indices of the points, in rising order; of equal points the first.
 /// `None` where the points lie in a plane.
 pub fn convex_hull_vertices(points: &[Point3<f64>]) -> Option<Vec<u32>> {
     let hull = ConvexHull::of(points)?;
-    let lattice = Lattice::around(points)?;
-    let mut firsts = BTreeMap::new();
-    for (index, point) in (0..).zip(points) {
-        firsts.entry(lattice.site(point)).or_insert(index);
-    }
-    let corners = hull.facets.iter().flat_map(|facet| &facet.corners);
-    let vertices: BTreeSet<u32> =
-        corners.map(|corner| firsts[&lattice.site(&hull.corners[*corner as usize])]).collect();
-    Some(vertices.into_iter().collect())
+    let mut vertices: Vec<u32> = hull.bent().into_iter().map(|corner| hull.vertices[corner as usize]).collect();
+    vertices.sort_unstable();
+    Some(vertices)
 }
 
 /// Planes of the convex hull's facets, as outward unit normals and offsets: `normal . point <= offset` inside. `None` where the
@@ -97,40 +88,31 @@ struct Face {
 impl ConvexHull {
     /// The hull of points [m]; `None` where they lie in a plane.
     pub(super) fn of(points: &[Point3<f64>]) -> Option<Self> {
-        let lattice = Lattice::around(points)?;
-        let mut sites: Vec<Site> = points.iter().map(|point| lattice.site(point)).collect();
-        sites.sort_unstable();
-        sites.dedup();
-        let mut growth = Growth::begin(sites)?;
-        growth.finish();
-        let facets = growth.facets();
-        Some(Self { corners: growth.sites.iter().map(|site| lattice.point(site)).collect(), facets })
-    }
-}
-
-/// Whole steps from the lowest corner of the box around some points.
-struct Lattice {
-    low: Point3<f64>,
-    /// Length of a step [m].
-    pitch: f64,
-}
-
-impl Lattice {
-    /// `None` where all points are one, or there is none.
-    fn around(points: &[Point3<f64>]) -> Option<Self> {
         let first = *points.first()?;
         let low = points.iter().fold(first, |low, point| low.inf(point));
         let high = points.iter().fold(first, |high, point| high.sup(point));
         let pitch = (high - low).max() / STEPS;
-        (pitch > 0.0).then_some(Self { low, pitch })
+        if pitch.is_nan() || pitch <= 0.0 {
+            return None;
+        }
+        let site = |point: &Point3<f64>| ((point - low) / pitch).map(|part| part.round() as i64).into();
+        let mut sites: Vec<(Site, u32)> = points.iter().map(site).zip(0..).collect();
+        sites.sort_unstable();
+        sites.dedup_by_key(|(site, _)| *site);
+        let (sites, vertices) = sites.into_iter().unzip();
+        let mut growth = Growth::begin(sites)?;
+        growth.finish();
+        let facets = growth.facets();
+        let metres = |site: &Site| low + Vector3::from(site.map(|part| part as f64)) * pitch;
+        Some(Self { corners: growth.sites.iter().map(metres).collect(), vertices, facets })
     }
 
-    fn site(&self, point: &Point3<f64>) -> Site {
-        ((point - self.low) / self.pitch).map(|part| part.round() as i64).into()
-    }
-
-    fn point(&self, site: &Site) -> Point3<f64> {
-        self.low + Vector3::from(site.map(|part| part as f64)) * self.pitch
+    /// Corners at which the hull is bent, in rising order; the others lie inside it or in a facet.
+    fn bent(&self) -> Vec<u32> {
+        let mut used: Vec<u32> = self.facets.iter().flat_map(|facet| facet.corners.iter().copied()).collect();
+        used.sort_unstable();
+        used.dedup();
+        used
     }
 }
 
