@@ -67,7 +67,7 @@ mod source;
 mod walk;
 
 pub use checker::{Checker, Report};
-pub use decode::decode;
+pub use decode::{decode, decode_own};
 pub use document::Document;
 pub use errors::{FormError, FormErrors, Problem};
 pub use names::{did_you_mean, first_repeated, nearest};
