@@ -26,12 +26,13 @@ use graspmill::{
         Scene,
         dataset::{DatasetReader, Fate},
     },
+    geom::TriMesh,
     words::Split,
 };
 use support::{
     files::{FULL_CHECK, assert_intact, read_json, repository_path},
     jobs::NO_SPLIT,
-    meshes::{round, write_stl},
+    meshes::{centred_block, round, write_stl},
     program::Program,
     workspace::Workspace,
 };
@@ -269,6 +270,49 @@ fn an_object_larger_than_its_bin_is_announced_and_its_scenes_rejected() {
     assert!(fates.contains(&Err("too_large".to_owned())), "{fates:?}");
     let reader = DatasetReader::open(&out).expect("a dataset");
     assert!(reader.splits().objects.iter().all(|row| row.split == Split::Training));
+}
+
+/// A folder of files that are none or half of one: each that is refused is named with what mends it, and scenes have the others.
+#[test]
+fn unusable_meshes_are_refused_by_name_and_an_open_one_may_be_weighed() {
+    let workspace = Workspace::new();
+    std::fs::create_dir(workspace.path("meshes")).expect("a folder");
+    let write = |name: &str, mesh: &TriMesh| write_stl(&workspace.path(format!("meshes/{name}.stl")), mesh);
+    write("millimetres", &centred_block([40.0, 30.0, 25.0]));
+    // A box without its lid, and a sheet bent about one edge.
+    let mut open = centred_block([0.04, 0.03, 0.025]);
+    open.triangles.retain(|face| face.iter().any(|&corner| open.vertices[corner as usize][2] < 0.0));
+    assert_eq!(open.triangles.len(), 10);
+    write("open", &open);
+    let corners =
+        [[0.0, 0.0, 0.0], [0.0, 0.1, 0.0], [0.05, 0.0, 0.0], [0.05, 0.1, 0.0], [0.05, 0.0, 0.06], [0.05, 0.1, 0.06]];
+    write(
+        "sheet",
+        &TriMesh { vertices: corners.to_vec(), triangles: vec![[0, 2, 1], [1, 2, 3], [2, 4, 3], [3, 4, 5]] },
+    );
+    let keys = "mode = \"heap\"\ncount = 1\nscenes = { training = 2 }\n[[objects]]\nfolder = \"meshes\"\n";
+    let job = |masses: &str| format!("product = \"scenes\"\nseed = 5\n{keys}{masses}{NO_SPLIT}");
+    let mut weighed = Vec::new();
+    for (name, masses) in [("plain", ""), ("known", "meshes = { open = { mass = 0.05 }, sheet = { mass = 0.05 } }\n")] {
+        let file = workspace.write("job.toml", job(masses));
+        let out = workspace.path(name);
+        let said = Program::run_job(file, &out).expect_code(3).text();
+        for expected in
+            ["millimetres.stl: longest side 80.000 m", "set unit = \"mm\"", "sheet.stl: no inside", "close the surface"]
+        {
+            assert!(said.contains(expected), "{expected}\n{said}");
+        }
+        assert!(
+            said.contains("open: 1 hole: 4 edges, 80.000 mm wide") && !said.contains("refused: meshes/open"),
+            "{said}"
+        );
+        assert_intact(&out, FULL_CHECK);
+        let found: Vec<Scene> = scenes(&out).into_iter().flatten().collect();
+        assert_eq!(found.len(), 2);
+        weighed.push(found[0].bodies[0].mass);
+    }
+    // As full as if its lid were on, of the density of what has no material.
+    assert!((0.02..0.24).contains(&weighed[0]) && weighed[0] != 0.05 && weighed[1] == 0.05, "{weighed:?}");
 }
 
 /// Thin walls that fall on thin walls, edge first or not: whatever is kept has not gone through.

@@ -436,6 +436,23 @@ fn colours_are_of_the_bodies_that_the_instances_name_and_change_nothing_else() {
     assert!(read_text(colour.join("report.html")).contains("the image in colour"));
 }
 
+/// Without EGL the run stops before it writes, says what to install and what to leave out, and all else is made as it is.
+#[test]
+fn only_colours_of_views_need_egl() {
+    let workspace = with_scenes();
+    let file = workspace.write("job.toml", job(&[OVERHEAD], ""));
+    let without_egl = |out: &str| {
+        Program::run_job(&file, workspace.path(out)).env("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent.json")
+    };
+    let said = without_egl("none").set(["render.colour=true"]).fail().stderr;
+    for expected in ["colours cannot be drawn", "make deps-gl", "render.colour = false"] {
+        assert!(said.contains(expected), "{said}");
+    }
+    assert!(!workspace.path("none").exists());
+    without_egl("plain").succeed();
+    assert_intact(workspace.path("plain"), FULL_CHECK);
+}
+
 /// A reader of BOP's layout that knows nothing of ours draws models, masks and boxes again.
 #[test]
 fn a_stranger_reads_the_export_in_the_layout_of_bop() {
