@@ -259,23 +259,26 @@ fn storm_release(workspace: &Workspace, count: u32, stream: &mut Stream) {
     tally.print();
 }
 
-/// Disturbs each job, and a release, so many times.
-fn storm(count: u32, size: u32, seed: u64) {
+/// Disturbs each of the chosen jobs, and a release, so many times.
+fn storm(chosen: impl Fn(&str) -> bool, count: u32, size: u32, seed: u64) {
     let workspace = Workspace::new();
     let mut stream = Stream::of_job(seed, b"", "kills");
     for (name, text) in jobs(workspace.folder(), size) {
-        storm_job(&workspace, name, &text, count, &mut stream);
+        if chosen(name) {
+            storm_job(&workspace, name, &text, count, &mut stream);
+        }
     }
     storm_release(&workspace, count, &mut stream);
 }
 
+/// One job of each kind of work: exact samples, trials, a map by position, bodies that settle.
 #[test]
 fn a_few_kills_lose_double_and_change_nothing() {
-    storm(1, 1, 1);
+    storm(|name| ["pairs", "trials", "map", "scenes"].contains(&name), 1, 1, 1);
 }
 
 #[test]
 #[ignore = "minutes: `make test-slow`"]
 fn a_hundred_kills_of_each_product_lose_double_and_change_nothing() {
-    storm(100, 1, 2);
+    storm(|_| true, 100, 1, 2);
 }
