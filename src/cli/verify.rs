@@ -205,6 +205,7 @@ impl Checked<'_> {
                 format!("differs: sample {} ({}): {}", difference.sample, difference.id, difference.what)
             }));
             lines.push(regeneration_in_words(made, samples));
+            lines.extend(platform_in_words(made));
         } else if arguments.regenerate.is_some() {
             lines.push(match report.is_intact() {
                 true => "nothing was made again: a recipe holds nothing to compare with; run its job.toml".to_owned(),
@@ -222,7 +223,7 @@ const SAMPLES_FOR_A_PERCENT: u64 = 300;
 
 /// Samples that differ, and what that says of the others.
 fn regeneration_in_words(made: &Regeneration, samples: &str) -> String {
-    let Regeneration { samples: count, of_samples, differences } = made;
+    let Regeneration { samples: count, of_samples, differences, .. } = made;
     let differ = differences.len();
     if !differences.is_empty() {
         return format!("{differ} of {count} {samples} made again differ");
@@ -243,6 +244,22 @@ fn regeneration_in_words(made: &Regeneration, samples: &str) -> String {
     words
 }
 
+/// Where samples differ and the platform is another one: which of its facts differ, and what that may explain.
+fn platform_in_words(made: &Regeneration) -> Option<String> {
+    if made.differences.is_empty() || made.platform.is_empty() {
+        return None;
+    }
+    let either = |value: &Option<String>| value.clone().unwrap_or_else(|| "none".to_owned());
+    let facts =
+        made.platform.iter().map(|(key, [there, here])| format!("{key} {}, here {}", either(there), either(here)));
+    let facts: Vec<_> = facts.collect();
+    Some(format!(
+        "note: made on another platform ({}): numbers of class physics and colour are the same only on one platform, those of class exact \
+         on all",
+        facts.join("; ")
+    ))
+}
+
 /// A share in percent, rounded up, so that a bound stays one.
 fn percent_above(share: f64) -> String {
     let (digits, steps) = if share >= 1e-3 { (1, 10.0) } else { (3, 1000.0) };
@@ -252,12 +269,17 @@ fn percent_above(share: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use factory::run::Difference;
 
     #[test]
     fn a_bound_is_said_with_the_way_to_a_better_one() {
-        let words = |samples, of_samples| {
-            regeneration_in_words(&Regeneration { samples, of_samples, differences: Vec::new() }, "samples")
+        let made = |samples, of_samples| Regeneration {
+            samples,
+            of_samples,
+            differences: Vec::new(),
+            platform: BTreeMap::new(),
         };
+        let words = |samples, of_samples| regeneration_in_words(&made(samples, of_samples), "samples");
         assert_eq!(
             words(5, 13_068),
             "0 of 5 samples made again differ: with 95 % confidence less than 45.1 % of all 13068 do; --regenerate 300 \
@@ -274,7 +296,24 @@ mod tests {
         );
         assert_eq!(words(36, 36), "0 of 36 samples made again differ: these are all");
         // The number that is advised keeps its promise.
-        let advised = Regeneration { samples: SAMPLES_FOR_A_PERCENT, of_samples: u64::MAX, differences: Vec::new() };
-        assert!(advised.bound() <= 0.01);
+        assert!(made(SAMPLES_FOR_A_PERCENT, u64::MAX).bound() <= 0.01);
+    }
+
+    #[test]
+    fn another_platform_is_named_where_samples_differ() {
+        let difference = Difference { sample: 3, id: "a.3.0.0".to_owned(), what: "other bytes in scene".to_owned() };
+        let platform = [("libmujoco".to_owned(), [Some("aa".to_owned()), Some("bb".to_owned())])];
+        let mut made =
+            Regeneration { samples: 5, of_samples: 40, differences: vec![difference], platform: platform.into() };
+        let said = platform_in_words(&made).expect("a note");
+        assert!(
+            said.starts_with("note: made on another platform (libmujoco aa, here bb): numbers of class physics"),
+            "{said}"
+        );
+        // Equal samples need no excuse, and an equal platform is none.
+        let differences = std::mem::take(&mut made.differences);
+        assert_eq!(platform_in_words(&made), None);
+        (made.differences, made.platform) = (differences, BTreeMap::new());
+        assert_eq!(platform_in_words(&made), None);
     }
 }

@@ -35,6 +35,9 @@ pub struct Regeneration {
     pub of_samples: u64,
     /// Samples that differ.
     pub differences: Vec<Difference>,
+    /// Facts of the platform by which numbers of class physics and colour were made, and what they are here, where that is something
+    /// else.
+    pub platform: BTreeMap<String, [Option<String>; 2]>,
 }
 
 impl Regeneration {
@@ -90,7 +93,18 @@ pub fn regenerate(
             differences.push(Difference { sample: index.0, id: row.sample.to_string(), what });
         }
     }
-    Ok(Regeneration { samples: chosen.len() as u64, of_samples: plan.samples, differences })
+    let platform = other_platform(&reader.manifest().platform, &job.work.tables(None).platform);
+    Ok(Regeneration { samples: chosen.len() as u64, of_samples: plan.samples, differences, platform })
+}
+
+/// Facts that two platforms do not share, as each has them.
+fn other_platform(
+    there: &BTreeMap<String, String>,
+    here: &BTreeMap<String, String>,
+) -> BTreeMap<String, [Option<String>; 2]> {
+    let both =
+        there.keys().chain(here.keys()).map(|key| (key.clone(), [there, here].map(|facts| facts.get(key).cloned())));
+    both.filter(|(_, [there, here])| there != here).collect()
 }
 
 fn fate_of(made: &MadeSample<'_>) -> Fate {
@@ -154,6 +168,19 @@ fn describe(stored: &Fate, made: &Fate, channels: &[Channel]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn platforms_are_told_apart_by_fact() {
+        let facts = |list: &[(&str, &str)]| -> BTreeMap<String, String> {
+            list.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect()
+        };
+        let there = facts(&[("libc", "glibc 2.36"), ("libmujoco", "aa")]);
+        let here = facts(&[("libc", "glibc 2.36"), ("libmujoco", "bb"), ("gl_renderer", "llvmpipe")]);
+        let found = other_platform(&there, &here);
+        assert_eq!(found["libmujoco"], [Some("aa".to_owned()), Some("bb".to_owned())]);
+        assert_eq!(found["gl_renderer"], [None, Some("llvmpipe".to_owned())]);
+        assert!(found.len() == 2 && other_platform(&there, &there).is_empty());
+    }
 
     #[test]
     fn a_choice_is_distinct_and_complete() {
