@@ -65,7 +65,8 @@ fn sources(datasets: &[SurveyedDataset]) -> Result<Vec<Source<'_>>, DatasetError
     Ok(sources)
 }
 
-/// Samples of the first scene that the most sources can show; scenes stand in the order of the first source that knows them.
+/// Samples of the scene that the most sources can show, and of those scenes the one with the smallest distances; ties go to the
+/// first, in the order of the first source that knows them.
 fn choose<'a>(sources: impl Iterator<Item = &'a [SceneSample]>) -> SceneChoice {
     let mut scenes: Vec<ObjectId> = Vec::new();
     let mut samples: BTreeMap<ObjectId, Vec<(usize, SceneSample)>> = BTreeMap::new();
@@ -81,18 +82,23 @@ fn choose<'a>(sources: impl Iterator<Item = &'a [SceneSample]>) -> SceneChoice {
     let mut chosen = SceneChoice::new();
     for scene in scenes {
         let found = choose_of_scene(&samples[&scene]);
-        if found.len() > chosen.len() {
+        if shows_more(&found, &chosen) {
             chosen = found;
         }
     }
     chosen
 }
 
+/// Whether samples that go together show more than others do: of more sources, or of as many with smaller distances.
+fn shows_more(these: &SceneChoice, others: &SceneChoice) -> bool {
+    let distance = |choice: &SceneChoice| choice.values().map(|sample| sample.distance).sum::<f64>();
+    these.len() > others.len() || (these.len() == others.len() && distance(these) < distance(others))
+}
+
 /// The samples of one scene that go together: of one view, and of the scene as a whole. The view is that of which the most
 /// sources have a sample, and of those the one with the smallest distances; ties go to the first.
 fn choose_of_scene(samples: &[(usize, SceneSample)]) -> SceneChoice {
     let views: BTreeSet<Option<ItemId>> = samples.iter().map(|(_, sample)| sample.view).collect();
-    let distance = |choice: &SceneChoice| choice.values().map(|sample| sample.distance).sum::<f64>();
     let mut best = SceneChoice::new();
     for view in views {
         let mut found = SceneChoice::new();
@@ -102,7 +108,7 @@ fn choose_of_scene(samples: &[(usize, SceneSample)]) -> SceneChoice {
                 *nearest = *sample;
             }
         }
-        if found.len() > best.len() || (found.len() == best.len() && distance(&found) < distance(&best)) {
+        if shows_more(&found, &best) {
             best = found;
         }
     }
@@ -125,13 +131,18 @@ mod tests {
     }
 
     #[test]
-    fn the_first_scene_that_all_sources_know_is_shown() {
+    fn a_scene_that_all_sources_know_is_shown() {
         let views = [sample(0, "a", Some(0), 0.0), sample(1, "b", Some(0), 0.0), sample(2, "c", Some(0), 0.0)];
         let picks = [sample(4, "b", None, 0.0), sample(5, "b", None, 0.0), sample(6, "c", None, 0.0)];
         assert_eq!(chosen(&[&views, &picks]), [(0, 1), (1, 4)]);
         // Where none has everything, the first that has the most.
         assert_eq!(chosen(&[&views[..1], &picks[2..]]), [(0, 0)]);
         assert_eq!(chosen(&[]), []);
+        // Of those that all know, the one that shows most: here of more bodies.
+        let views = [(0, "a", 0.5), (1, "b", 0.1), (2, "c", 0.2), (3, "d", 0.05)];
+        let views = views.map(|(index, scene, distance)| sample(index, scene, Some(0), distance));
+        let picks = ["a", "b", "c"].map(|scene| sample(9, scene, None, 0.0));
+        assert_eq!(chosen(&[&views, &picks]), [(0, 1), (1, 9)]);
     }
 
     #[test]

@@ -18,7 +18,7 @@ use crate::{
     templates::page_values,
 };
 use format::{
-    Noun, Product,
+    Noun, Product, ViewFacts,
     dataset::{DatasetError, DatasetReader, Sample},
     products::grasps::SHAPES,
 };
@@ -105,8 +105,13 @@ impl Survey for ViewSurvey {
         Ok([bodies].into_iter().chain(panel("depth", depth)).chain(panel("colours", colour)).collect())
     }
 
+    /// Views in which a body is seen, those of the most bodies first.
     fn scene_samples(&self, reader: &DatasetReader) -> Result<Vec<SceneSample>, DatasetError> {
-        SceneSample::all(reader, |row| Some((Some(row.sample.item), 0.0)))
+        SceneSample::all(reader, |row| {
+            let facts = ViewFacts::from(&row.facts);
+            let seen = facts.bodies - facts.unseen;
+            (seen > 0).then(|| (Some(row.sample.item), 1.0 / f64::from(seen)))
+        })
     }
 
     fn scene_panels(&self, _: &DatasetReader, sample: &Sample) -> Result<Vec<ScenePanel>, DatasetError> {
