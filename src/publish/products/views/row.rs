@@ -109,7 +109,7 @@ impl Survey for ViewSurvey {
     fn scene_samples(&self, reader: &DatasetReader) -> Result<Vec<SceneSample>, DatasetError> {
         SceneSample::all(reader, |row| {
             let facts = ViewFacts::from(&row.facts);
-            let seen = facts.bodies - facts.unseen;
+            let seen = facts.bodies.saturating_sub(facts.unseen);
             (seen > 0).then(|| (Some(row.sample.item), 1.0 / f64::from(seen)))
         })
     }
