@@ -249,7 +249,7 @@ fn platform_in_words(made: &Regeneration) -> Option<String> {
     if made.differences.is_empty() || made.platform.is_empty() {
         return None;
     }
-    let either = |value: &Option<String>| value.clone().unwrap_or_else(|| "none".to_owned());
+    let either = |value: &Option<String>| value.as_deref().unwrap_or("none").to_owned();
     let facts =
         made.platform.iter().map(|(key, [there, here])| format!("{key} {}, here {}", either(there), either(here)));
     let facts: Vec<_> = facts.collect();

@@ -32,7 +32,7 @@ pub fn decode<T: DeserializeOwned>(
 
 /// The value of a text that travels with the program, such as standard defaults.
 ///
-/// It is read by way of a table, as [`decode`] does: a type with many keys is compiled for one reader, which takes half the time.
+/// It is read by way of a table, as [`decode`] does, so that a type is compiled for one reader alone.
 ///
 /// # Panics
 /// When the text is not one of this type: a mistake of the program, which a test finds.

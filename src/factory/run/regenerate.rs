@@ -8,7 +8,7 @@ use super::contain::{contain, item_words, subject_words};
 use crate::{MadeFate, MadeSample, RunContext, RunError, SampleSink, job::Job, plan::Plan, work::Opening};
 use format::{
     Channel,
-    dataset::{DatasetReader, Fate, Ledger, LedgerRow},
+    dataset::{DatasetReader, Fate, Ledger, LedgerRow, other_platform},
 };
 use kernel::{
     ids::{Digest, ItemId, SampleId, SampleIndex},
@@ -97,16 +97,6 @@ pub fn regenerate(
     Ok(Regeneration { samples: chosen.len() as u64, of_samples: plan.samples, differences, platform })
 }
 
-/// Facts that two platforms do not share, as each has them.
-fn other_platform(
-    there: &BTreeMap<String, String>,
-    here: &BTreeMap<String, String>,
-) -> BTreeMap<String, [Option<String>; 2]> {
-    let both =
-        there.keys().chain(here.keys()).map(|key| (key.clone(), [there, here].map(|facts| facts.get(key).cloned())));
-    both.filter(|(_, [there, here])| there != here).collect()
-}
-
 fn fate_of(made: &MadeSample<'_>) -> Fate {
     match made.fate {
         MadeFate::Kept(payloads) => Fate::Kept(payloads.iter().map(|(_, payload)| Digest::of(payload)).collect()),
@@ -168,19 +158,6 @@ fn describe(stored: &Fate, made: &Fate, channels: &[Channel]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn platforms_are_told_apart_by_fact() {
-        let facts = |list: &[(&str, &str)]| -> BTreeMap<String, String> {
-            list.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect()
-        };
-        let there = facts(&[("libc", "glibc 2.36"), ("libmujoco", "aa")]);
-        let here = facts(&[("libc", "glibc 2.36"), ("libmujoco", "bb"), ("gl_renderer", "llvmpipe")]);
-        let found = other_platform(&there, &here);
-        assert_eq!(found["libmujoco"], [Some("aa".to_owned()), Some("bb".to_owned())]);
-        assert_eq!(found["gl_renderer"], [None, Some("llvmpipe".to_owned())]);
-        assert!(found.len() == 2 && other_platform(&there, &there).is_empty());
-    }
 
     #[test]
     fn a_choice_is_distinct_and_complete() {

@@ -377,12 +377,8 @@ fn reasons(
     if said_a.generator != said_b.generator {
         reasons.push(Reason::Program { a: said_a.generator.clone(), b: said_b.generator.clone() });
     }
-    for key in said_a.platform.keys().chain(said_b.platform.keys()).collect::<BTreeSet<_>>() {
-        let (a, b) = (said_a.platform.get(key).cloned(), said_b.platform.get(key).cloned());
-        if a != b {
-            reasons.push(Reason::Platform { key: key.clone(), a, b });
-        }
-    }
+    let platform = other_platform(&said_a.platform, &said_b.platform);
+    reasons.extend(platform.into_iter().map(|(key, [a, b])| Reason::Platform { key, a, b }));
     for class in said_a.classes.keys().chain(said_b.classes.keys()).collect::<BTreeSet<_>>() {
         if said_a.classes.get(class) != said_b.classes.get(class) {
             reasons.push(Reason::Class { class: class.name() });
@@ -394,6 +390,15 @@ fn reasons(
         reasons.extend(differs.map(|((word, _), _)| Reason::File { word }));
     }
     Ok(reasons)
+}
+
+/// Facts that two platforms do not share, by key as each of them has them.
+pub fn other_platform(
+    a: &BTreeMap<String, String>,
+    b: &BTreeMap<String, String>,
+) -> BTreeMap<String, [Option<String>; 2]> {
+    let both = a.keys().chain(b.keys()).map(|key| (key.clone(), [a, b].map(|facts| facts.get(key).cloned())));
+    both.filter(|(_, [a, b])| a != b).collect()
 }
 
 /// Differences in files that change no sample: how they are cut and compressed.
@@ -420,4 +425,22 @@ fn packaging(a: &Manifest, b: &Manifest) -> Vec<String> {
         found.push(format!("other bytes in {}", tables.join(", ")));
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn platforms_are_told_apart_by_fact() {
+        let facts = |list: &[(&str, &str)]| -> BTreeMap<String, String> {
+            list.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect()
+        };
+        let there = facts(&[("libc", "glibc 2.36"), ("libmujoco", "aa")]);
+        let here = facts(&[("libc", "glibc 2.36"), ("libmujoco", "bb"), ("gl_renderer", "llvmpipe")]);
+        let found = other_platform(&there, &here);
+        assert_eq!(found["libmujoco"], [Some("aa".to_owned()), Some("bb".to_owned())]);
+        assert_eq!(found["gl_renderer"], [None, Some("llvmpipe".to_owned())]);
+        assert!(found.len() == 2 && other_platform(&there, &there).is_empty());
+    }
 }

@@ -47,7 +47,7 @@ mod subjects;
 mod verify;
 
 pub use assets::{AssetRow, AssetTable};
-pub use diff::{ChannelCounts, DatasetDifference, ObjectDifference, Reason, SampleCounts, diff};
+pub use diff::{ChannelCounts, DatasetDifference, ObjectDifference, Reason, SampleCounts, diff, other_platform};
 pub use durable::Temporary;
 pub use error::DatasetError;
 pub use finish::{DatasetHeader, finish_dataset};
