@@ -471,8 +471,7 @@ fn viewers_have_a_preview() {
 /// Without EGL colours are refused with what to install, and all else is made as it is.
 #[test]
 fn only_colours_need_egl() {
-    let without_egl =
-        |out: &str| WORKSPACE.run_job("patches", out).env("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent.json");
+    let without_egl = |out: &str| WORKSPACE.run_job("patches", out).without_egl();
     let said = without_egl("no-egl").fail().stderr;
     assert!(said.contains("colours cannot be drawn") && said.contains("make deps-gl"), "{said}");
     assert!(said.contains("render.colour = false"), "{said}");

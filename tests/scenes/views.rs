@@ -347,10 +347,10 @@ fn rays_of_mujoco_see_the_same_bodies() {
     assert!(found["worst_depth"].as_f64().expect("a depth") < 1e-5, "{found}");
 }
 
-/// MuJoCo's own renderer, at the size of a camera: bins of ten scans.
+/// MuJoCo's own renderer and Embree, at the size of a camera: bins of ten scans.
 #[test]
 #[ignore = "slow: make test-slow"]
-fn the_renderer_of_mujoco_sees_the_same_scans() {
+fn the_renderer_of_mujoco_and_embree_see_the_same_scans() {
     let workspace = Workspace::new();
     let bins = format!(
         "product = \"scenes\"\nseed = 4\nmode = \"bin\"\ncount = 10\nscenes = {{ training = 25 }}\n[[objects]]\n\
@@ -365,6 +365,7 @@ fn the_renderer_of_mujoco_sees_the_same_scans() {
     // OpenGL moves corners to the nearest of some steps within a pixel, so that centres of pixels on outlines fall to either side.
     let [all, most] = ["differ", "most"].map(|name| found[name].as_u64().expect("a count"));
     assert!(all <= 200 * 8 && most <= 12, "{found}");
+    println!("{}", check_by_embree(&data, 20));
 }
 
 /// Compares so many views of a dataset with what MuJoCo sees of the same bodies and container, by rays or by its renderer: no
@@ -441,9 +442,7 @@ fn colours_are_of_the_bodies_that_the_instances_name_and_change_nothing_else() {
 fn only_colours_of_views_need_egl() {
     let workspace = with_scenes();
     let file = workspace.write("job.toml", job(&[OVERHEAD], ""));
-    let without_egl = |out: &str| {
-        Program::run_job(&file, workspace.path(out)).env("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent.json")
-    };
+    let without_egl = |out: &str| Program::run_job(&file, workspace.path(out)).without_egl();
     let said = without_egl("none").set(["render.colour=true"]).fail().stderr;
     for expected in ["colours cannot be drawn", "make deps-gl", "render.colour = false"] {
         assert!(said.contains(expected), "{said}");

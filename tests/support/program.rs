@@ -103,6 +103,11 @@ impl Program {
         self
     }
 
+    /// Finds no driver for EGL, as on a machine without one.
+    pub fn without_egl(self) -> Self {
+        self.env("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent.json")
+    }
+
     pub fn current_dir(mut self, folder: impl AsRef<Path>) -> Self {
         self.0.current_dir(folder);
         self
