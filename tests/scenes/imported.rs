@@ -4,8 +4,11 @@ use std::path::Path;
 
 use graspmill::{
     format::{Scene, SceneMode, dataset::DatasetReader},
+    geom::{Pose, SourceWorld, World, rotation_from_quaternion},
+    ids::ObjectId,
     words::Split,
 };
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::{
     scenes,
@@ -173,6 +176,7 @@ fn faults_of_files_are_said_with_line_and_remedy() {
         ("csv = \"poses.csv\"\nup = [0, 0, 0]", "a direction"),
         ("bop = [\"000001\"]", "scene_gt.json"),
         ("csv = \"poses.csv\"\nsplit = \"all\"", "import.split"),
+        ("csv = \"poses.csv\"\ncontainer_pose = [0, 0, 0, 0, 0, 0, 1]", "say what the bodies lie in"),
     ] {
         let said = said_of("poses.csv", &poses, import);
         assert!(said.contains(expected), "{import}\n{said}");
@@ -182,6 +186,83 @@ fn faults_of_files_are_said_with_line_and_remedy() {
         let said = Program::run_job(file, workspace.path("none")).expect_code(2).stderr;
         assert!(said.contains("imported scenes are kept as they are"), "{keys}\n{said}");
     }
+}
+
+/// Settled bins come back from their poses alone, wherever their bin stands in the world of a file.
+#[test]
+fn bodies_come_into_a_container() {
+    let workspace = Workspace::new();
+    let container = "container = { inner = [0.3, 0.25, 0.15], wall = 0.01, tilt_deg = 10 }\n";
+    let objects = "[[objects]]\nbuilt_in = [\"bottle-01\", \"box-01\", \"can-01\", \"mug-01\"]\n";
+    let settle = format!(
+        "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\nscenes = {{ training = 2 }}\n{container}\
+         physics = {{ friction = 0.5 }}\n{objects}{NO_SPLIT}"
+    );
+    let data = workspace.make_dataset("settled", &settle, &[]);
+    let assets = read_json(data.join("assets.json"));
+    let name_of = |id: &ObjectId| {
+        let rows = assets["objects"].as_array().expect("rows").iter();
+        let row = rows.into_iter().find(|row| row["object"] == id.to_string().as_str()).expect("its row");
+        row["name"].as_str().expect("a name").to_owned()
+    };
+    let settled = kept(&data);
+    // The bin's x points along y of the world, its floor is 0.75 m up.
+    let half = 0.5_f64.sqrt();
+    let source_from_world: Pose<SourceWorld, World> =
+        Pose::new(rotation_from_quaternion([half, 0.0, 0.0, half]), Vector3::new(0.5, -0.2, 0.75));
+    let mut table = "scene,object,x,y,z,qx,qy,qz,qw\n".to_owned();
+    for (number, scene) in settled.iter().enumerate() {
+        for body in &scene.bodies {
+            let pose = source_from_world * body.world_from_object;
+            let rotation = UnitQuaternion::from_rotation_matrix(pose.rotation());
+            let numbers = pose.translation().iter().chain(rotation.coords.iter());
+            let numbers: Vec<String> = numbers.map(f64::to_string).collect();
+            table += &format!("{number},{},{}\n", name_of(&body.object), numbers.join(","));
+        }
+    }
+    workspace.write("poses.csv", table);
+    let pose = format!("[0.5, -0.2, 0.75, 0.0, 0.0, {half}, {half}]");
+    let import = |more: &str| {
+        format!(
+            "product = \"scenes\"\nseed = 5\n{container}physics = {{ friction = 0.5 }}\n{objects}[import]\ncsv = \"poses.csv\"\n\
+             {more}\n{NO_SPLIT}"
+        )
+    };
+    let data = workspace.make_dataset("imported", &import(&format!("container_pose = {pose}")), &[]);
+    assert_intact(&data, FULL_CHECK);
+    let imported = kept(&data);
+    assert_eq!(imported.len(), settled.len());
+    for (settled, imported) in settled.iter().zip(&imported) {
+        assert_eq!((&settled.container, imported.mode), (&imported.container, SceneMode::Imported));
+        for (one, other) in settled.bodies.iter().zip(&imported.bodies) {
+            assert_eq!(one.object, other.object);
+            let apart = one.world_from_object.translation() - other.world_from_object.translation();
+            assert!(apart.norm() < 1e-12, "{apart}");
+            assert!((one.drift - other.drift).abs() < 1e-3, "{} {}", one.drift, other.drift);
+        }
+        assert!((settled.depths[1] - imported.depths[1]).abs() < 1e-9, "{:?} {:?}", settled.depths, imported.depths);
+    }
+    // The resolved job says the same.
+    Program::run_job(data.join("job.toml"), workspace.path("again")).succeed();
+    assert_eq!(print_root(&data), print_root(workspace.path("again")));
+    // Views see the bin around them.
+    let views = "product = \"views\"\nseed = 3\n[scenes]\ndataset = \"imported\"\n[views]\nmin_pixels = 50\n\
+                 cameras = [{ shell = { radius = [0.5, 0.7], polar_deg = [10, 40] }, views = 1, width = 160, height = 120, \
+                 fx = 120.0 }]\n";
+    assert_intact(workspace.make_dataset("views", views, &[]), FULL_CHECK);
+    // Keys that do not go together.
+    for (more, expected) in [
+        ("up = [0, 0, 1]", "says where a container stands"),
+        ("table_height = 0.2", "says where a container stands"),
+        ("container_pose = [0, 0, 0, 0, 0, 0, 2]", "a pose"),
+    ] {
+        let file = workspace.write("job.toml", import(more));
+        let said = Program::run_job(file, workspace.path("none")).expect_code(2).stderr;
+        assert!(said.contains(expected), "{more}\n{said}");
+    }
+    let file = workspace.write("job.toml", import("").replace("[import]", "[table]\nsize = [1, 1]\n[import]"));
+    let said = Program::run_job(file, workspace.path("none")).expect_code(2).stderr;
+    assert!(said.contains("into a container or onto a table"), "{said}");
 }
 
 /// Our own export of BOP, read back: models whose origins lie elsewhere, cameras in the world, millimetres.

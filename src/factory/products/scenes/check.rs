@@ -24,8 +24,9 @@ pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec, folder: &Path) 
         ModeSpec::Packed => SceneMode::Packed,
         ModeSpec::Pile => SceneMode::Pile,
     };
-    check_idle(checker, mode);
-    let (container, vessel) = container(checker, spec, mode, folder);
+    let is_contained = mode == SceneMode::Bin || mode == SceneMode::Imported && checker.has("container");
+    check_idle(checker, mode, is_contained);
+    let (container, vessel) = container(checker, spec, is_contained, folder);
     let walls = (mode == SceneMode::Pile).then(|| walls(checker, &spec.pile, spec.table.size));
     let place = spec.place.and_then(|place| region(checker, place, spec.table.size));
     let count = match spec.count {
@@ -58,12 +59,11 @@ pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec, folder: &Path) 
 }
 
 /// Keys that an import makes idle.
-const IMPORTED_IDLE: [&str; 14] = [
+const IMPORTED_IDLE: [&str; 13] = [
     "mode",
     "count",
     "repeats",
     "scenes",
-    "container",
     "pile",
     "place",
     "physics.release_every",
@@ -76,22 +76,23 @@ const IMPORTED_IDLE: [&str; 14] = [
 ];
 
 /// Reports keys that the mode makes idle.
-fn check_idle(checker: &mut Checker, mode: SceneMode) {
+fn check_idle(checker: &mut Checker, mode: SceneMode, is_contained: bool) {
     let other = if mode == SceneMode::Imported { "import".to_owned() } else { format!("mode = \"{}\"", mode.name()) };
-    for (key, because) in idle_keys(mode) {
+    for (key, because) in idle_keys(mode, is_contained) {
         if checker.has(key) {
             checker.contradiction(key, &other, because);
         }
     }
 }
 
-/// Keys of the job file that a mode makes idle, and why.
-pub(super) fn idle_keys(mode: SceneMode) -> Vec<(&'static str, &'static str)> {
+/// Keys of the job file that a mode makes idle, and why. `is_contained`: whether the bodies are in a container.
+pub(super) fn idle_keys(mode: SceneMode, is_contained: bool) -> Vec<(&'static str, &'static str)> {
     const CONTAINER: (&str, &str) = ("container", "a bin has a container, the other modes have a table");
     const TABLE: (&str, &str) = ("table", "a bin has a container, the other modes have a table");
     const PILE: (&str, &str) = ("pile", "a pile alone has walls that are lifted away");
     const PLACE: (&str, &str) = ("place", "on a table alone bodies are put one beside another");
     const AT_ONCE: &str = "on a table all bodies are let go at once, 2 mm up";
+    const CONTAINED: &str = "bodies are imported into a container or onto a table";
     const AS_THEY_ARE: &str = "imported scenes are kept as they are: nothing is drawn, dropped or settled";
     let put_down = ["physics.release_every", "physics.release_height", "physics.put_back"].map(|key| (key, AT_ONCE));
     match mode {
@@ -100,7 +101,10 @@ pub(super) fn idle_keys(mode: SceneMode) -> Vec<(&'static str, &'static str)> {
         SceneMode::Heap => vec![CONTAINER, PILE, PLACE],
         SceneMode::Table => [CONTAINER, PILE].into_iter().chain(put_down).collect(),
         SceneMode::Packed => [CONTAINER, PILE, PLACE].into_iter().chain(put_down).collect(),
-        SceneMode::Imported => IMPORTED_IDLE.map(|key| (key, AS_THEY_ARE)).to_vec(),
+        SceneMode::Imported => {
+            let floor = if is_contained { ("table", CONTAINED) } else { CONTAINER };
+            std::iter::once(floor).chain(IMPORTED_IDLE.map(|key| (key, AS_THEY_ARE))).collect()
+        }
     }
 }
 
@@ -108,23 +112,23 @@ pub(super) fn idle_keys(mode: SceneMode) -> Vec<(&'static str, &'static str)> {
 fn container(
     checker: &mut Checker,
     spec: &ScenesSpec,
-    mode: SceneMode,
+    is_contained: bool,
     folder: &Path,
 ) -> (SceneContainer, Option<VesselFile>) {
     let &ContainerSpec { ref mesh, unit, ref content, inner, wall, tilt_deg } = &spec.container;
-    match (mode, mesh) {
-        (SceneMode::Bin, Some(file)) => {
+    match (is_contained, mesh) {
+        (true, Some(file)) => {
             if let Some((file, shape)) = vessel::read(checker, &spec.container, file, folder) {
                 return (SceneContainer::Mesh { shape: Arc::new(shape), tilt_deg }, Some(file));
             }
         }
-        (SceneMode::Bin, None) => {
+        (true, None) => {
             let of_mesh = [("container.unit", unit.is_some()), ("container.content", content.is_some())];
             for (key, _) in of_mesh.into_iter().filter(|(_, is_given)| *is_given) {
                 checker.invalid(key, "`container.mesh` beside it", "a box, which has no file");
             }
         }
-        _ => return (SceneContainer::Plane { size: spec.table.size }, None),
+        (false, _) => return (SceneContainer::Plane { size: spec.table.size }, None),
     }
     (SceneContainer::Bin { inner, wall, tilt_deg }, None)
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{
     check::idle_keys,
     import::{
-        Import, ImportedBody, ImportedScene,
+        Import, ImportedBody, ImportedScene, SourceFrame,
         spec::{ImportSpec, ImportedBodySpec, ImportedSceneSpec},
     },
     settings::{PileWalls, Region, SceneJob, SceneSettings},
@@ -38,7 +38,7 @@ impl SceneJob {
             settle,
         } = &self.settings;
         let mut spec = ScenesSpec::standard();
-        let idle = idle_keys(*mode).into_iter().map(|(key, _)| key);
+        let idle = idle_keys(*mode, self.settings.is_contained()).into_iter().map(|(key, _)| key);
         // Without repeats the keys are those of jobs that know none.
         let idle = idle.chain((!repeats).then_some("repeats"));
         let of_box = ["container.inner", "container.wall"].into_iter().filter(|_| vessel.is_some());
@@ -116,17 +116,19 @@ fn container_keys(spec: &mut ScenesSpec, container: &SceneContainer, file: Optio
 
 /// The arrangements one by one, whatever file they came from.
 fn import_spec(import: &Import, name: impl Fn(&str) -> String) -> ImportSpec {
-    let Import { scenes, split, up, table_height } = import;
+    let Import { scenes, split, frame } = import;
     let body = |ImportedBody { object, pose }: &ImportedBody| ImportedBodySpec { object: name(object), pose: *pose };
     let scene = |ImportedScene { source, bodies }: &ImportedScene| ImportedSceneSpec {
         source: source.clone(),
         bodies: bodies.iter().map(body).collect(),
     };
-    ImportSpec {
+    let spec = ImportSpec {
         scenes: Some(scenes.iter().map(scene).collect()),
         split: Some((*split).into()),
-        up: Some(*up),
-        table_height: *table_height,
         ..ImportSpec::default()
+    };
+    match *frame {
+        SourceFrame::Table { up, height } => ImportSpec { up: Some(up), table_height: height, ..spec },
+        SourceFrame::Container { pose } => ImportSpec { container_pose: Some(pose), ..spec },
     }
 }

@@ -38,7 +38,7 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobConte
         // Arrangements name the objects that were found.
         let names: Vec<&str> = objects.0.sources().map(|source| source.name.as_str()).collect();
         let mut checker = Checker::new(document, Vec::new());
-        let import = import::read(&mut checker, spec, folder, &names);
+        let import = import::read(&mut checker, spec, folder, &names, settings.is_contained());
         checker.finish()?;
         settings = settings.with_import(import.expect("mistakes were reported"));
     }

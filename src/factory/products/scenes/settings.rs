@@ -120,6 +120,11 @@ impl PileWalls {
 }
 
 impl SceneSettings {
+    /// Whether the bodies are in a container, and not on a table.
+    pub fn is_contained(&self) -> bool {
+        !matches!(self.container, SceneContainer::Plane { .. })
+    }
+
     /// Sides of the floor that bodies come to [m].
     pub fn floor(&self) -> [f64; 2] {
         self.walls.map_or_else(|| self.container.floor(), |walls| [walls.side; 2])

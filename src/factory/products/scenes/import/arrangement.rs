@@ -9,10 +9,26 @@ pub struct Import {
     pub scenes: Vec<ImportedScene>,
     /// Split of all of them.
     pub split: Split,
-    /// Direction of the table's normal in the world of the files, of any length above 0.
-    pub up: [f64; 3],
-    /// Height of the table along that direction in the world of the files [m]; `None`: that of the lowest point of each scene.
-    pub table_height: Option<f64>,
+    /// Where the scene is in the world of the files.
+    pub frame: SourceFrame,
+}
+
+/// Where the world of a scene is in the world of the files.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SourceFrame {
+    /// On a table: its normal becomes z, its plane z = 0, and the middle of all bodies lies above the origin.
+    Table {
+        /// Direction of the table's normal in the world of the files, of any length above 0.
+        up: [f64; 3],
+        /// Height of the table along that direction in the world of the files [m]; `None`: that of the lowest point of each
+        /// scene.
+        height: Option<f64>,
+    },
+    /// In a container, whose frame is the scene's world.
+    Container {
+        /// The frame in the world of the files: x, y, z [m], qx, qy, qz, qw, of about unit length.
+        pose: [f64; 7],
+    },
 }
 
 /// An arrangement.
@@ -33,7 +49,10 @@ pub struct ImportedBody {
     pub pose: [f64; 7],
 }
 
-impl Import {
+impl SourceFrame {
     /// Direction of the table's normal in the world of files that say none.
     pub const UP: [f64; 3] = [0.0, 0.0, 1.0];
+
+    /// Pose of a container whose frame is the world of the files.
+    pub const SAME: [f64; 7] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 }

@@ -198,9 +198,10 @@ impl CameraPose {
                 Ok(camera_from_world.inverse())
             }
             (None, None) if has_up => Ok(Pose::identity()),
-            (None, None) => {
-                Err(wrong("neither", "without them the world is the camera's frame: say `import.up` in it"))
-            }
+            (None, None) => Err(wrong(
+                "neither",
+                "without them the world is the camera's frame: say `import.up` or `import.container_pose` in it",
+            )),
             _ => Err(wrong("one of the two", "write both or none")),
         }
     }

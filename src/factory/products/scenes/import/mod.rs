@@ -2,7 +2,7 @@
 //! measure is stored and decides nothing.
 //!
 //! ```text
-//! folders of BOP, a table of poses, or the job itself --read--> Import --place--> poses on the table
+//! folders of BOP, a table of poses, or the job itself --read--> Import --place--> poses on the table or in the container
 //! ```
 
 mod arrangement;
@@ -13,6 +13,6 @@ mod read;
 pub mod spec;
 mod table;
 
-pub use arrangement::{Import, ImportedBody, ImportedScene};
+pub use arrangement::{Import, ImportedBody, ImportedScene, SourceFrame};
 pub(super) use place::place;
 pub(super) use read::read;

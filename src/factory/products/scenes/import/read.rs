@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, path::Path as FilePath};
 
 use super::{
-    Import, ImportedBody,
+    Import, ImportedBody, SourceFrame,
     bop::{self, BopFolder, ImageChoice},
     found::{FoundBody, FoundScene},
     spec::{ImportSpec, ImportedSceneSpec},
@@ -16,12 +16,14 @@ use kernel::{files, words::Split};
 /// Key that lists scenes in the job itself.
 const LISTED: &str = "import.scenes";
 
-/// The arrangements; `None` when something is wrong, which is reported. `names` are the objects of the job.
+/// The arrangements; `None` when something is wrong, which is reported. `names` are the objects of the job, `is_contained` says
+/// whether it has a container.
 pub(in super::super) fn read(
     checker: &mut Checker,
     spec: &ImportSpec,
     folder: &FilePath,
     names: &[&str],
+    is_contained: bool,
 ) -> Option<Import> {
     let given = [("bop", spec.bop.is_some()), ("csv", spec.csv.is_some()), ("scenes", spec.scenes.is_some())];
     let given: Vec<&str> = given.into_iter().filter_map(|(key, is_given)| is_given.then_some(key)).collect();
@@ -37,11 +39,7 @@ pub(in super::super) fn read(
         }
     }
     let before = checker.count();
-    let up = spec.up.unwrap_or(Import::UP);
-    let length = up.iter().map(|part| part * part).sum::<f64>().sqrt();
-    if !(length > 0.0 && length.is_finite()) {
-        checker.invalid("import.up", "a direction", format!("{up:?}"));
-    }
+    let frame = if is_contained { frame_of_container(checker, spec) } else { frame_of_table(checker, spec) };
     let (key, found) = match (&spec.bop, &spec.csv, &spec.scenes) {
         (Some(folders), ..) => (bop::KEY, of_folders(checker, spec, folders, folder)),
         (_, Some(file), _) => (table::KEY, of_table(checker, &folder.join(file))),
@@ -56,9 +54,41 @@ pub(in super::super) fn read(
     Some(Import {
         scenes: found.into_iter().map(FoundScene::into_scene).collect(),
         split: spec.split.map_or(Split::Training, Split::from),
-        up,
-        table_height: spec.table_height,
+        frame,
     })
+}
+
+/// The world of scenes on a table.
+fn frame_of_table(checker: &mut Checker, spec: &ImportSpec) -> SourceFrame {
+    let up = spec.up.unwrap_or(SourceFrame::UP);
+    let length = up.iter().map(|part| part * part).sum::<f64>().sqrt();
+    if !(length > 0.0 && length.is_finite()) {
+        checker.invalid("import.up", "a direction", format!("{up:?}"));
+    }
+    if spec.container_pose.is_some() {
+        let report = checker.invalid("import.container_pose", "`[container]` in the job", "no container");
+        report
+            .help("say what the bodies lie in, for example [container] inner = [0.4, 0.3, 0.2], or leave the pose out");
+    }
+    SourceFrame::Table { up, height: spec.table_height }
+}
+
+/// The world of scenes in a container.
+fn frame_of_container(checker: &mut Checker, spec: &ImportSpec) -> SourceFrame {
+    for (key, is_given) in [("import.up", spec.up.is_some()), ("import.table_height", spec.table_height.is_some())] {
+        if is_given {
+            checker.contradiction(
+                key,
+                "container",
+                "`import.container_pose` says where a container stands, and what is up",
+            );
+        }
+    }
+    let pose = spec.container_pose.unwrap_or(SourceFrame::SAME);
+    if let Err(problem) = check_pose(&pose) {
+        checker.invalid("import.container_pose", "a pose", problem);
+    }
+    SourceFrame::Container { pose }
 }
 
 /// Scenes of folders of BOP.
@@ -104,7 +134,7 @@ fn of_folders(
         let name = name.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         let labels = [labels[0].as_str(), labels[1].as_str()];
         let read = BopFolder { name: &name, labels, texts: [&poses, &camera] };
-        let (found, errors) = read.scenes(&images, &objects, spec.up.is_some());
+        let (found, errors) = read.scenes(&images, &objects, spec.up.is_some() || spec.container_pose.is_some());
         checker.add_errors(errors);
         scenes.extend(found);
     }

@@ -42,6 +42,10 @@ pub struct ImportSpec {
     /// Height of the table along `up` in the world of the files. Without it, the lowest point of each scene lies on the table.
     #[schemars(extend("x-unit" = "m", "examples" = [0.0]))]
     pub table_height: Option<f64>,
+    /// With `[container]`: its pose in the world of the files, x, y, z in metres, qx, qy, qz, qw. Its origin is the middle of its
+    /// floor, z is up. Without it, this is the origin of the files.
+    #[schemars(extend("examples" = [[0.5, 0.0, 0.75, 0.0, 0.0, 0.0, 1.0]]))]
+    pub container_pose: Option<[f64; 7]>,
 }
 
 /// One arrangement.
