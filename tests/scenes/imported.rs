@@ -1,10 +1,10 @@
 //! Imported scenes: poses of others, kept as they are, with what the checks of settled scenes measure.
 
-use std::path::Path;
+use std::{collections::BTreeSet, f64::consts::TAU, path::Path};
 
 use graspmill::{
     format::{Scene, SceneMode, dataset::DatasetReader},
-    geom::{Pose, SourceWorld, World, rotation_from_quaternion},
+    geom::{Pose, SourceWorld, TriMesh, World, rotation_from_quaternion},
     ids::ObjectId,
     words::Split,
 };
@@ -15,7 +15,7 @@ use crate::{
     support::{
         files::{FULL_CHECK, assert_intact, read_json},
         jobs::NO_SPLIT,
-        meshes::built_in_mesh,
+        meshes::{built_in_mesh, stl_bytes},
         program::{Program, print_root},
         workspace::Workspace,
     },
@@ -263,6 +263,62 @@ fn bodies_come_into_a_container() {
     let file = workspace.write("job.toml", import("").replace("[import]", "[table]\nsize = [1, 1]\n[import]"));
     let said = Program::run_job(file, workspace.path("none")).expect_code(2).stderr;
     assert!(said.contains("into a container or onto a table"), "{said}");
+}
+
+/// A cup that is a cone, upright on its bottom of radius 3 cm, 4 cm at the rim, 10 cm high, 1.5 mm thick, and how far up a second one stands
+/// in it whose wall overlaps its own by so much.
+fn cone() -> (TriMesh, impl Fn(f64) -> f64) {
+    const AROUND: u32 = 256;
+    let (bottom, top, height, wall) = (0.03_f64, 0.04, 0.1, 0.0015);
+    let slope = (top - bottom).atan2(height);
+    let across = wall / slope.cos();
+    let inside = bottom + (top - bottom) * wall / height - across;
+    let profile = [[bottom, 0.0], [top, height], [top - across, height], [inside, wall]];
+    let mut vertices = vec![[0.0, 0.0, 0.0]];
+    for [radius, z] in profile {
+        let angle = |step| TAU * f64::from(step) / f64::from(AROUND);
+        let ring = (0..AROUND).map(|step| [radius * angle(step).cos(), radius * angle(step).sin(), z]);
+        vertices.extend(ring.map(|point| point.map(|value| value as f32)));
+    }
+    vertices.push([0.0, 0.0, wall as f32]);
+    let (middle, mut triangles) = (vertices.len() as u32 - 1, Vec::new());
+    for step in 0..AROUND {
+        let next = (step + 1) % AROUND;
+        let ring = |number: u32| [step, next].map(|step| 1 + number * AROUND + step);
+        let [one, other] = ring(0);
+        triangles.push([0, other, one]);
+        for number in 0..3 {
+            let ([a, b], [c, d]) = (ring(number), ring(number + 1));
+            triangles.extend([[a, b, d], [a, d, c]]);
+        }
+        let [one, other] = ring(3);
+        triangles.push([middle, one, other]);
+    }
+    (TriMesh { vertices, triangles }, move |depth| (wall - depth) / slope.sin())
+}
+
+/// Twenty cups in one another, their walls 0.1 mm deep in each other: contacts of neighbours alone, as deep as the slope says.
+#[test]
+fn twenty_nested_cups_touch_their_neighbours_as_deep_as_their_slope_says() {
+    let workspace = Workspace::new();
+    let (mesh, step) = cone();
+    workspace.write("meshes/cup.stl", stl_bytes(&mesh));
+    let depth = 1e-4;
+    let rows = (0..20).map(|number| format!("nested,cup,0,0,{},0,0,0,1\n", f64::from(number) * step(depth)));
+    workspace.write("poses.csv", format!("scene,object,x,y,z,qx,qy,qz,qw\n{}", rows.collect::<String>()));
+    let job = format!(
+        "product = \"scenes\"\nseed = 1\nphysics = {{ recheck = 0.1 }}\n[[objects]]\nfolder = \"meshes\"\n[import]\n\
+         csv = \"poses.csv\"\n{NO_SPLIT}"
+    );
+    let [nested] = &kept(&workspace.make_dataset("nested", &job, &[]))[..] else { panic!("one scene") };
+    assert_eq!(nested.bodies.len(), 20);
+    let between: Vec<_> = nested.contacts.iter().filter(|contact| contact.pair[0] != 0).collect();
+    let pairs: BTreeSet<[u32; 2]> = between.iter().map(|contact| contact.pair).collect();
+    assert_eq!(pairs, (1..20).map(|lower| [lower, lower + 1]).collect());
+    assert_eq!(between.len(), 8 * 19);
+    for contact in between {
+        assert!((contact.distance + depth).abs() < 1e-6, "{contact:?}");
+    }
 }
 
 /// Our own export of BOP, read back: models whose origins lie elsewhere, cameras in the world, millimetres.
