@@ -171,7 +171,7 @@ bench: setup robot-fetch ## criterion benches of the kernels
 	$(CARGO) bench --locked
 
 .PHONY: bench-peers
-bench-peers: setup robot-fetch build $(PEERS)/.complete ## pairs a second beside ready-made chains, in one run
+bench-peers: setup robot-fetch build $(PEERS)/.complete ## pairs, maps and scenes beside ready-made chains, in one run of some 40 minutes
 	$(CARGO) bench --locked --bench views -- 'view_16k/(depth|pair)$$'
 	$(CARGO) bench --locked --bench solid -- solid_256_of_scans
 	$(PEERS)/bin/python benches/peers.py --graspmill $(PROGRAM)

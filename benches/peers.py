@@ -124,6 +124,10 @@ class MujocoChain:
         self.renderer.enable_depth_rendering()
         self.solid, self.origin, self.spacing = vtk_solid(mesh)
 
+    def close(self) -> None:
+        """Frees the renderer. One that is freed after the next is made takes that one's context along."""
+        self.renderer.close()
+
     def depth(self, rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
         self.mujoco.mju_mat2Quat(self.data.mocap_quat[0], rotation.ravel())
         self.data.mocap_pos[0] = position
@@ -224,6 +228,7 @@ def main() -> int:
             clock.add("depth, MuJoCo GL", lambda: mujoco_chain.depth(rotation, position))
             clock.add("pair, MuJoCo GL + numpy", lambda: mujoco_chain.pair(rotation, position, vertices))
             clock.add("pair, Open3D + numpy", lambda: open3d_chain.pair(rotation, position, vertices))
+        mujoco_chain.close()
 
     summary = graspmill_rate(options.graspmill, scans)
     ours = 1 / summary["samples_per_second"]
