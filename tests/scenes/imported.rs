@@ -1,6 +1,6 @@
 //! Imported scenes: poses of others, kept as they are, with what the checks of settled scenes measure.
 
-use std::{collections::BTreeSet, f64::consts::TAU, path::Path};
+use std::{collections::BTreeSet, path::Path};
 
 use graspmill::{
     format::{Scene, SceneMode, dataset::DatasetReader},
@@ -17,6 +17,7 @@ use crate::{
         jobs::NO_SPLIT,
         meshes::{built_in_mesh, stl_bytes},
         program::{Program, print_root},
+        solid::{Ends, Solid},
         workspace::Workspace,
     },
 };
@@ -268,33 +269,12 @@ fn bodies_come_into_a_container() {
 /// A cup that is a cone, upright on its bottom of radius 3 cm, 4 cm at the rim, 10 cm high, 1.5 mm thick, and how far up a second one stands
 /// in it whose wall overlaps its own by so much.
 fn cone() -> (TriMesh, impl Fn(f64) -> f64) {
-    const AROUND: u32 = 256;
     let (bottom, top, height, wall) = (0.03_f64, 0.04, 0.1, 0.0015);
     let slope = (top - bottom).atan2(height);
     let across = wall / slope.cos();
     let inside = bottom + (top - bottom) * wall / height - across;
-    let profile = [[bottom, 0.0], [top, height], [top - across, height], [inside, wall]];
-    let mut vertices = vec![[0.0, 0.0, 0.0]];
-    for [radius, z] in profile {
-        let angle = |step| TAU * f64::from(step) / f64::from(AROUND);
-        let ring = (0..AROUND).map(|step| [radius * angle(step).cos(), radius * angle(step).sin(), z]);
-        vertices.extend(ring.map(|point| point.map(|value| value as f32)));
-    }
-    vertices.push([0.0, 0.0, wall as f32]);
-    let (middle, mut triangles) = (vertices.len() as u32 - 1, Vec::new());
-    for step in 0..AROUND {
-        let next = (step + 1) % AROUND;
-        let ring = |number: u32| [step, next].map(|step| 1 + number * AROUND + step);
-        let [one, other] = ring(0);
-        triangles.push([0, other, one]);
-        for number in 0..3 {
-            let ([a, b], [c, d]) = (ring(number), ring(number + 1));
-            triangles.extend([[a, b, d], [a, d, c]]);
-        }
-        let [one, other] = ring(3);
-        triangles.push([middle, one, other]);
-    }
-    (TriMesh { vertices, triangles }, move |depth| (wall - depth) / slope.sin())
+    let profile = [[0.0, 0.0], [bottom, 0.0], [top, height], [top - across, height], [inside, wall], [0.0, wall]];
+    (Solid::lathe(&profile, 256, Ends::Polygons).mesh(), move |depth| (wall - depth) / slope.sin())
 }
 
 /// Twenty cups in one another, their walls 0.1 mm deep in each other: contacts of neighbours alone, as deep as the slope says.

@@ -13,4 +13,5 @@ pub mod robots;
 pub mod schemas;
 pub mod shelf;
 pub mod small_dataset;
+pub mod solid;
 pub mod workspace;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use graspmill::seed::Stream;
 
-use super::solid::Solid;
+use crate::support::solid::Solid;
 
 /// A kind of file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,12 +64,8 @@ pub fn shuffled(mut solid: Solid, draw: &mut Stream) -> Solid {
 
 /// Corners of its triangles, polygons as fans.
 fn triangles(solid: &Solid) -> impl Iterator<Item = [[f32; 3]; 3]> {
-    let at = |corner: u32| <[f64; 3]>::from(solid.points[corner as usize].coords).map(|part| part as f32);
-    let fan = move |face: &Vec<u32>| {
-        let face: Vec<[f32; 3]> = face.iter().map(|&corner| at(corner)).collect();
-        (1..face.len() - 1).map(move |i| [face[0], face[i], face[i + 1]])
-    };
-    solid.faces.iter().flat_map(fan)
+    let mesh = solid.mesh();
+    mesh.triangles.into_iter().map(move |corners| corners.map(|corner| mesh.vertices[corner as usize]))
 }
 
 fn binary_stl(solid: &Solid) -> Vec<u8> {

@@ -2,7 +2,6 @@
 
 mod files;
 mod shapes;
-mod solid;
 
 use std::{
     collections::BTreeMap,
@@ -19,9 +18,12 @@ use nalgebra::{Isometry3, Translation3};
 use self::{
     files::{Format, shuffled},
     shapes::{FAMILIES, comb, rotation},
-    solid::{Ends, Solid},
 };
-use crate::support::{meshes::scan_files, workspace::Workspace};
+use crate::support::{
+    meshes::scan_files,
+    solid::{Ends, Solid},
+    workspace::Workspace,
+};
 
 /// Units that the files are in, as metres.
 const UNITS: [f64; 4] = [1.0, 1e-3, 1e-2, 0.0254];

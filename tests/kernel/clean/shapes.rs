@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use graspmill::seed::Stream;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
-use super::solid::{Ends, P3, Solid, circle};
+use crate::support::solid::{Ends, P3, Solid, circle};
 
 /// A family, by its name: a draw of it, [m]. `fans`: whether plane ends are cut into triangles.
 type Family = (&'static str, fn(&mut Stream, fans: Ends) -> Solid);

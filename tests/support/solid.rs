@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use graspmill::geom::TriMesh;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 pub type P3 = Point3<f64>;
@@ -32,6 +33,15 @@ impl Solid {
             (1..face.len() - 1).map(|i| at(face[0]).dot(&at(face[i]).cross(&at(face[i + 1])))).sum()
         };
         self.faces.iter().map(of_face).sum::<f64>() / 6.0
+    }
+
+    /// In triangles, polygons as fans.
+    pub fn mesh(&self) -> TriMesh {
+        let fan = |face: &Vec<u32>| (1..face.len() - 1).map(|i| [face[0], face[i], face[i + 1]]).collect::<Vec<_>>();
+        TriMesh {
+            vertices: self.points.iter().map(|point| [point.x, point.y, point.z].map(|value| value as f32)).collect(),
+            triangles: self.faces.iter().flat_map(fan).collect(),
+        }
     }
 
     pub fn reversed(mut self) -> Self {
