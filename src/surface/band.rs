@@ -19,6 +19,16 @@ pub(crate) struct Variable {
     pub(crate) rate: f32,
 }
 
+/// The way that a step made.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Progress {
+    /// Largest change of a variable [voxels].
+    pub(crate) largest: f32,
+    /// Whether the momentum leads up again: the slope at the point ahead is against the way that the step made. Summed in the
+    /// order of the voxels, so that it is the same at every level of vector instructions.
+    pub(crate) overshoots: bool,
+}
+
 /// Variables in a padded volume, with the solver's state: two points, the one that it has reached and the one ahead.
 pub(crate) struct Band {
     side: usize,
@@ -104,6 +114,31 @@ impl Band {
     /// One projected step from the point ahead, and on from there by a share of the way that was made.
     pub(crate) fn step(&mut self, momentum: f32, level: SimdLevel) {
         step_at(level, self, momentum);
+    }
+
+    /// [`Band::step`], and the way that it made.
+    pub(crate) fn watched_step(&mut self, momentum: f32, level: SimdLevel) -> Progress {
+        let before: Vec<[[f32; LANES]; 2]> =
+            self.variable_blocks.iter().map(|block| [*sixteen(&self.ahead, block.at), block.current]).collect();
+        self.step(momentum, level);
+        let (mut largest, mut against) = (0.0_f32, 0.0);
+        for (block, [ahead, current]) in self.variable_blocks.iter().zip(&before) {
+            for lane in (0..LANES).filter(|lane| block.rates[*lane] > 0.0) {
+                let way = block.current[lane] - current[lane];
+                largest = largest.max(way.abs());
+                against += f64::from(ahead[lane] - block.current[lane]) * f64::from(way) / f64::from(block.rates[lane]);
+            }
+        }
+        Progress { largest, overshoots: against > 0.0 }
+    }
+
+    /// Lets the point ahead be the one that is reached.
+    pub(crate) fn forget_momentum(&mut self) {
+        for block in &self.variable_blocks {
+            let lanes = block.current.iter().zip(&block.rates).enumerate();
+            let lanes = lanes.filter(|(_, (_, rate))| **rate > 0.0);
+            lanes.for_each(|(lane, (value, _))| self.ahead[block.at + lane] = *value);
+        }
     }
 
     /// Writes the variables' values into a field over the volume.
