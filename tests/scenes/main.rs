@@ -10,6 +10,7 @@ mod imported;
 mod modes;
 mod pick_trials;
 mod picks;
+mod segmenting;
 mod sets;
 #[path = "../support/mod.rs"]
 mod support;
