@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +15,7 @@ from graspmill import CompletionSample, Dataset
 if sys.version_info < (3, 11):
     pytest.importorskip("tomli")
 
-from graspmill.train.__main__ import main
+from graspmill.train.__main__ import idle_cores, idle_ticks, main
 from graspmill.train.data import Held, augment, batches_of, open_sources
 from graspmill.train.recipe import Augmentation, Recipe, Training, read_recipe
 from graspmill.train.sources import score
@@ -22,6 +23,12 @@ from graspmill.train.strict import BadRecipe
 
 RECIPES = Path(sys.modules["graspmill.train.recipe"].__file__ or "").parent / "recipes"
 TOUCHED = replace(Recipe(), variant="depth-touch", training=Training(batch=7, buffer=32))
+
+
+def test_idle_cores_are_counted_by_what_each_does() -> None:
+    counts = "cpu  9 0 9 70 7 0 0 0 0 0\ncpu0 4 0 4 30 2 0 0 0 0 0\ncpu1 5 0 5 40 5 0 0 0 0 0\nintr 12 0 9 9 9 9\n"
+    assert [idle_ticks(counts, cores) for cores in ({0}, {1}, {0, 1}, {2})] == [32, 45, 77, 0]
+    assert 1 <= idle_cores() <= len(os.sched_getaffinity(0))
 
 
 @pytest.mark.parametrize("file", sorted(RECIPES.glob("*.toml")), ids=lambda file: file.stem)
