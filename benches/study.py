@@ -53,9 +53,10 @@ else:
 
 HOME = Path(__file__).resolve().parent.parent
 BATCH = 64
-COLUMNS = ("arm", "seed", "test", "sample", "object", "thin", "hidden", "end_on", "iou", "iou_unseen", "iou_solid")
+COLUMNS = ("arm", "seed", "test", "sample", "object", "thin", "hidden", "end_on", "iou", "iou_unseen", "iou_solid", "recognised")
 Scores = dict[str, list[np.ndarray]]
-"""Three overlaps per sample of each test: of the occupied cells, of those that are not seen, and of the solid."""
+"""Per sample of each test three overlaps (of the occupied cells, of those that are not seen, of the solid), and whether it is
+recognised among those that look the same."""
 
 
 def make_datasets(study: dict[str, Any], program: str, out: Path) -> dict[str, list[Path]]:
@@ -103,6 +104,18 @@ def overlap_of_solid(found: np.ndarray, share: np.ndarray) -> np.ndarray:
     return both.sum(axis=(1, 2, 3)) / np.maximum(either.sum(axis=(1, 2, 3)), 1e-9)  # type: ignore[no-any-return]
 
 
+def recognised(cells: np.ndarray, test: study_tests.Samples) -> np.ndarray:
+    """1 where the cells found (packed bits) overlap the sample's own truth more than that of any other shape whose seen cells are
+    the same, else 0; NaN where there is no such shape."""
+    found = np.full(len(cells), np.nan)
+    for row, twins in enumerate(test.twins()):
+        if len(twins):
+            truths = test.cells("occupancy", [row, *twins])
+            overlaps = overlap(np.broadcast_to(study_tests.unpack(cells[row : row + 1]), truths.shape), truths)
+            found[row] = overlaps[0] > overlaps[1:].max()
+    return found
+
+
 def scores(run: Path, tests: dict[str, study_tests.Samples], device: str) -> Scores:
     """The scores of a finished training on each test that has the model's inputs. A model without the output `coverage`
     says that its occupied cells are solid."""
@@ -122,7 +135,7 @@ def scores(run: Path, tests: dict[str, study_tests.Samples], device: str) -> Sco
     for name, test in tests.items():
         if not set(recipe.inputs) <= set(test.bits):
             continue
-        each = []
+        each, kept = [], []
         for first in range(0, len(test.objects), BATCH):
             rows = slice(first, first + BATCH)
             arrays = {plane: test.cells(plane, rows) for plane in {*recipe.inputs, "partial"}}
@@ -134,7 +147,8 @@ def scores(run: Path, tests: dict[str, study_tests.Samples], device: str) -> Sco
                 ours = answers[:, recipe.outputs.index("coverage")] if "coverage" in recipe.outputs else cells
                 solid = overlap_of_solid(ours, test.share[rows] / np.float32(255))
             each.append([overlap(cells, truth), overlap(cells & unseen, truth & unseen), solid])
-        found[name] = [np.concatenate(columns) for columns in zip(*each)]
+            kept.append(study_tests.packed(cells))
+        found[name] = [*map(np.concatenate, zip(*each)), recognised(np.concatenate(kept), test)]
     return found
 
 

@@ -3,7 +3,8 @@
 A mean is one over objects of the means of their samples, over all seeds, with its 95 % interval by bootstrap of objects.
 With `--base ARM` the others stand as differences from that arm, paired by object. `--where` keeps rows alone: `thin=1`
 (hollow or thin objects), `thin=0`, `hidden>0.3` (share of the silhouette that is hidden), `end_on>1` (longer along the
-optical axis than across it). `--seeds` prints the lowest and the highest mean of a seed, too.
+optical axis than across it). `--metric recognised` is the share of the samples that are recognised among other shapes whose seen cells
+are the same: whose completion overlaps their own truth the most. `--seeds` prints the lowest and the highest mean of a seed, too.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 
 from data_faults import interval
 
-METRICS = ("iou", "iou_unseen", "iou_solid")
+METRICS = ("iou", "iou_unseen", "iou_solid", "recognised")
 Means = dict[tuple[str, str], dict[str, float]]
 """By arm and test, the mean of each object."""
 
@@ -44,7 +45,7 @@ def read(folder: Path, metric: str, conditions: list[str]) -> dict[str, Means]:
     for file in sorted(folder.glob("*.csv.gz")):
         with gzip.open(file, "rt", encoding="utf-8", newline="") as text:
             for row in csv.DictReader(text):
-                if kept(row, conditions):
+                if kept(row, conditions) and row[metric] != "nan":
                     for seed in ("all", row["seed"]):
                         values[seed][row["arm"], row["test"]][row["object"]].append(float(row[metric]))
     return {

@@ -35,6 +35,8 @@ from graspmill.train.sources import objects_of  # noqa: E402
 
 # An object is hollow or thin when less than half of the volume of its occupied cells is solid.
 SOLID = 0.5
+# Solids of two samples are the same shape when their cells overlap by this much.
+SAME = 0.95
 # Touched cells of a sample at most, as many as rays are sent.
 CONTACTS = 40
 PLANES = ("partial", "free", "touch", "occupancy")
@@ -56,9 +58,21 @@ class Samples:
     share: np.ndarray | None = None
     """uint8 (samples, N, N, N): share of each cell that is solid, of 255, where it is known."""
 
-    def cells(self, plane: str, rows: slice) -> np.ndarray:
+    def cells(self, plane: str, rows: slice | list[int]) -> np.ndarray:
         """bool (samples, N, N, N)."""
         return unpack(self.bits[plane][rows])
+
+    def twins(self) -> list[np.ndarray]:
+        """For each sample the others whose seen cells are the same and whose true cells overlap its own by less than `SAME`:
+        their numbers."""
+        _, group = np.unique(self.bits["partial"], axis=0, return_inverse=True)
+        found = []
+        for row, mine in enumerate(group.reshape(-1)):
+            alike = np.flatnonzero(group.reshape(-1) == mine)
+            truth, truths = self.cells("occupancy", [row]), self.cells("occupancy", alike.tolist())
+            both, either = (truth & truths).sum(axis=(1, 2, 3)), (truth | truths).sum(axis=(1, 2, 3))
+            found.append(alike[both < SAME * either])
+        return found
 
     def end_on(self) -> np.ndarray:
         """(samples,) extent of the true cells along the optical axis over the larger one across it."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -82,6 +83,22 @@ def test_overlaps_are_of_cells_and_of_volumes() -> None:
     assert study.overlap_of_solid(found, share).tolist() == [0.75 / 2.25]
 
 
+def test_twins_are_recognised_by_the_truth_that_a_completion_overlaps_most() -> None:
+    bits = {
+        "partial": packed(cells((0, 10), (0, 10), (0, 10), (30, 40))),
+        "occupancy": packed(cells((0, 20), (0, 30), (0, 60), (30, 60))),
+    }
+    test = Samples(bits, np.array(["a", "b", "c", "d"]), np.zeros(4, bool), np.zeros(4))
+    assert [twins.tolist() for twins in test.twins()] == [[1, 2], [0, 2], [0, 1], []]
+    same = replace(test, bits=test.bits | {"occupancy": packed(cells((0, 100), (0, 96), (0, 60), (0, 60)))})
+    assert [twins.tolist() for twins in same.twins()] == [[2], [2], [0, 1], []], "the first two are one shape"
+    # The second answers as the third should; the first answers with what lies as near to the second.
+    found = study.recognised(packed(cells((0, 24), (0, 60), (0, 55), (0, 1))), test)
+    assert found[:3].tolist() == [1, 0, 1] and np.isnan(found[3])
+    between = study.recognised(packed(cells((0, 0), (0, 0), (0, 60), (0, 1))), test)
+    assert between[:3].tolist() == [0, 0, 1], "what overlaps no truth tells nothing"
+
+
 def test_a_test_comes_back_from_its_file(tmp_path: Path) -> None:
     four().save(tmp_path / "test.npz")
     again = Samples.load(tmp_path / "test.npz")
@@ -129,7 +146,7 @@ def rows(folder: Path) -> Path:
     for arm, gain in (("base", 0.0), ("other", 0.1)):
         for seed in range(2):
             iou = np.array([0.2, 0.4, 0.5, 0.5]) + np.array([1, 1, 3, 3]) * gain + 0.1 * seed
-            found = {"t": [iou, iou / 2, np.full(4, np.nan)]}
+            found = {"t": [iou, iou / 2, np.full(4, np.nan), np.array([np.nan, seed, 1, 1])]}
             study.write_rows(study.rows_of(folder.parent, arm, seed), arm, seed, found, facts)
     return folder
 
@@ -150,6 +167,8 @@ def test_rows_are_chosen_by_what_stands_in_them(tmp_path: Path) -> None:
     chosen = [study_table.read(folder, "iou", [where])["all"] for where in ("thin=0", "hidden>0.3", "end_on<1.5")]
     assert chosen[0]["base", "t"] == pytest.approx({"ball": 0.55}) and chosen[1]["base", "t"] == pytest.approx({"cup": 0.45})
     assert chosen[2]["base", "t"] == pytest.approx({"cup": 0.25, "ball": 0.55})
+    share = study_table.read(folder, "recognised", [])["all"]
+    assert share["base", "t"] == {"cup": 0.5, "ball": 1}, "rows without twins do not count"
     for wrong in ("thin", "weight>1", "thin!2"):
         with pytest.raises(SystemExit, match="hidden>0.3"):
             study_table.read(folder, "iou", [wrong])
