@@ -42,6 +42,7 @@ from typing import Any
 import numpy as np
 
 import study_tests
+from study_table import METRICS
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "python"))
 from graspmill.train.recipe import Recipe, read_recipe  # noqa: E402
@@ -53,7 +54,7 @@ else:
 
 HOME = Path(__file__).resolve().parent.parent
 BATCH = 64
-COLUMNS = ("arm", "seed", "test", "sample", "object", "thin", "hidden", "end_on", "iou", "iou_unseen", "iou_solid", "recognised")
+COLUMNS = ("arm", "seed", "test", "sample", "object", "thin", "hidden", "end_on", *METRICS)
 Scores = dict[str, list[np.ndarray]]
 """Per sample of each test three overlaps (of the occupied cells, of those that are not seen, of the solid), and whether it is
 recognised among those that look the same."""

@@ -21,6 +21,7 @@ import numpy as np
 from data_faults import interval
 
 METRICS = ("iou", "iou_unseen", "iou_solid", "recognised")
+"""Columns of the rows that study.py writes."""
 Means = dict[tuple[str, str], dict[str, float]]
 """By arm and test, the mean of each object."""
 
