@@ -347,19 +347,18 @@ impl ClutterWorker {
 
 #[cfg(test)]
 mod tests {
-    use std::{path::Path, time::Instant};
+    use std::path::Path;
 
     use nalgebra::Rotation3;
 
     use super::{super::ClutterScene, *};
     use crate::{
         HandModel,
-        settle::{Container, Placement, SceneBody, SettleSettings, SettleWorker, Vessel},
+        settle::{Container, SceneBody, Vessel},
     };
     use kernel::{
         contact::{ContactBody, ContactSurface, Sampled},
-        geom::{MassProperties, SimdLevel, TriMesh},
-        seed::Stream,
+        geom::{MassProperties, TriMesh},
         voxel::InsideTest,
     };
 
@@ -532,63 +531,5 @@ mod tests {
         assert!(refusal(&wrong, 0, &[]).contains("of 0 said"));
         wrong.scene_from_objects[0].translation.x = f64::NAN;
         assert!(refusal(&wrong, 0, &[true]).contains("the pose of body 0 is not finite"));
-    }
-
-    /// Bins of blocks: how long a trial takes, and whether bodies that are far away may sleep.
-    #[test]
-    #[ignore = "slow: make test-slow"]
-    fn bodies_far_from_the_hand_may_sleep() {
-        let settings = SettleSettings {
-            timestep: 0.002,
-            rolling: 0.002,
-            release_every: 0.3,
-            release_height: 0.03,
-            rest_speed: 0.002,
-            rest_time: 0.25,
-            cap: 4.0,
-            recheck: 2.0,
-            finer: 1,
-            put_back: 0,
-        };
-        let mut settle = SettleWorker::new(bin(), settings, SimdLevel::Scalar);
-        let (mut trials, mut agree, mut held, mut steps, mut seconds) = (0, 0, 0, 0_u32, [0.0; 2]);
-        for number in 0..6 {
-            let mut stream = Stream::of_job(number, b"", "bins of blocks");
-            let bodies: Vec<SceneBody> =
-                (0..10).map(|_| block(std::array::from_fn(|_| stream.uniform(0.015, 0.035) as f32))).collect();
-            let drops: Vec<Placement> = bodies
-                .iter()
-                .map(|_| Placement::Dropped { rotation: Rotation3::identity(), shares: [stream.unit(), stream.unit()] })
-                .collect();
-            let settled = settle.settle(&bodies, &drops, 10);
-            if settled.fault.is_some() {
-                continue;
-            }
-            let placed = bodies.into_iter().zip(settled.bodies.iter().map(|body| body.world_from_object)).collect();
-            let scene = ClutterScene { container: bin(), ..scene(placed) };
-            for (target, pose) in scene.scene_from_objects.iter().enumerate() {
-                let near =
-                    |other: &IsometryMatrix3<f64>| (other.translation.vector - pose.translation.vector).norm() < 0.15;
-                let awake: Vec<bool> = scene.scene_from_objects.iter().map(near).collect();
-                let sims = [vec![true; 10], awake]
-                    .map(|awake| Arc::new(ClutterSim::new(&gripper(), &scene, target, &awake).expect("a simulation")));
-                let mut workers = sims.each_ref().map(|sim| ClutterWorker::new(sim, ClutterProtocol::STANDARD));
-                for turned in [0.0, 0.8, 1.6, 2.4] {
-                    let grasp = above(pose.translation.vector.into(), turned);
-                    let mut outcomes = Vec::new();
-                    for (worker, seconds) in workers.iter_mut().zip(&mut seconds) {
-                        let began = Instant::now();
-                        outcomes.push(worker.run(&gripper().hand.opened(), &grasp).expect("a posture"));
-                        *seconds += began.elapsed().as_secs_f64();
-                    }
-                    trials += 1;
-                    steps += outcomes[0].steps;
-                    held += u32::from(outcomes[0].verdict.is_held());
-                    agree += u32::from(outcomes[0].verdict.is_held() == outcomes[1].verdict.is_held());
-                }
-            }
-        }
-        println!("{trials} trials, {held} held, {agree} agree, {steps} steps, {seconds:?} s with all and some awake");
-        assert!(trials > 100 && held > 20 && f64::from(agree) >= 0.98 * f64::from(trials), "{agree} of {trials}");
     }
 }
