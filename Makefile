@@ -102,13 +102,13 @@ pictures: setup build ## the pictures of README.md in docs/pictures, drawn anew 
 MODEL_DATA := datasets/model-standard
 MODEL_RUN := datasets/model-run
 .PHONY: model
-model: setup build $(TORCH)/.complete ## a network that completes shapes: data, training, scores, card; 15 to 35 minutes of two cores
+model: setup build $(TORCH)/.complete ## a network that completes shapes: data, training, scores, card; 8 to 35 minutes of two cores
 	@$(PROGRAM) run jobs/model-standard.toml --out $(MODEL_DATA)
 	@$(MAKE) train-model RECIPE=completion-standard RUN=$(MODEL_RUN) \
 	  DATA="$(MODEL_DATA)/clean $(MODEL_DATA)/kinect-v1 $(MODEL_DATA)/d435" SCORES=--must-beat
 
 .PHONY: model-quick
-model-quick: setup build $(TORCH)/.complete ## the same with fewer data and steps: 4 to 15 minutes of two cores
+model-quick: setup build $(TORCH)/.complete ## the same with fewer data and steps: 2 to 15 minutes of two cores
 	@$(PROGRAM) run jobs/model-quick.toml --out datasets/model-quick
 	@$(MAKE) train-model RECIPE=completion-quick RUN=datasets/model-quick-run DATA=datasets/model-quick
 
