@@ -85,6 +85,8 @@ struct CompletedRow {
     outliers: usize,
     /// Cells that were touched.
     touched_cells: u32,
+    /// Contacts outside of the grid, which were left out.
+    contacts_outside: usize,
     triangles: usize,
     /// [m^3].
     volume: f64,
@@ -155,6 +157,9 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
     let began = Instant::now();
     let results = complete_all(&completer, scene, &targets, &contacts, arguments.threads);
     let objects = milliseconds_since(began);
+    if let (Some(file), Some(error)) = (&arguments.touch, results.iter().find_map(without_contact)) {
+        return Err(Failure::message(Exit::BadSpec, format!("--touch {}: {error}", file.display())));
+    }
     let folder = NewFolder::begin(&arguments.out)?;
     let rows = write_meshes(folder.path(), arguments, &completer, scene, &targets, &results)?;
     if arguments.to == MeshFormat::Mjcf {
@@ -199,6 +204,11 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
 
 /// A cluster's mesh, or why it has none.
 type ClusterResult = Result<Completed, CompletionError>;
+
+/// The error of an object whose contacts all lie elsewhere.
+fn without_contact(result: &ClusterResult) -> Option<&CompletionError> {
+    result.as_ref().err().filter(|error| matches!(error, CompletionError::NoContactInside { .. }))
+}
 
 /// Writes the meshes of all clusters; a row per cluster.
 fn write_meshes(
@@ -358,6 +368,7 @@ fn completed_row(scene: &Scene, completed: &Completed, mesh: String) -> Complete
         partial_cells: completed.partial.count(),
         outliers: completed.outliers,
         touched_cells: completed.touched,
+        contacts_outside: completed.contacts_outside,
         triangles: completed.mesh.triangles.len(),
         volume: completed.mesh.signed_volume(),
         bounds: [bounds.min.into(), bounds.max.into()],
@@ -402,7 +413,8 @@ fn text(report: &SceneReport<'_>, plane: &str, targets: usize, out: &Path) -> St
         text.push_str("no object stands on it: are there enough points (--min-points), high enough (--min-height)?\n");
     }
     for ObjectRow { name, role, refusal, completed, .. } in &report.objects {
-        if let Some(CompletedRow { triangles, volume, free_space_violation, bounds: [low, high], .. }) = completed {
+        if let Some(row) = completed {
+            let CompletedRow { triangles, volume, free_space_violation, bounds: [low, high], .. } = row;
             let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| 1e3 * (high[axis] - low[axis]));
             _ = writeln!(
                 text,
@@ -410,6 +422,9 @@ fn text(report: &SceneReport<'_>, plane: &str, targets: usize, out: &Path) -> St
                 1e6 * volume,
                 100.0 * free_space_violation
             );
+            if row.contacts_outside > 0 {
+                _ = writeln!(text, "{name}: contacts outside of its grid, left out: {}", row.contacts_outside);
+            }
         }
         if let Some(refusal) = refusal {
             _ = writeln!(text, "{name}: refused: {refusal}");

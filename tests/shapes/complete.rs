@@ -204,7 +204,7 @@ fn masks_contacts_and_the_world_are_taken_or_refused_with_the_remedy() {
     // Behind the can: the hull grows.
     let centre = ["0", "1", "2"].map(|axis| number_at(&by_number, &format!("/objects/4/completed/grid_centre/{axis}")));
     let contact = format!("x,y,z\n{},{},{}\n", centre[0], centre[1], centre[2] + 0.03);
-    let contacts = workspace.write("contacts.csv", contact);
+    let contacts = workspace.write("contacts.csv", &contact);
     let pose = "1,2,3,0,1,0,0";
     let run =
         base("touched").option("--target", "5").option("--touch", &contacts).args(["--world", pose, "--to", "mjcf"]);
@@ -212,6 +212,19 @@ fn masks_contacts_and_the_world_are_taken_or_refused_with_the_remedy() {
     assert_eq!(touched["objects"][4]["completed"]["touched_cells"], 1);
     let volume = |report: &Value| number_at(report, "/objects/4/completed/volume");
     assert!(volume(&touched) > 1.05 * volume(&by_number), "{} {}", volume(&touched), volume(&by_number));
+    assert_eq!(touched["objects"][4]["completed"]["contacts_outside"], 0);
+    // The same contact and one in millimetres, then that one alone.
+    let millimetres = "34,-4,726\n";
+    let mixed = workspace.write("mixed.csv", format!("{contact}{millimetres}"));
+    let said = base("mixed").option("--target", "5").option("--touch", &mixed).succeed().stdout;
+    assert!(said.contains("object-5: contacts outside of its grid, left out: 1"), "{said}");
+    base("one").option("--target", "5").option("--touch", &contacts).succeed();
+    let mesh = |out: &str| fs::read(workspace.path(out).join("object-5.ply")).expect("a mesh");
+    assert_eq!(mesh("mixed"), mesh("one"));
+    let elsewhere = workspace.write("elsewhere.csv", format!("x,y,z\n{millimetres}"));
+    let said = base("elsewhere").option("--target", "5").option("--touch", &elsewhere).expect_code(2).stderr;
+    assert!(said.contains("elsewhere.csv: none of the contacts (1) lies in the object's grid"), "{said}");
+    assert!(!workspace.path("elsewhere").exists());
     // Half a turn about x: the camera's z is the world's -z.
     let rows: Vec<Vec<f64>> = serde_json::from_value(touched["world_from_camera"].clone()).expect("rows");
     assert_eq!(rows[0], [1.0, 0.0, 0.0, 1.0]);

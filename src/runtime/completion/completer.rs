@@ -53,6 +53,8 @@ pub struct Completed {
     pub outliers: usize,
     /// Cells that were touched.
     pub touched: u32,
+    /// Contacts outside of the grid, which were left out.
+    pub contacts_outside: usize,
     /// Voxels per cell along each axis; `None` for a mesh of the grid's own cells.
     pub factor: Option<usize>,
     /// Time by part.
@@ -134,10 +136,11 @@ impl Completer {
         self.by(scene, cluster, Some(self.detail), &[])
     }
 
-    /// Completes an object that is to be grasped and was touched at these points, in `CameraCv` [m].
+    /// Completes an object that is to be grasped and was touched at these points, in `CameraCv` [m]. Those outside of its grid
+    /// are left out.
     ///
     /// # Errors
-    /// Like those of [`Completer::complete`].
+    /// Like those of [`Completer::complete`]; and when there are contacts, but none in the grid.
     pub fn complete_touched(
         &self,
         scene: &Scene,
@@ -173,7 +176,10 @@ impl Completer {
         if cells < MIN_CELLS {
             return Err(CompletionError::FewCells { cells, needed: MIN_CELLS });
         }
-        let touched = touched_cells(contacts, &input.placement);
+        let (touched, contacts_outside) = touched_cells(contacts, &input.placement);
+        if !contacts.is_empty() && contacts_outside == contacts.len() {
+            return Err(CompletionError::NoContactInside { count: contacts.len() });
+        }
         let after_input = Instant::now();
         let answer = self.predict(scene, &input, &touched)?;
         let after_network = Instant::now();
@@ -208,6 +214,7 @@ impl Completer {
             dropped: completed.dropped,
             outliers: input.outliers.len(),
             touched: touched.count(),
+            contacts_outside,
             factor,
             timings,
         })
@@ -259,15 +266,18 @@ fn possible_cells(occupancy: &CubeField, input: &NetworkInput) -> CubeField {
     possible
 }
 
-/// Cells with a contact.
-fn touched_cells(contacts: &[[f32; 3]], placement: &GridPlacement) -> OccupancyGrid {
+/// Cells with a contact, and how many contacts lie outside of the grid.
+fn touched_cells(contacts: &[[f32; 3]], placement: &GridPlacement) -> (OccupancyGrid, usize) {
     let n = placement.resolution;
     let mut grid = OccupancyGrid::new(n);
+    let mut outside = 0;
     for contact in contacts {
         let cell = placement.coordinates_of(contact.map(f64::from)).map(f64::floor);
         if cell.iter().all(|index| (0.0..f64::from(n)).contains(index)) {
             grid.set(cell.map(|index| index as u32));
+        } else {
+            outside += 1;
         }
     }
-    grid
+    (grid, outside)
 }

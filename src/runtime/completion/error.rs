@@ -23,6 +23,12 @@ pub enum CompletionError {
     /// Contacts were given to a model that has no input for them.
     #[error("the model has no input for contacts: take one that was trained with touch, or leave out --touch")]
     TakesNoTouch,
+    /// All contacts lie outside of the object's grid.
+    #[error("none of the contacts ({count}) lies in the object's grid: they are in metres, in the camera's frame")]
+    NoContactInside {
+        /// Contacts that were given.
+        count: usize,
+    },
     /// The network or the baseline gave nothing that could be meshed.
     #[error("nothing was completed: no occupied cell was found")]
     Nothing,
