@@ -24,8 +24,8 @@ pub(crate) struct Variable {
 pub(crate) struct Progress {
     /// Largest change of a variable [voxels].
     pub(crate) largest: f32,
-    /// Whether the momentum leads up again: the slope at the point ahead is against the way that the step made. Summed in the
-    /// order of the voxels, so that it is the same at every level of vector instructions.
+    /// Whether the momentum leads up again: the slope at the point ahead is against the way that the step made. Summed lane by
+    /// lane in the order of the blocks, so that it is the same at every level of vector instructions.
     pub(crate) overshoots: bool,
 }
 
@@ -118,18 +118,7 @@ impl Band {
 
     /// [`Band::step`], and the way that it made.
     pub(crate) fn watched_step(&mut self, momentum: f32, level: SimdLevel) -> Progress {
-        let before: Vec<[[f32; LANES]; 2]> =
-            self.variable_blocks.iter().map(|block| [*sixteen(&self.ahead, block.at), block.current]).collect();
-        self.step(momentum, level);
-        let (mut largest, mut against) = (0.0_f32, 0.0);
-        for (block, [ahead, current]) in self.variable_blocks.iter().zip(&before) {
-            for lane in (0..LANES).filter(|lane| block.rates[*lane] > 0.0) {
-                let way = block.current[lane] - current[lane];
-                largest = largest.max(way.abs());
-                against += f64::from(ahead[lane] - block.current[lane]) * f64::from(way) / f64::from(block.rates[lane]);
-            }
-        }
-        Progress { largest, overshoots: against > 0.0 }
+        watched_step_at(level, self, momentum)
     }
 
     /// Lets the point ahead be the one that is reached.
@@ -154,10 +143,46 @@ simd_kernel! {
     fn step_at(band: &mut Band, momentum: f32) = step_in_lanes;
 }
 
+simd_kernel! {
+    fn watched_step_at(band: &mut Band, momentum: f32) -> Progress = watched_step_in_lanes;
+}
+
+/// Variables of a block in one step: the point that they had reached before, the one ahead of it, where the step began, and the one
+/// that they reached.
+struct Stepped<L: Lanes> {
+    rates: L::F,
+    ahead: L::F,
+    before: L::F,
+    after: L::F,
+}
+
+#[inline(always)]
+fn step_in_lanes<L: Lanes>(l: L, band: &mut Band, momentum: f32) {
+    step_slabs(l, band, momentum, |_| {});
+}
+
+#[inline(always)]
+fn watched_step_in_lanes<L: Lanes>(l: L, band: &mut Band, momentum: f32) -> Progress {
+    let mut ways = l.splat(0.0);
+    let mut against = [0.0_f64; LANES];
+    step_slabs(l, band, momentum, |Stepped { rates, ahead, before, after }| {
+        let way = l.sub(after, before);
+        ways = l.max(ways, l.abs(way));
+        // A lane that is no variable goes no way, whatever its rate is taken for.
+        let rates = l.max(rates, l.splat(f32::MIN_POSITIVE));
+        let mut lanes = [0.0; LANES];
+        l.store(l.div(l.mul(l.sub(ahead, after), way), rates), &mut lanes);
+        against.iter_mut().zip(lanes).for_each(|(sum, lane)| *sum += f64::from(lane));
+    });
+    let mut lanes = [0.0; LANES];
+    l.store(ways, &mut lanes);
+    Progress { largest: lanes.into_iter().fold(0.0, f32::max), overshoots: against.iter().sum::<f64>() > 0.0 }
+}
+
 /// Slab by slab: the rows along x of the next one still find the point ahead there as it was, and so do all rows that reach
 /// beyond.
 #[inline(always)]
-fn step_in_lanes<L: Lanes>(l: L, band: &mut Band, momentum: f32) {
+fn step_slabs<L: Lanes>(l: L, band: &mut Band, momentum: f32, mut watch: impl FnMut(Stepped<L>)) {
     let Band { side, rows, variables, row_blocks, variable_blocks, ahead, bends } = band;
     let (side, area) = (*side, *side * *side);
     let (zero, momentum) = (l.splat(0.0), l.splat(momentum));
@@ -189,6 +214,7 @@ fn step_in_lanes<L: Lanes>(l: L, band: &mut Band, momentum: f32) {
                 (l.load(&block.rates), l.load(sixteen(ahead, block.at)), l.load(&block.current));
             let stepped = l.sub(old, l.mul(slope, rates));
             let stepped = l.min(l.max(stepped, l.load(&block.lower)), l.load(&block.upper));
+            watch(Stepped { rates, ahead: old, before: current, after: stepped });
             let next = l.add(stepped, l.mul(momentum, l.sub(stepped, current)));
             // Lanes behind a run are another one's voxels, or none's.
             l.store(l.select(l.lt(zero, rates), next, old), sixteen_mut(ahead, block.at));

@@ -3,7 +3,7 @@
 //! Lempitsky, "Surface extraction from binary volumes with higher-order smoothness" (2010): among all f whose sign is the
 //! volume's, with a margin that grows with the distance to the border, the one with the smallest second differences. It is a
 //! convex quadratic programme with a box for each voxel, solved by projected gradient descent with Nesterov's momentum. What is
-//! summed over the volume is summed in the order of its voxels, so the same bits come out on every processor.
+//! summed over the volume is summed in one order, so the same bits come out on every processor.
 
 use std::ops::Range;
 
