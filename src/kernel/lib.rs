@@ -8,6 +8,7 @@ pub mod geom;
 pub mod ids;
 pub mod npy;
 pub mod object;
+pub mod remedy;
 pub mod render;
 pub mod seed;
 pub mod voxel;

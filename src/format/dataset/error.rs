@@ -8,6 +8,7 @@ use std::{
 use crate::RecordError;
 use kernel::{
     ids::{Digest, JobDigest, SampleIndex},
+    remedy,
     words::number_ranges,
 };
 
@@ -15,7 +16,7 @@ use kernel::{
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
     /// The operating system refused a read or write.
-    #[error("{action} {}: {source}{}", path.display(), io_remedy(source))]
+    #[error("{action} {}: {source}; {}", path.display(), io_remedy(action, source))]
     Io {
         /// Action that failed: "writing", "reading", ...
         action: &'static str,
@@ -247,18 +248,22 @@ fn folder_remedy(inside: &[String]) -> String {
     format!("give one of those in it: {}{more}", inside[..inside.len().min(SHOWN)].join(", "))
 }
 
-fn io_remedy(error: &io::Error) -> &'static str {
+/// Actions that write nothing.
+const READING: [&str; 3] = ["reading", "opening", "measuring"];
+
+fn io_remedy(action: &str, error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            "; make room and run again: finished shards are kept"
+            "make room and run again: finished shards are kept"
         }
         io::ErrorKind::FileTooLarge => {
-            "; files may not grow so large here (`ulimit -f`): lift the limit and run again, finished shards are kept"
+            "files may not grow so large here (`ulimit -f`): lift the limit and run again, finished shards are kept"
         }
-        io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => {
-            "; give a folder that can be written, or mend its permissions"
+        io::ErrorKind::ReadOnlyFilesystem => "give a folder that can be written",
+        io::ErrorKind::PermissionDenied if !READING.contains(&action) => {
+            "give a folder that can be written, or change its permissions"
         }
-        _ => "",
+        _ => remedy::for_reading(error),
     }
 }
 

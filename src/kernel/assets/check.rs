@@ -13,6 +13,7 @@ use super::{
 };
 use crate::{
     geom::{SolidGrid, TriMesh},
+    remedy,
     voxel::solid_occupancy,
     words::counted,
 };
@@ -93,7 +94,7 @@ pub fn check_report(paths: &[PathBuf], scale: ScaleRule, size: SizeRule) -> Mesh
                 continue;
             }
             Ok(_) => ("no mesh file below this folder".to_owned(), "name a folder with .stl, .obj, .ply or .off files"),
-            Err(error) => (format!("cannot be listed: {}", error.error), "check the path and its permissions"),
+            Err(error) => (format!("cannot be listed: {}", error.error), remedy::for_reading(&error.error)),
         };
         let file = path.display().to_string();
         let reason = "unreadable".to_owned();

@@ -7,7 +7,7 @@ use std::{
 };
 
 use super::description_limits::{DescriptionTooLarge, MAX_COPIES, check_values, copies};
-use crate::ids::Digest;
+use crate::{ids::Digest, remedy};
 
 /// Why a description has no digest.
 #[derive(Debug, thiserror::Error)]
@@ -31,7 +31,7 @@ impl DescriptionError {
             }
             (io::ErrorKind::NotFound, None) => "check the path: it starts at the job file's folder",
             (io::ErrorKind::FileTooLarge, _) => "write it with less",
-            _ => "see that the file can be read",
+            _ => remedy::for_reading(&self.source),
         }
     }
 }

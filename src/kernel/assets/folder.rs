@@ -6,10 +6,11 @@ use std::{
 };
 
 use super::{AssetRecord, read::is_mesh_name};
+use crate::remedy;
 
 /// A folder that cannot be listed.
 #[derive(Debug, thiserror::Error)]
-#[error("{folder}: cannot be listed ({error}); check the path and its permissions")]
+#[error("{folder}: cannot be listed ({error}); {}", remedy::for_reading(error))]
 pub struct FolderError {
     /// The folder.
     pub folder: PathBuf,

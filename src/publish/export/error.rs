@@ -6,7 +6,7 @@ use std::{
 };
 
 use format::{Product, dataset::DatasetError};
-use kernel::ids::SampleIndex;
+use kernel::{ids::SampleIndex, remedy};
 
 /// Error of an export.
 #[derive(Debug, thiserror::Error)]
@@ -149,7 +149,7 @@ pub enum ExportError {
         index: SampleIndex,
     },
     /// The operating system refused a read or write.
-    #[error("{action} {}: {source}; free space or mend permissions, then export again", path.display())]
+    #[error("{action} {}: {source}; {}", path.display(), io_remedy(source))]
     Io {
         /// Action that failed: "writing", "creating", ...
         action: &'static str,
@@ -164,6 +164,14 @@ impl ExportError {
     /// Wraps an I/O error with what was tried on which file.
     pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::Io { action, path: path.to_owned(), source }
+    }
+}
+
+fn io_remedy(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "make room, then export again",
+        io::ErrorKind::ReadOnlyFilesystem => "give a folder that can be written",
+        _ => remedy::for_reading(error),
     }
 }
 

@@ -15,7 +15,7 @@ pub(super) use self::raw::RawMesh;
 
 use self::raw::CONVERT;
 use super::{MeshRefusal, Refuse};
-use crate::geom::Triangles;
+use crate::{geom::Triangles, remedy};
 
 /// Largest file that is read [bytes]: about 21 million binary STL triangles.
 const LARGEST_FILE: u64 = 1 << 30;
@@ -44,7 +44,7 @@ fn load(path: &Path) -> Result<Vec<u8>, Refuse> {
         std::io::ErrorKind::NotFound => {
             Refuse::new("not_found", "no such file", "check the path, which starts at the job file's folder")
         }
-        _ => Refuse::new("unreadable", format!("cannot be read: {error}"), "check its permissions and the disk"),
+        _ => Refuse::new("unreadable", format!("cannot be read: {error}"), remedy::for_reading(&error)),
     };
     let facts = std::fs::metadata(path).map_err(unreadable)?;
     if facts.is_dir() {
