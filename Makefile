@@ -164,7 +164,7 @@ fuzz-seeds: mujoco ## write the seeds of fuzz/corpus anew
 
 .PHONY: schemas
 schemas: mujoco ## write the Rust types and descriptors of proto/ anew
-	GRASPMILL_WRITE_SCHEMAS=1 $(CARGO) test --release --locked --test dataset generated_files
+	GRASPMILL_WRITE_SCHEMAS=1 $(CARGO) test --release --locked --test dataset schemas::
 
 .PHONY: bench
 bench: setup robot-fetch ## criterion benches of the kernels

@@ -19,7 +19,7 @@ pub use check::{
 pub use codec::{Depth, DepthCoding, RecordError};
 pub use product::{Channel, Product};
 pub use product_format::{
-    ArrayFormat, ChannelFormat, ExtraFile, FactFormat, FactKind, Facts, Noun, ProductFormat, RecordDecoder,
+    ArrayFormat, ChannelFormat, ExtraFile, FactFormat, FactKind, FactRange, Facts, Noun, ProductFormat, RecordDecoder,
 };
 pub use products::{
     amodal::{AmodalFacts, Clutter},

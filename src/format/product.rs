@@ -151,7 +151,6 @@ impl fmt::Debug for Channel {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::FactKind;
 
     /// The part of a Markdown text below a heading of the third level, up to the next heading.
     fn section<'a>(text: &'a str, heading: &str) -> &'a str {
@@ -171,11 +170,6 @@ mod tests {
                 assert!(section.contains(&line), "{product}: no line '{line}'");
             }
             for FactFormat { name, kind, meaning, .. } in product.facts {
-                let kind = match kind {
-                    FactKind::Count => "count",
-                    FactKind::Integer => "integer",
-                    FactKind::Number => "number",
-                };
                 let line = format!("\n| `{name}` | {kind} | {meaning} |");
                 assert!(section.contains(&line), "{product}: no line '{line}'");
             }

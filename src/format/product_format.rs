@@ -1,6 +1,8 @@
 //! Products, channels and facts as rows of tables: everything that the format needs to know of a product stands in one
 //! [`ProductFormat`], and ledgers, index columns, manifest counts and metadata are derived from it.
 
+use std::fmt;
+
 use super::RecordError;
 use kernel::ids::SampleId;
 
@@ -131,8 +133,21 @@ pub enum FactKind {
     Count,
     /// Whole number from 0 to 2^32 - 1 whose sum means nothing.
     Integer,
-    /// Double.
-    Number,
+    /// Double in a range.
+    Number(FactRange),
+}
+
+/// Range of the numbers of a fact; NaN is in none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FactRange {
+    /// From 0 to 1.
+    Share,
+    /// From 0, finite.
+    FromZero,
+    /// Finite.
+    Finite,
+    /// Finite, or plus infinity where a sample has no such number.
+    FiniteOrNone,
 }
 
 impl FactKind {
@@ -140,8 +155,50 @@ impl FactKind {
     pub fn holds(self, value: f64) -> bool {
         match self {
             Self::Count | Self::Integer => value >= 0.0 && value <= f64::from(u32::MAX) && value.fract() == 0.0,
-            Self::Number => true,
+            Self::Number(range) => range.holds(value),
         }
+    }
+}
+
+impl FactRange {
+    /// All ranges.
+    pub const ALL: [Self; 4] = [Self::Share, Self::FromZero, Self::Finite, Self::FiniteOrNone];
+
+    /// Least and largest value; both are in the range.
+    pub fn ends(self) -> [f64; 2] {
+        match self {
+            Self::Share => [0.0, 1.0],
+            Self::FromZero => [0.0, f64::MAX],
+            Self::Finite => [f64::MIN, f64::MAX],
+            Self::FiniteOrNone => [f64::MIN, f64::INFINITY],
+        }
+    }
+
+    /// Whether a value is in the range.
+    pub fn holds(self, value: f64) -> bool {
+        let [low, high] = self.ends();
+        (low..=high).contains(&value)
+    }
+}
+
+impl fmt::Display for FactKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Count => f.write_str("count"),
+            Self::Integer => f.write_str("integer"),
+            Self::Number(range) => range.fmt(f),
+        }
+    }
+}
+
+impl fmt::Display for FactRange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Share => "number, 0 to 1",
+            Self::FromZero => "number, 0 or more",
+            Self::Finite => "number",
+            Self::FiniteOrNone => "number or infinity",
+        })
     }
 }
 

@@ -1,8 +1,13 @@
-//! The generated files of the crates are those that `proto/` makes.
+//! Generated files are those that `proto/` and the table of products make.
 
-use std::{fs, path::Path};
+use std::{fmt::Write as _, fs, path::Path};
+
+use graspmill::format::{FactKind, FactRange, Product};
 
 use super::support::{files::repository_path, schemas::generate};
+
+/// The ranges of facts for the Python package.
+const RANGES: &str = "python/graspmill/fact_ranges.py";
 
 /// `make schemas` writes them anew, which this test then finds equal.
 #[test]
@@ -20,6 +25,49 @@ fn generated_files_are_those_of_the_schemas() {
         write_if_asked(&root.join(path), content);
         let found = fs::read(root.join(path)).unwrap_or_default();
         assert!(found == *content, "{} is not what proto/ makes: run `make schemas`", path.display());
+    }
+}
+
+/// The Python package refuses the numbers that the readers of ledgers refuse.
+#[test]
+fn ranges_of_facts_are_those_of_the_table_of_products() {
+    let path = repository_path(RANGES);
+    let wanted = ranges_in_python();
+    write_if_asked(&path, wanted.as_bytes());
+    let found = fs::read_to_string(&path).expect("the ranges");
+    assert!(found == wanted, "{RANGES} is not what the table of products makes: run `make schemas`");
+}
+
+/// The module of ranges: each product with the facts whose range is not that of all finite numbers.
+fn ranges_in_python() -> String {
+    let head = "\"\"\"Ranges of the facts that are numbers, both ends included; `make schemas` writes them from the table of \
+                products.\"\"\"\n\nfrom __future__ import annotations\n\nfrom math import inf\nfrom sys import float_info\n\n\
+                FINITE = (-float_info.max, float_info.max)\n\"\"\"The range of any other fact.\"\"\"\n\n\
+                FACT_RANGES: dict[str, dict[str, tuple[float, float]]] = {\n";
+    let mut text = head.to_owned();
+    for product in Product::all() {
+        let ranges = product.facts.iter().filter_map(|fact| match fact.kind {
+            FactKind::Number(range) if range != FactRange::Finite => Some((fact.name, range)),
+            _ => None,
+        });
+        let lines: String = ranges.fold(String::new(), |mut lines, (name, range)| {
+            let [low, high] = range.ends().map(number_in_python);
+            _ = writeln!(lines, "        \"{name}\": ({low}, {high}),");
+            lines
+        });
+        if !lines.is_empty() {
+            _ = write!(text, "    \"{product}\": {{\n{lines}    }},\n");
+        }
+    }
+    text + "}\n"
+}
+
+fn number_in_python(value: f64) -> String {
+    match value {
+        f64::MIN => "-float_info.max".to_owned(),
+        f64::MAX => "float_info.max".to_owned(),
+        f64::INFINITY => "inf".to_owned(),
+        finite => format!("{finite:?}"),
     }
 }
 

@@ -113,7 +113,10 @@ pub fn index_columns(product: Product, channels: &[Channel]) -> Vec<IndexColumn>
         IndexColumn { optional: true, ..column("detail", ColumnKind::Text, "Numbers behind the reason.") },
     ]);
     columns.extend(product.facts_of(channels).map(|(_, fact)| {
-        let kind = if fact.kind == FactKind::Number { ColumnKind::F64 } else { ColumnKind::U32 };
+        let kind = match fact.kind {
+            FactKind::Number(_) => ColumnKind::F64,
+            FactKind::Count | FactKind::Integer => ColumnKind::U32,
+        };
         column(fact.name, kind, fact.meaning)
     }));
     columns.extend(channels.iter().map(|channel| {
@@ -156,7 +159,7 @@ impl IndexRow<'_> {
             Fate::Rejected { reason, detail } => cells.extend([Cell::Text(reason), Cell::Text(detail)]),
         }
         cells.extend(product.facts_of(channels).map(|(index, fact)| match fact.kind {
-            FactKind::Number => Cell::F64(facts.values()[index]),
+            FactKind::Number(_) => Cell::F64(facts.values()[index]),
             FactKind::Count | FactKind::Integer => Cell::U32(facts.integer(index)),
         }));
         match fate {

@@ -130,6 +130,9 @@ pub(crate) enum InvalidLedger {
     /// A column of facts is missing, unknown or short.
     #[error("the fact {name} has {found} values for {rows} rows")]
     Column { name: String, found: usize, rows: u32 },
+    /// A fact outside of the range that its product declares.
+    #[error("the fact {name} of row {row} is {value}, not of its kind ({wanted})")]
+    Range { name: &'static str, row: usize, value: f64, wanted: FactKind },
     /// Digests that do not fit the kept rows.
     #[error("{found} bytes of digests, {expected} for {kept} kept rows of {channels} channels")]
     Digests { found: usize, expected: usize, kept: u64, channels: usize },
@@ -182,7 +185,7 @@ impl Ledger {
             let mut column = proto::FactColumn { name: fact.name.to_owned(), ..proto::FactColumn::default() };
             match fact.kind {
                 FactKind::Count | FactKind::Integer => column.integers = values.map(|value| value as u32).collect(),
-                FactKind::Number => column.numbers = values.collect(),
+                FactKind::Number(_) => column.numbers = values.collect(),
             }
             column
         });
@@ -286,10 +289,14 @@ impl LedgerOutline {
             let column = stored.next().filter(|column| column.name == fact.name).ok_or_else(|| wrong(fact.name, 0))?;
             let values: Vec<f64> = match fact.kind {
                 FactKind::Count | FactKind::Integer => column.integers.into_iter().map(f64::from).collect(),
-                FactKind::Number => column.numbers,
+                FactKind::Number(_) => column.numbers,
             };
             if values.len() != rows as usize {
                 return Err(wrong(fact.name, values.len()));
+            }
+            if let Some(row) = values.iter().position(|value| !fact.kind.holds(*value)) {
+                let (value, wanted) = (values[row], fact.kind);
+                return Err(InvalidLedger::Range { name: fact.name, row, value, wanted });
             }
             columns[index] = Some(values);
         }
@@ -370,6 +377,55 @@ mod tests {
             encoded.ledger[index] = byte;
             let _ = Ledger::decode(&encoded);
         }
+    }
+
+    #[test]
+    fn numbers_outside_of_their_range_are_refused_with_fact_and_row() {
+        let whole = ledger((0..4).map(|item| row(10 + u64::from(item), item, 1, None)).collect());
+        for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1e-300, 1.0 + f64::EPSILON, 1e300] {
+            let mut forged = whole.clone();
+            forged.rows[2].facts.set(3, value);
+            let error = Ledger::decode(&forged.encode()).expect_err("a number that is no share");
+            let text = error.to_string();
+            assert!(matches!(error, InvalidLedger::Range { name: "solid_share", row: 2, .. }), "{text}");
+            assert!(text.contains("number, 0 to 1"), "{text}");
+        }
+        // Zero has two signs, and both are in the range.
+        let mut signed = whole.clone();
+        signed.rows[2].facts.set(3, -0.0);
+        assert_eq!(Ledger::decode(&signed.encode()).expect("a ledger"), signed);
+    }
+
+    #[test]
+    fn every_number_of_every_product_is_read_in_its_range_alone() {
+        let values = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -0.0, 0.5, 1.5, -1.0, 1e300, f64::MIN_POSITIVE];
+        let mut refused = 0;
+        for product in Product::all() {
+            let channels: Vec<Channel> = product.channels().collect();
+            let zeros = Facts::new(product.facts.iter().map(|_| 0.0));
+            let whole = Ledger {
+                product,
+                channels: channels.clone(),
+                rows: vec![LedgerRow {
+                    facts: zeros.clone(),
+                    fate: Fate::Kept(channels.iter().map(|_| Digest([1; 32])).collect()),
+                    ..row(10, 0, 1, None)
+                }],
+                ..ledger(Vec::new())
+            };
+            for (index, fact) in product.facts_of(&channels) {
+                let FactKind::Number(range) = fact.kind else { continue };
+                for value in values {
+                    let mut forged = whole.clone();
+                    forged.rows[0].facts.set(index, value);
+                    let read = Ledger::decode(&forged.encode());
+                    assert_eq!(read.is_ok(), range.holds(value), "{product}: {} = {value}", fact.name);
+                    refused += u32::from(read.is_err());
+                }
+                assert!(!range.holds(f64::NAN) && !range.holds(f64::NEG_INFINITY), "{product}: {}", fact.name);
+            }
+        }
+        assert!(refused > 50, "{refused}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Facts of an amodal pair.
 
 use super::Clutter;
-use crate::{FactFormat, FactKind, Facts, VoxelPair};
+use crate::{FactFormat, FactKind, FactRange, Facts, VoxelPair};
 
 /// Counts and shares of a pair in clutter, for tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,11 +38,15 @@ pub(super) const FACTS: [FactFormat; 9] = [
     fact("partial_cells", FactKind::Integer, "Occupied cells of the partial grid."),
     fact("complete_cells", FactKind::Integer, "Occupied cells of the complete grid."),
     fact("both_cells", FactKind::Integer, "Cells that are occupied in both."),
-    fact("solid_share", FactKind::Number, "Share of the solid's volume inside the grid."),
-    fact("visible_share", FactKind::Number, "Share of the body's silhouette that is seen."),
+    fact("solid_share", FactKind::Number(FactRange::Share), "Share of the solid's volume inside the grid."),
+    fact("visible_share", FactKind::Number(FactRange::Share), "Share of the body's silhouette that is seen."),
     fact("pixels_visible", FactKind::Integer, "Pixels that see the body."),
     fact("truncated", FactKind::Count, "1 where the body reaches out of the image, else 0."),
-    fact("purity", FactKind::Number, "Share of the points of the partial grid that were measured on the body."),
+    fact(
+        "purity",
+        FactKind::Number(FactRange::Share),
+        "Share of the points of the partial grid that were measured on the body.",
+    ),
     fact("others_solid_cells", FactKind::Integer, "Cells that meet another body, container or table."),
 ];
 

@@ -1,7 +1,7 @@
 //! Facts of a completion pair.
 
 use super::OcclusionFacts;
-use crate::{FactFormat, FactKind, Facts};
+use crate::{FactFormat, FactKind, FactRange, Facts};
 
 /// Counts of occupied cells, and the share of the solid that lies in the grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,9 +37,9 @@ pub(super) const FACTS: [FactFormat; 6] = [
     fact("partial_cells", FactKind::Integer, "Occupied cells of the partial grid."),
     fact("complete_cells", FactKind::Integer, "Occupied cells of the complete grid."),
     fact("both_cells", FactKind::Integer, "Cells that are occupied in both."),
-    fact("solid_share", FactKind::Number, "Share of the solid's volume inside the grid."),
+    fact("solid_share", FactKind::Number(FactRange::Share), "Share of the solid's volume inside the grid."),
     occlusion("occluded", FactKind::Count, "1 where something stands in front of the object, else 0."),
-    occlusion("hidden_share", FactKind::Number, "Share of the object's pixels that it hides."),
+    occlusion("hidden_share", FactKind::Number(FactRange::Share), "Share of the object's pixels that it hides."),
 ];
 
 impl OcclusionFacts {

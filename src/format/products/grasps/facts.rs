@@ -1,6 +1,6 @@
 //! Facts of a run that searched for grasps.
 
-use crate::{FactFormat, FactKind, Facts};
+use crate::{FactFormat, FactKind, FactRange, Facts};
 use kernel::words::GraspVerdict;
 
 const VERDICTS: usize = GraspVerdict::ALL.len();
@@ -60,8 +60,8 @@ pub(super) const FACTS: [FactFormat; VERDICTS + TRIAL_FACTS + 3] = [
     trials("grasps_refused", "Tried grasps whose hand starts too deep in the object."),
     trials("grasps_tried_on_table", "Grasps that were tried on a table as well."),
     trials("grasps_held_on_table", "Grasps that lifted the object from a table."),
-    fact("best_energy", FactKind::Number, "Lowest energy of any state; infinite without one."),
-    fact("best_epsilon", FactKind::Number, "Highest epsilon of a kept grasp; 0 without one."),
+    fact("best_energy", FactKind::Number(FactRange::FiniteOrNone), "Lowest energy of any state; infinite without one."),
+    fact("best_epsilon", FactKind::Number(FactRange::FromZero), "Highest epsilon of a kept grasp; 0 without one."),
 ];
 
 /// Number of the facts of trials.
@@ -85,7 +85,7 @@ impl Default for GraspFacts {
 impl GraspFacts {
     /// States in all.
     pub fn found(&self) -> u32 {
-        self.verdicts.iter().sum()
+        self.verdicts.iter().fold(0, |sum, count| sum.saturating_add(*count))
     }
 
     /// Kept grasps.

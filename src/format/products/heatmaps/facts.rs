@@ -66,7 +66,7 @@ impl HeatmapFacts {
 
     /// Free grasps in all.
     pub fn grasps(&self) -> u32 {
-        self.states.iter().sum()
+        self.states.iter().fold(0, |sum, count| sum.saturating_add(*count))
     }
 
     /// Free grasps of a state.

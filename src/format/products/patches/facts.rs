@@ -1,6 +1,6 @@
 //! Facts of the patches of one grasp.
 
-use crate::{FactFormat, FactKind, Facts, products::grasps::GraspLabel};
+use crate::{FactFormat, FactKind, FactRange, Facts, products::grasps::GraspLabel};
 
 /// The grasp of some patches.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -43,8 +43,8 @@ pub(super) const VISIBLE: usize = 5;
 pub(super) const FACTS: [FactFormat; 6] = [
     fact("type", FactKind::Integer, "Type of the grasp."),
     fact("type_index", FactKind::Integer, "Index of that type among the chosen ones."),
-    fact("energy", FactKind::Number, "Energy of the grasp."),
-    fact("epsilon", FactKind::Number, "Epsilon of the grasp."),
+    fact("energy", FactKind::Number(FactRange::Finite), "Energy of the grasp."),
+    fact("epsilon", FactKind::Number(FactRange::Finite), "Epsilon of the grasp."),
     beside(
         TRIAL_TOPIC,
         "outcome",

@@ -115,7 +115,7 @@ impl PickTrialFacts {
 
     /// Trials in all.
     pub fn tried(&self) -> u32 {
-        self.verdicts.iter().sum()
+        self.verdicts.iter().fold(0, |sum, count| sum.saturating_add(*count))
     }
 
     /// Trials that held.

@@ -1,6 +1,6 @@
 //! Facts of a scene.
 
-use crate::{FactFormat, FactKind, Facts};
+use crate::{FactFormat, FactKind, FactRange, Facts};
 
 /// Numbers of a scene that was settled, kept or not.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,7 +28,7 @@ const fn count(name: &'static str, meaning: &'static str) -> FactFormat {
 }
 
 const fn number(name: &'static str, meaning: &'static str) -> FactFormat {
-    FactFormat { name, kind: FactKind::Number, topic: None, meaning }
+    FactFormat { name, kind: FactKind::Number(FactRange::FromZero), topic: None, meaning }
 }
 
 /// Columns of the facts.
