@@ -1,6 +1,6 @@
 //! Distributions in bounded memory: a count for each value.
 
-use std::fmt;
+use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
@@ -22,8 +22,9 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// The distribution of some values, by nearest rank; zeros without any.
+    /// The distribution of the finite ones of some values, by nearest rank; zeros without any.
     pub(super) fn of(mut values: Vec<f64>) -> Self {
+        values.retain(|value| value.is_finite());
         values.sort_unstable_by(f64::total_cmp);
         let (Some(min), Some(max)) = (values.first().copied(), values.last().copied()) else {
             return Self::default();
@@ -61,11 +62,13 @@ impl fmt::Display for SpreadRow {
     }
 }
 
-/// Counts of values that are at least 0, in steps: memory grows with the largest value, not with their number.
+/// Counts of finite values that are at least 0, in steps; other values are skipped. Memory grows with the number of different steps
+/// that occur, whatever the values.
 #[derive(Clone, Debug)]
 pub(super) struct Tally {
     step: f64,
-    counts: Vec<u32>,
+    /// Count of the values in each step, by its number.
+    counts: BTreeMap<u64, u64>,
     total: u64,
     sum: f64,
     min: f64,
@@ -75,15 +78,15 @@ pub(super) struct Tally {
 impl Tally {
     /// A tally that distinguishes values which differ by `step`.
     pub fn with_step(step: f64) -> Self {
-        Self { step, counts: Vec::new(), total: 0, sum: 0.0, min: f64::INFINITY, max: f64::NEG_INFINITY }
+        Self { step, counts: BTreeMap::new(), total: 0, sum: 0.0, min: f64::INFINITY, max: f64::NEG_INFINITY }
     }
 
     pub fn add(&mut self, value: f64) {
-        let bin = (value.max(0.0) / self.step + 1e-9) as usize;
-        if bin >= self.counts.len() {
-            self.counts.resize(bin + 1, 0);
+        if !value.is_finite() {
+            return;
         }
-        self.counts[bin] += 1;
+        let bin = (value.max(0.0) / self.step + 1e-9) as u64;
+        *self.counts.entry(bin).or_default() += 1;
         self.total += 1;
         self.sum += value;
         self.min = self.min.min(value);
@@ -94,10 +97,10 @@ impl Tally {
     pub fn quantile(&self, share: f64) -> f64 {
         let rank = ((self.total as f64 * share).ceil() as u64).max(1);
         let mut seen = 0;
-        for (bin, count) in self.counts.iter().enumerate() {
-            seen += u64::from(*count);
+        for (bin, count) in &self.counts {
+            seen += count;
             if seen >= rank {
-                return (bin as f64 * self.step).clamp(self.min, self.max);
+                return (*bin as f64 * self.step).clamp(self.min, self.max);
             }
         }
         0.0
@@ -119,9 +122,9 @@ impl Tally {
 
     /// Values in [low, high).
     pub fn count_between(&self, low: f64, high: f64) -> u64 {
-        let bin = |value: f64| ((value / self.step - 1e-9).ceil().max(0.0) as usize).min(self.counts.len());
+        let bin = |value: f64| (value / self.step - 1e-9).ceil().max(0.0) as u64;
         let (from, to) = (bin(low), bin(high));
-        self.counts[from.min(to)..to].iter().map(|count| u64::from(*count)).sum()
+        self.counts.range(from.min(to)..to).map(|(_, count)| count).sum()
     }
 
     /// Counts over bins of equal width that begin at `start`.
@@ -153,6 +156,20 @@ mod tests {
         assert_eq!(tally.count_between(0.0, 0.99), 2);
         assert_eq!(tally.count_between(0.99, 1.0), 2);
         assert_eq!(tally.count_between(1.0, 2.0), 2);
+    }
+
+    #[test]
+    fn values_that_are_not_finite_are_skipped_and_huge_ones_take_no_memory() {
+        let values = [f64::NAN, 0.25, f64::INFINITY, 0.75, f64::NEG_INFINITY, -0.0, 1e300];
+        let mut tally = Tally::with_step(1e-3);
+        values.into_iter().for_each(|value| tally.add(value));
+        let Spread { min, p05, median, max, .. } = tally.spread();
+        assert_eq!((min, p05, median, max), (0.0, 0.0, 0.25, 1e300));
+        assert_eq!(tally.count_between(0.0, 1.0), 3);
+        assert_eq!((Spread::of(values.to_vec()).min, Spread::of(values.to_vec()).max), (0.0, 1e300));
+        let mut nothing = Tally::with_step(1.0);
+        nothing.add(f64::NAN);
+        assert_eq!((nothing.spread(), Spread::of(vec![f64::NAN])), (Spread::default(), Spread::default()));
     }
 
     #[test]

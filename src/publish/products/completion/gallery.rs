@@ -29,7 +29,7 @@ pub(crate) struct Candidates {
     of_split: BTreeMap<Split, Best<Digest>>,
     of_object: BTreeMap<ObjectId, Best<Digest>>,
     /// The first sample with each count of partial cells.
-    first_with: Vec<Option<SampleIndex>>,
+    first_with: BTreeMap<u32, SampleIndex>,
 }
 
 /// A share from 0 to 1 by its bits: of numbers that are not negative, bits sort as values do.
@@ -68,11 +68,7 @@ impl Candidates {
         let lot = lot(&row.sample);
         self.of_split.entry(split).or_default().offer(lot, index);
         self.of_object.entry(row.sample.subject).or_default().offer(lot, index);
-        let cells = facts.partial_cells as usize;
-        if cells >= self.first_with.len() {
-            self.first_with.resize(cells + 1, None);
-        }
-        self.first_with[cells].get_or_insert(index);
+        self.first_with.entry(facts.partial_cells).or_insert(index);
     }
 
     /// The samples to show; `median` is the median count of partial cells, `objects` are names in order.
@@ -86,7 +82,7 @@ impl Candidates {
                 picks.push(Pick { index, why: why.to_owned() });
             }
         };
-        let of_median = self.first_with.get(median as usize).copied().flatten();
+        let of_median = self.first_with.get(&median).copied();
         add(of_median, "median count of seen cells");
         add(self.smallest.0.as_ref().map(|best| best.1), "fewest seen cells");
         add(self.largest.0.as_ref().map(|best| best.1), "most seen cells");

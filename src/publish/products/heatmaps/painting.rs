@@ -87,7 +87,7 @@ pub(super) fn patches_picture(heatmap: &SceneHeatmap, depth: &Depth) -> Option<P
 pub(super) fn heatmap_words(heatmap: &SceneHeatmap) -> String {
     let facts = HeatmapFacts::of(heatmap);
     let [untried, held, failed] = facts.states;
-    let forbidden: u32 = facts.forbidden.iter().sum();
+    let forbidden: u64 = facts.forbidden.iter().map(|count| u64::from(*count)).sum();
     format!(
         "{held} grasps held, {failed} failed, {untried} untried, {forbidden} forbidden · {} of {} points visible · patches of {}",
         facts.visible_points, facts.points, facts.patches
