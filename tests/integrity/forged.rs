@@ -38,7 +38,7 @@ use crate::support::{
 /// Address space of a reader, at most: what a program or an interpreter takes for itself, and a chunk of 1 GiB.
 const MEMORY: &str = "--as=6442450944";
 /// Exit codes that a verb may end with, whatever stands in a dataset.
-const CODES: [i32; 6] = [0, 1, 2, 3, 4, 74];
+pub const CODES: [i32; 6] = [0, 1, 2, 3, 4, 74];
 /// Folders that one call of Python reads.
 const BATCH: usize = 40;
 const SCHEMA: u8 = 0x03;
@@ -53,10 +53,10 @@ const CHUNK_LIES: usize = 9;
 const MESSAGE_HEAD: usize = 22;
 
 /// A dataset that is forged again and again, each time from its true files.
-struct Original {
-    name: &'static str,
+pub struct Original {
+    pub name: &'static str,
     files: BTreeMap<PathBuf, Vec<u8>>,
-    manifest: Manifest,
+    pub manifest: Manifest,
     header: DatasetHeader,
     shards: Vec<OriginalShard>,
 }
@@ -115,7 +115,7 @@ fn time_of(message: &[u8]) -> u64 {
 }
 
 impl Original {
-    fn read(name: &'static str, folder: &Path) -> Self {
+    pub fn read(name: &'static str, folder: &Path) -> Self {
         let reader = DatasetReader::open(folder).expect("a dataset");
         let manifest = reader.manifest().clone();
         let shard = |number: usize| {
@@ -173,6 +173,16 @@ impl Original {
                 manifest["files"][file]["bytes"] = content.len().into();
             });
         }
+    }
+
+    /// Writes the dataset with other facts of one kept sample of its first shard.
+    pub fn write_with_facts(&self, folder: &Path, stated: &BTreeMap<usize, f64>) {
+        let OriginalShard { parts, rows, .. } = &self.shards[0];
+        let mut parts = parts.clone();
+        let row = rows.iter().position(|row| matches!(row.fate, Fate::Kept(_))).expect("a kept sample");
+        let facts = parts.attachments.iter_mut().find(|(name, ..)| name == "facts").expect("facts");
+        facts.2 = with_facts(&facts.2, &self.manifest, row, stated);
+        self.write_with_shard(folder, 0, &parts);
     }
 
     /// Draws a forgery and writes it; what was done, in words, and which kind of change it was.
@@ -384,13 +394,13 @@ fn with_facts(table: &[u8], manifest: &Manifest, row: usize, stated: &BTreeMap<u
                 _ => continue,
             };
             let mut numbers = match fact.kind {
-                FactKind::Number => bytes.chunks_exact(8).map(<[u8]>::to_vec).collect::<Vec<_>>(),
+                FactKind::Number(_) => bytes.chunks_exact(8).map(<[u8]>::to_vec).collect::<Vec<_>>(),
                 FactKind::Count | FactKind::Integer => {
                     bytes.split_inclusive(|byte| *byte < 0x80).map(<[u8]>::to_vec).collect()
                 }
             };
             numbers[row] = match fact.kind {
-                FactKind::Number => value.to_le_bytes().to_vec(),
+                FactKind::Number(_) => value.to_le_bytes().to_vec(),
                 FactKind::Count | FactKind::Integer => encode(&[(1, Value::Number(*value as u64))])[1..].to_vec(),
             };
             *list = Value::Bytes(numbers.concat());
@@ -443,24 +453,27 @@ fn change_json(value: &mut Json, path: &mut String, stream: &mut Stream) {
 }
 
 /// The verbs that read a dataset of a product, with an output each.
-fn verbs(product: &str) -> Vec<Vec<&'static str>> {
+pub fn verbs(product: &str) -> Vec<Vec<&'static str>> {
     let export = |to| vec!["export", "--to", to, "--out"];
     let mut verbs = vec![vec!["inspect"], vec!["report", "--out"], vec!["status"], vec!["digest"], vec!["verify"]];
-    verbs.push(export("parquet"));
+    let has_tables = ["completion", "reachability", "grasps", "patches"].contains(&product);
+    verbs.extend(has_tables.then(|| export("parquet")));
     match product {
         "completion" => verbs.extend(["npy", "webdataset", "binvox", "pcd"].map(export)),
         "reachability" => {
             verbs.push(export("graspit"));
             verbs.push(vec!["query", "reach", "--pose", "0.6,0.1,0.8,0,0.5,0.2"]);
         }
-        "grasps" => verbs.push(export("mujoco")),
+        "grasps" | "scenes" => verbs.push(export("mujoco")),
+        "volumes" => verbs.push(export("vgn")),
+        "views" => verbs.push(export("bop")),
         _ => {}
     }
     verbs
 }
 
 /// Runs a verb on a dataset, under a limit of memory: its exit code and what it said.
-fn observe(verb: &[&str], data: &Path, out: &Path) -> (Option<i32>, String) {
+pub fn observe(verb: &[&str], data: &Path, out: &Path) -> (Option<i32>, String) {
     _ = fs::remove_dir_all(out);
     _ = fs::remove_file(out);
     let words = if verb[0] == "query" { 2 } else { 1 };
@@ -473,13 +486,13 @@ fn observe(verb: &[&str], data: &Path, out: &Path) -> (Option<i32>, String) {
 
 /// Figures of the forgeries of one dataset.
 #[derive(Default)]
-struct Tally {
-    tried: u32,
+pub struct Tally {
+    pub tried: u32,
     /// Count of forgeries that `verify` found.
-    found: u32,
+    pub found: u32,
     /// Forgeries that `verify` took, by place and kind of change: another content that is as good as the true one.
     taken: BTreeMap<(String, Change), u32>,
-    failures: Vec<String>,
+    pub failures: Vec<String>,
 }
 
 impl Tally {
@@ -508,7 +521,7 @@ impl Tally {
     }
 
     /// Lets the Python package read forged datasets, each with what was done to it.
-    fn read_by_python(&mut self, batch: &[(PathBuf, String)]) {
+    pub fn read_by_python(&mut self, batch: &[(PathBuf, String)]) {
         let python = Program::of_system("prlimit").arg(MEMORY).arg(repository_path(".deps/venv/bin/python"));
         let python = python.arg("tests/peers/read_all.py").args(batch.iter().map(|(data, _)| data));
         let outcome = python.env("PYTHONPATH", repository_path("python")).finish();
@@ -522,7 +535,7 @@ impl Tally {
     }
 
     #[expect(clippy::print_stdout, reason = "the figures that the test checks")]
-    fn print(&self, name: &str) {
+    pub fn print(&self, name: &str) {
         let Self { tried, found, taken, failures } = self;
         let passed = tried.saturating_sub(failures.len() as u32);
         println!("forged {name:13} tried {tried:4} passed {passed:4}, found by verify {found}");

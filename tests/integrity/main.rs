@@ -3,6 +3,7 @@
 mod difference;
 mod disk;
 mod evil_input;
+mod facts;
 mod flips;
 mod forged;
 mod forger;

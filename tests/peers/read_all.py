@@ -39,7 +39,7 @@ def steps(folder: str) -> Iterator[Callable[[], Any]]:
             with contextlib.suppress(graspmill.DatasetError):
                 samples.append(data[place])
         for sample in samples:
-            for channel, names in PROPERTIES[data.folder.product].items():
+            for channel, names in PROPERTIES.get(data.folder.product, {}).items():
                 for name in names if sample.has(channel) else ():
                     yield lambda: getattr(sample, name)
         yield lambda: data.gather(range(len(data)))
