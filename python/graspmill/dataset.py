@@ -200,7 +200,8 @@ class Dataset(Generic[S]):
 
         Reachability maps have none: their subject is a robot.
         """
-        here = set(np.unique(self.column("subject")).tolist())
+        numbers = np.unique(self.index.subject_number[self.indices]).tolist()
+        here = {self.index.subjects[number] for number in numbers}
         found: dict[str, str] = {}
         for row in self.folder.objects():
             if row["object"] in here:
@@ -217,7 +218,7 @@ class Dataset(Generic[S]):
 
     def column(self, name: str) -> npt.NDArray[Any]:
         """A column of the index for the places of this selection: ``object``, ``split``, ``item``, ..."""
-        return self.index[name][self.indices]
+        return self.index.column(name, self.indices)
 
     def place_of(self, sample: SampleId) -> int | None:
         """The place of the sample of this id, for example of a pair of the same view in another dataset; ``None``
@@ -272,17 +273,17 @@ class Dataset(Generic[S]):
 
     def _selected(self, split: str | None, objects: Iterable[str] | None, subset: int | None) -> npt.NDArray[np.bool_]:
         index, path = self.index, self.folder.path
-        selected = index["kept"].astype(np.bool_)
+        selected = index.kept()
         if split is not None:
             if "split" not in index or split not in SPLITS:
                 known = ", ".join(SPLITS) if "split" in index else f"none, since {self.folder.product} has none"
                 raise BadSelection(f"{path}: no split '{split}'; there are {known}")
-            selected &= index["split"] == split
+            selected &= index.in_split(split)
         if subset is not None:
             count = len(self.folder.splits()["training_subsets"])
             if not 0 <= subset < count:
                 raise BadSelection(f"{path}: no training subset {subset}; it has {count}, counted from 0")
-            selected &= (index.subset >= 0) & (index.subset <= subset)
+            selected &= index.in_subset(subset)
         if objects is not None:
             wanted = [objects] if isinstance(objects, str) else list(objects)
             known_names = {row["name"] for row in self.folder.objects()}
@@ -290,7 +291,7 @@ class Dataset(Generic[S]):
             if unknown:
                 some = ", ".join(sorted(known_names)[:12])
                 raise BadSelection(f"{path}: no object is called {', '.join(unknown)}; it has {some}, ...")
-            selected &= np.isin(index["object"], wanted)
+            selected &= index.of_objects(wanted)
         return selected
 
     def _file(self, shard: int) -> McapFile:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 VERIFY = "`graspmill verify` finds what is damaged, `graspmill run` with the same job makes it again"
@@ -39,9 +40,28 @@ def refuse_irregular(path: Path) -> None:
         raise DamagedFile(path, "it is no regular file", VERIFY)
 
 
+_REMEDIES = {
+    errno.EACCES: "change its permissions, or those of a folder above it",
+    errno.EPERM: "change its permissions, or those of a folder above it",
+    errno.EMFILE: "this process has too many open files: close some, or raise the limit (`ulimit -n`)",
+    errno.ENFILE: "this machine has too many open files: end programs that hold many",
+    errno.ENOMEM: "free some memory, and try again",
+    errno.ENOENT: "check the path",
+    errno.ENOTDIR: "check the path: a part of it is a file",
+    errno.ELOOP: "check the path: a link in it leads back to itself",
+    errno.ENAMETOOLONG: "check the path: a name in it is too long",
+    errno.EISDIR: "check the path: a folder has the name of a file",
+    errno.ESTALE: "it changed on the server of its file system: open the dataset again",
+    errno.ETIMEDOUT: "check the connection to the server of its file system",
+    errno.EIO: "check the disk, or the connection to the server of its file system",
+}
+"""What to do about an error of the operating system, by its number."""
+
+
 def unreadable(path: Path, error: OSError) -> DatasetError:
     """The error of a file that the operating system does not let us read."""
-    return DatasetError(path, f"it cannot be read ({error.strerror})", "mend its permissions, or the disk")
+    remedy = _REMEDIES.get(error.errno or 0, "check the path, its permissions and the disk")
+    return DatasetError(path, f"it cannot be read ({error.strerror or error})", remedy)
 
 
 class WrongProduct(DatasetError):

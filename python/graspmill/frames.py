@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
-import numpy.typing as npt
 
 from .errors import MissingPackage
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from .index import Index, Rows
 
 
 def import_pandas() -> Any:
@@ -29,8 +27,8 @@ def import_pandas() -> Any:
     return pandas
 
 
-def index_frame(columns: Mapping[str, npt.NDArray[Any]], rows: npt.NDArray[np.int64] | slice) -> pd.DataFrame:
+def index_frame(index: Index, rows: Rows) -> pd.DataFrame:
     """Some rows of the sample index; the digests, 32 bytes per channel and sample, are left out."""
-    plain = {name: column[rows] for name, column in columns.items() if not name.startswith("digest_")}
+    plain = {name: index.column(name, rows) for name in index if not name.startswith("digest_")}
     frame: pd.DataFrame = import_pandas().DataFrame(plain)
     return frame

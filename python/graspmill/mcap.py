@@ -7,11 +7,11 @@ specification, version 0.
 
 from __future__ import annotations
 
-import mmap
 import struct
 import threading
 import zlib
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Iterator
 
@@ -19,7 +19,8 @@ import numpy as np
 import numpy.typing as npt
 import zstandard
 
-from .errors import VERIFY, DamagedFile, refuse_irregular, unreadable
+from .errors import VERIFY, DamagedFile
+from .files import FileBytes
 from .wire import Schema
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -56,6 +57,12 @@ def _unpack(data: memoryview, size: int) -> bytes:
     return bytes(context.decompress(data, max_output_size=size))
 
 
+@lru_cache(maxsize=32)
+def _schema(descriptors: bytes) -> Schema:
+    """The message types of serialised descriptors: all shards of a dataset carry the same ones."""
+    return Schema(descriptors)
+
+
 @dataclass(frozen=True)
 class Channel:
     """A topic and the message type on it."""
@@ -76,7 +83,7 @@ class Attachment:
 
 @dataclass
 class McapFile:
-    """A finished MCAP file, mapped into memory; it may be pickled, and is then opened anew."""
+    """A finished MCAP file, of which the summary is in memory; it may be pickled, and is then opened anew."""
 
     path: Path
     channels: dict[int, Channel] = field(default_factory=dict)
@@ -84,9 +91,12 @@ class McapFile:
     """First time of each chunk (in shards: sample index), ascending."""
     last: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     offsets: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    """Place of each chunk's record in the file [bytes]."""
+    lengths: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    """Length of each chunk's record [bytes]."""
 
     def __post_init__(self) -> None:
-        self._map()
+        self._bytes = FileBytes(self.path)
         try:
             self._read_summary()
         except (*_BROKEN, OverflowError, RecursionError) as error:
@@ -96,18 +106,6 @@ class McapFile:
         """An error about this file."""
         return DamagedFile(self.path, problem, VERIFY)
 
-    def _map(self) -> None:
-        refuse_irregular(self.path)
-        try:
-            with self.path.open("rb") as file:
-                self._bytes = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ))
-        except FileNotFoundError:
-            raise DamagedFile(self.path, "it is missing", VERIFY) from None
-        except ValueError:
-            raise DamagedFile(self.path, "it is empty", VERIFY) from None
-        except OSError as error:
-            raise unreadable(self.path, error) from error
-
     def __getstate__(self) -> dict[str, object]:
         return {"path": self.path}
 
@@ -115,23 +113,27 @@ class McapFile:
         self.__init__(state["path"])  # type: ignore[misc]
 
     def _read_summary(self) -> None:
-        data = self._bytes
-        end = len(data) - len(MAGIC)
-        if end < _FOOTER or data[:8] != MAGIC or data[end:] != MAGIC:
+        end = self._bytes.size - len(MAGIC)
+        foot = self._bytes.read(end - 20, 28) if end >= _FOOTER else memoryview(b"")
+        if self._bytes.read(0, 8) != MAGIC or foot[20:] != MAGIC:
             raise self.damaged("it is no whole MCAP file")
-        start, _, crc = _FOOT.unpack_from(data, end - 20)
-        if not 8 <= start < end - _FOOTER or zlib.crc32(data[start : end - 4]) != crc:
+        start, _, crc = _FOOT.unpack_from(foot)
+        if not 8 <= start < end - _FOOTER:
+            raise self.damaged("the checksum of its summary does not hold")
+        # From here on places count from the start of the summary.
+        data = self._bytes.read(start, end - start)
+        if zlib.crc32(data[:-4]) != crc:
             raise self.damaged("the checksum of its summary does not hold")
         schemas: dict[int, tuple[str, memoryview]] = {}
         channels: dict[int, tuple[int, str]] = {}
-        chunks: list[tuple[int, int, int]] = []
+        chunks: list[tuple[int, int, int, int]] = []
         self._attachments: list[tuple[int, int]] = []
-        place = start
-        while place < end - _FOOTER:
+        place = 0
+        while place < len(data) - _FOOTER:
             op, length = _RECORD.unpack_from(data, place)
             place += 9
             if op == _OP_CHUNK_INDEX:
-                chunks.append(_TIMES.unpack_from(data, place)[:3])
+                chunks.append(_TIMES.unpack_from(data, place))
             elif op == _OP_SCHEMA:
                 number = _U16.unpack_from(data, place)[0]
                 name, at = _string(data, place + 2)
@@ -144,16 +146,12 @@ class McapFile:
             elif op == _OP_ATTACHMENT_INDEX:
                 self._attachments.append(_SIZES.unpack_from(data, place))
             place += length
-        # Channels of one `.proto` share their descriptors.
-        parsed: dict[bytes, Schema] = {}
         for number, (schema, topic) in channels.items():
             name, descriptors = schemas[schema]
-            key = bytes(descriptors)
-            parsed[key] = parsed.get(key) or Schema(key)
-            self.channels[number] = Channel(topic, name, parsed[key])
-        table = np.array(chunks, np.int64).reshape(-1, 3)
+            self.channels[number] = Channel(topic, name, _schema(bytes(descriptors)))
+        table = np.array(chunks, np.int64).reshape(-1, 4)
         table = table[np.argsort(table[:, 0], kind="stable")]
-        self.first, self.last, self.offsets = table.T.copy()
+        self.first, self.last, self.offsets, self.lengths = table.T.copy()
 
     def chunk_of(self, time: npt.ArrayLike) -> npt.NDArray[np.int64]:
         """The chunk whose span holds each time; of a time between chunks, the one after it."""
@@ -164,13 +162,16 @@ class McapFile:
 
         Raises ``DamagedFile``.
         """
-        data, place = self._bytes, int(self.offsets[number])
+        place, length = int(self.offsets[number]), int(self.lengths[number])
+        if place < 0 or not 0 <= length <= _MAX_CHUNK:
+            raise self.damaged(f"chunk {number} has {length} bytes at byte {place}, at most {_MAX_CHUNK} are allowed")
+        data = self._bytes.read(place, length)
         try:
-            op, _ = _RECORD.unpack_from(data, place)
+            op, _ = _RECORD.unpack_from(data)
             if op != _OP_CHUNK:
                 raise self.damaged(f"no chunk stands at byte {place}")
-            _, _, size, crc = _CHUNK.unpack_from(data, place + 9)
-            codec, at = _string(data, place + 9 + 28)
+            _, _, size, crc = _CHUNK.unpack_from(data, 9)
+            codec, at = _string(data, 9 + 28)
             packed = _U64.unpack_from(data, at)[0]
         except _BROKEN as error:
             raise self.damaged(f"chunk {number} cannot be read ({error})") from error
@@ -219,8 +220,9 @@ class McapFile:
                 raise self.damaged(f"an attachment cannot be read ({error})") from error
 
     def _attachment(self, place: int, length: int) -> Attachment:
-        data = self._bytes[place + 9 : place + length]
-        if self._bytes[place] != _OP_ATTACHMENT or zlib.crc32(data[:-4]) != _U32.unpack(data[-4:])[0]:
+        record = self._bytes.read(place, length)
+        data = record[9:]
+        if record[0] != _OP_ATTACHMENT or zlib.crc32(data[:-4]) != _U32.unpack(data[-4:])[0]:
             raise self.damaged("the checksum of an attachment does not hold")
         name, at = _string(data, 16)
         media_type, at = _string(data, at)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from pathlib import Path
 from typing import Any
@@ -174,15 +175,15 @@ def test_manifests_of_other_values_are_refused(copy: Path, where: str) -> None:
 def test_files_that_may_not_be_read_are_named(copy: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Root may read all: so the system's refusal is played."""
     shard = sorted((copy / "shards").iterdir())[0]
-    asked = {"shards": "open", "manifest.json": "read_text", "": "exists"}[name]
-    original = getattr(Path, asked)
+    owner, asked = {"shards": (os, "open"), "manifest.json": (Path, "read_text"), "": (Path, "exists")}[name]
+    original = getattr(owner, asked)
 
-    def refuse(self: Path, *given: Any, **named: Any) -> Any:
-        if name in ("", self.name, self.parent.name):
+    def refuse(path: Path, *given: Any, **named: Any) -> Any:
+        if name in ("", path.name, path.parent.name):
             raise PermissionError(13, "Permission denied")
-        return original(self, *given, **named)
+        return original(path, *given, **named)
 
-    monkeypatch.setattr(Path, asked, refuse)
+    monkeypatch.setattr(owner, asked, refuse)
     file = {"shards": shard.name, "manifest.json": "manifest.json", "": "copy"}[name]
     with pytest.raises(DatasetError, match=f"{file}: it cannot be read .Permission denied."):
         Dataset(copy)[0]

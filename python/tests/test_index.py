@@ -82,3 +82,45 @@ def test_damaged_ledgers_are_refused(
     monkeypatch.setattr(McapFile, "attachments", cut)
     with pytest.raises(DamagedFile, match=said):
         Index(Folder(data / "set/grasps"))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, -1e-9, 1.5, 1e300])
+def test_facts_outside_of_their_range_are_refused(data: Path, monkeypatch: pytest.MonkeyPatch, value: float) -> None:
+    true = Dataset(data / "pairs").index["solid_share"][0]
+    _forge(monkeypatch, np.float64(true).tobytes(), np.float64(value).tobytes())
+    with pytest.raises(DamagedFile, match="the fact solid_share of row 0 is .*, which is not from 0.0 to 1.0"):
+        Index(Folder(data / "pairs"))
+
+
+def test_runs_without_a_grasp_have_infinite_energy_and_no_other(data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    energies = Dataset(data / "set/grasps").index["best_energy"]
+    _forge(monkeypatch, energies[:1].tobytes(), np.float64(np.inf).tobytes())
+    assert Index(Folder(data / "set/grasps"))["best_energy"][0] == np.inf
+    monkeypatch.undo()
+    _forge(monkeypatch, energies[:1].tobytes(), np.float64(np.nan).tobytes())
+    with pytest.raises(DamagedFile, match="the fact best_energy of row 0 is nan"):
+        Index(Folder(data / "set/grasps"))
+
+
+def _forge(monkeypatch: pytest.MonkeyPatch, true: bytes, forged: bytes) -> None:
+    """Puts other bytes in place of the first such ones in the facts of every shard."""
+    whole = McapFile.attachments
+
+    def attachments(file: McapFile) -> Iterator[Attachment]:
+        for each in whole(file):
+            if each.name == "facts":
+                each = replace(each, data=memoryview(bytes(each.data).replace(true, forged, 1)))
+            yield each
+
+    monkeypatch.setattr(McapFile, "attachments", attachments)
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+def test_rows_of_a_column_are_those_of_the_whole_one(data: Path, name: str) -> None:
+    index = Dataset(data / name).index
+    rows = np.arange(len(index["sample_index"]))[::-2]
+    for column in index:
+        assert np.array_equal(index.column(column, rows), index[column][rows]), column
+    with pytest.raises(KeyError):
+        index.column("colour")
+    assert "colour" not in index and 1 not in index

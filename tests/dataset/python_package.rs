@@ -176,6 +176,34 @@ fn the_package_is_typed_and_of_this_version() {
     mypy.args(without).args(trainer).args(["graspmill", "examples"]).succeed();
 }
 
+/// A descriptor for each of 1,100 shards would be too many under common limits, and 48 are too few even for those that are kept open.
+#[test]
+fn any_number_of_shards_is_read_under_a_limit_of_open_files() {
+    const READ: &str = "import sys, numpy, graspmill\n\
+                        data = graspmill.Dataset(sys.argv[1], cached_chunks=1)\n\
+                        order = numpy.random.default_rng(1).permutation(len(data))\n\
+                        found = [data[place].index for place in order.tolist()]\n\
+                        assert found == data.indices[order].tolist()\n\
+                        assert sorted(s.index for s in graspmill.ShuffledChunks(data)) == data.indices.tolist()\n\
+                        print(len(data.folder.shards), len(data.index['digest_pair']))\n";
+    let workspace = Workspace::new();
+    let job = [
+        "objects=[{ built_in = [\"box-01\", \"can-01\"] }]",
+        "views={ even = 550 }",
+        "shards.samples=1",
+        "split={ validation_objects = 0, test_objects = 0 }",
+    ];
+    Program::run_job("jobs/builtin.toml", workspace.path("pairs")).set(job).succeed();
+    for limit in ["--nofile=48", "--nofile=1024"] {
+        let python = Program::of_system("prlimit").arg(limit).arg(repository_path(".deps/venv/bin/python"));
+        let python = python.option("-c", READ).arg(workspace.path("pairs")).env("PYTHONPATH", package());
+        assert_eq!(python.succeed().stdout.trim(), "1100 1100", "{limit}");
+        // The program opens a shard for each read alone.
+        let verify = Program::of_system("prlimit").arg(limit).arg(env!("CARGO_BIN_EXE_graspmill"));
+        verify.arg("verify").arg(workspace.path("pairs")).succeed();
+    }
+}
+
 #[test]
 #[ignore = "slow: needs PyTorch (3 GB)"]
 fn pytorch_trains_on_it() {

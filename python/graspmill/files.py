@@ -1,0 +1,160 @@
+"""Bytes of files by place: any number of files is read with few of them open at a time."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass
+from pathlib import Path
+
+from .errors import VERIFY, DamagedFile, refuse_irregular, unreadable
+
+_MOST_OPEN = 64
+"""Files that a process keeps open, at most, whatever the count of shards; a limit of 1,024 is common."""
+_SHARE = 4
+"""One of so many files that the system allows: the others are the program's own."""
+
+
+if sys.platform == "win32":
+    _seeking = threading.Lock()
+
+    def _most_open() -> int:
+        return _MOST_OPEN
+
+    def _read_at(descriptor: int, size: int, place: int) -> bytes:
+        with _seeking:
+            os.lseek(descriptor, place, os.SEEK_SET)
+            return os.read(descriptor, size)
+
+else:
+    import resource
+
+    def _most_open() -> int:
+        """Files that may be open now."""
+        limit = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+        return _MOST_OPEN if limit == resource.RLIM_INFINITY else max(1, min(_MOST_OPEN, limit // _SHARE))
+
+    def _read_at(descriptor: int, size: int, place: int) -> bytes:
+        """At most ``size`` bytes from ``place`` on; threads and forked processes share no position in the file."""
+        return os.pread(descriptor, size, place)
+
+
+class _OpenFile:
+    """A descriptor that is closed with its last reference: a read on another thread may still hold it."""
+
+    def __init__(self, path: Path) -> None:
+        self.descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
+
+    def __del__(self) -> None:
+        if hasattr(self, "descriptor"):
+            os.close(self.descriptor)
+
+
+class _OpenFiles:
+    """The files that were read last."""
+
+    def __init__(self) -> None:
+        self._files: OrderedDict[Path, _OpenFile] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def get(self, path: Path) -> _OpenFile:
+        """The open file of a path; it is opened where it is not among the last ones."""
+        with self._lock:
+            found = self._files.get(path)
+            if found is not None:
+                self._files.move_to_end(path)
+                return found
+        try:
+            opened = _OpenFile(path)
+        except OSError as error:
+            if error.errno != errno.EMFILE:
+                raise
+            # The rest of the program holds the others.
+            with self._lock:
+                self._files.clear()
+            opened = _OpenFile(path)
+        with self._lock:
+            self._files[path] = opened
+            while len(self._files) > _most_open():
+                self._files.popitem(last=False)
+        return opened
+
+    def forget(self, path: Path) -> None:
+        """Opens the file anew at the next read."""
+        with self._lock:
+            self._files.pop(path, None)
+
+    def count(self) -> int:
+        """Files that are open."""
+        return len(self._files)
+
+    def begin_anew(self) -> None:
+        """A forked process has copies of the descriptors; the lock may have been held by a thread that it lacks."""
+        self._lock = threading.Lock()
+
+
+open_files = _OpenFiles()
+"""The open files of this process."""
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=open_files.begin_anew)
+
+
+@dataclass(frozen=True)
+class _Identity:
+    """Facts that tell a file from another one that takes its name later."""
+
+    device: int
+    inode: int
+    size: int
+    modified: int
+
+    @staticmethod
+    def of(descriptor: int) -> _Identity:
+        facts = os.fstat(descriptor)
+        return _Identity(facts.st_dev, facts.st_ino, facts.st_size, facts.st_mtime_ns)
+
+
+class FileBytes:
+    """A regular file that is read by place, ``size`` bytes long. It is closed and opened again between reads, and refused when
+    another file has taken its name since.
+
+    Raises ``DamagedFile`` where it is missing, empty or no regular file, ``DatasetError`` where the system does not let
+    us read it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        refuse_irregular(path)
+        # Another file may have taken the name of one that was read before.
+        open_files.forget(path)
+        self._identity = _Identity.of(self._open().descriptor)
+        self.size = self._identity.size
+        if self.size == 0:
+            raise DamagedFile(path, "it is empty", VERIFY)
+
+    def read(self, place: int, size: int) -> memoryview:
+        """The bytes from ``place`` on; fewer at the end of the file."""
+        size = min(size, self.size - place)
+        if size <= 0:
+            return memoryview(b"")
+        file = self._open()
+        if _Identity.of(file.descriptor) != self._identity:
+            raise DamagedFile(self.path, "it was changed since it was opened", "open the dataset again")
+        try:
+            data = _read_at(file.descriptor, size, place)
+            while len(data) < size and (more := _read_at(file.descriptor, size - len(data), place + len(data))):
+                data += more
+        except OSError as error:
+            raise unreadable(self.path, error) from error
+        return memoryview(data)
+
+    def _open(self) -> _OpenFile:
+        try:
+            return open_files.get(self.path)
+        except FileNotFoundError:
+            raise DamagedFile(self.path, "it is missing", VERIFY) from None
+        except OSError as error:
+            raise unreadable(self.path, error) from error
