@@ -2,6 +2,8 @@
 
 use std::{io, path::PathBuf};
 
+use kernel::remedy;
+
 use crate::sample::InputName;
 
 /// Why a folder is no model that this program runs.
@@ -19,7 +21,7 @@ pub struct ModelError {
 #[derive(Debug, thiserror::Error)]
 pub enum ModelProblem {
     /// A file cannot be read.
-    #[error("it cannot be read: is it a model's folder, with model.json, model.onnx, golden.npz and card.md?")]
+    #[error("it cannot be read{}", io_remedy(.0))]
     Io(#[from] io::Error),
     /// `model.json` is not what the format says.
     #[error("line {line}, column {column}: {found}; docs/models.md lists the keys")]
@@ -81,6 +83,40 @@ pub enum ModelProblem {
         /// Names of all operators that are run.
         allowed: String,
     },
+    /// A part that is not run, such as subgraphs and functions.
+    #[error("it has {part}, which this program does not run; export the network without it")]
+    Part {
+        /// The part.
+        part: &'static str,
+    },
+    /// A node that is not run, or that does not fit what it takes.
+    #[error("{operator} at node '{node}' is not run: {found}; docs/models.md says what is run, export the network so")]
+    Node {
+        /// Name of the operator.
+        operator: String,
+        /// Name of the node.
+        node: String,
+        /// Fault, with the values.
+        found: String,
+    },
+    /// A network beyond the bounds.
+    #[error(
+        "it has more than {most} {what}, the most that is run; docs/models.md lists the bounds, use a smaller network"
+    )]
+    Bound {
+        /// Noun of what is too many.
+        what: &'static str,
+        /// The bound.
+        most: u64,
+    },
+    /// A file beyond its bound.
+    #[error("it has {found} bytes, at most {most} are read; is it the file that the trainer wrote?")]
+    Size {
+        /// Bytes of the file.
+        found: u64,
+        /// The bound.
+        most: u64,
+    },
     /// Weights in another file.
     #[error("weights '{tensor}' lie in another file; export the network with its weights inside (external_data=False)")]
     ExternalData {
@@ -119,6 +155,16 @@ pub enum ModelProblem {
         /// Fault.
         found: String,
     },
+}
+
+/// Remedy for a file of a model that cannot be read.
+fn io_remedy(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => {
+            ": is it a model's folder, with model.json, model.onnx, golden.npz and card.md?".to_owned()
+        }
+        _ => format!(" ({error}); {}", remedy::for_reading(error)),
+    }
 }
 
 /// Why a network gives no prediction.

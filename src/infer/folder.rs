@@ -3,6 +3,7 @@
 use std::{
     collections::BTreeMap,
     fs,
+    io::Read,
     path::{Path, PathBuf},
 };
 
@@ -24,8 +25,15 @@ pub(crate) const RESOLUTION: u32 = 40;
 pub(crate) const MODEL_JSON: &str = "model.json";
 pub(crate) const MODEL_ONNX: &str = "model.onnx";
 pub(crate) const GOLDEN_NPZ: &str = "golden.npz";
-/// Largest `model.json`.
-const MAX_JSON: u64 = 1 << 20;
+const CARD: &str = "card.md";
+/// Largest `model.json` and `card.md` [bytes].
+const MAX_TEXT: u64 = 1 << 20;
+/// Largest file beside the network [bytes].
+const MAX_FILE: u64 = 1 << 26;
+/// Largest network [bytes]: a message of protobuf is no longer.
+const MAX_NETWORK: u64 = (1 << 31) - 1;
+/// Most files of a model.
+const MAX_FILES: usize = 32;
 
 /// Content of `model.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -112,12 +120,7 @@ impl ModelFolder {
     pub(crate) fn open(path: &Path) -> Result<Self, ModelError> {
         let json = path.join(MODEL_JSON);
         let at_json = |problem| ModelError { file: json.clone(), problem };
-        let size = fs::metadata(&json).map_err(|error| at_json(error.into()))?.len();
-        if size > MAX_JSON {
-            let (found, wanted) = (format!("{size} bytes"), format!("up to {MAX_JSON} bytes"));
-            return Err(at_json(ModelProblem::Value { key: "the file's size", found, wanted }));
-        }
-        let text = files::read(&json).map_err(|error| at_json(error.into()))?;
+        let text = read_up_to(&json, MAX_TEXT).map_err(at_json)?;
         // Models of other kinds have other keys.
         if let Ok(FormatVersion { format }) = serde_json::from_slice(&text)
             && format != FORMAT
@@ -136,7 +139,12 @@ impl ModelFolder {
         for (name, stated) in &facts.files {
             let file = path.join(name);
             let failed = |problem| ModelError { file: file.clone(), problem };
-            let content = files::read(&file).map_err(|error| failed(error.into()))?;
+            let most = match name.as_str() {
+                MODEL_ONNX => MAX_NETWORK,
+                CARD => MAX_TEXT,
+                _ => MAX_FILE,
+            };
+            let content = read_up_to(&file, most).map_err(failed)?;
             let calculated = sha256(&content);
             if calculated != *stated {
                 return Err(failed(ModelProblem::Digest { calculated, stated: stated.clone() }));
@@ -155,6 +163,20 @@ impl ModelFolder {
             facts,
         })
     }
+}
+
+/// Reads a regular file whole, unless it is larger than `most` bytes.
+fn read_up_to(path: &Path, most: u64) -> Result<Vec<u8>, ModelProblem> {
+    let file = files::open(path)?;
+    let found = file.metadata()?.len();
+    if found > most {
+        return Err(ModelProblem::Size { found, most });
+    }
+    let mut content = Vec::new();
+    content.try_reserve_exact(found as usize).map_err(std::io::Error::from)?;
+    // A file that grows meanwhile is read as far as it was; its digest tells.
+    file.take(found).read_to_end(&mut content)?;
+    Ok(content)
 }
 
 pub(crate) fn sha256(bytes: &[u8]) -> String {
@@ -206,7 +228,10 @@ fn check_names(path: &Path, facts: &ModelFacts) -> Result<(), ModelProblem> {
     if let Some(name) = facts.files.keys().find(|name| !is_plain(name)) {
         return wrong(format!("'{name}' stands"));
     }
-    if let Some(name) = [MODEL_ONNX, GOLDEN_NPZ, "card.md"].into_iter().find(|name| !facts.files.contains_key(*name)) {
+    if facts.files.len() > MAX_FILES {
+        return wrong(format!("more than {MAX_FILES} files stand"));
+    }
+    if let Some(name) = [MODEL_ONNX, GOLDEN_NPZ, CARD].into_iter().find(|name| !facts.files.contains_key(*name)) {
         return wrong(format!("'{name}' is missing"));
     }
     for entry in fs::read_dir(path)? {

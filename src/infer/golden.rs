@@ -79,7 +79,7 @@ impl GoldenSamples {
     /// Reads the samples: each array has the shape (samples, 1, n, n, n).
     pub(crate) fn parse(bytes: &[u8], inputs: &[InputName], outputs: &[String]) -> Result<Self, ModelProblem> {
         let wrong = |found: String| ModelProblem::Golden { found };
-        let arrays = npz::parse(bytes).map_err(|found| wrong(found.to_owned()))?;
+        let mut arrays = npz::parse(bytes).map_err(|found| wrong(found.to_owned()))?;
         let n = RESOLUTION as usize;
         let names: Vec<&str> =
             inputs.iter().map(|input| input.name()).chain(outputs.iter().map(String::as_str)).collect();
@@ -88,7 +88,7 @@ impl GoldenSamples {
         }
         let mut fields: BTreeMap<&str, Vec<CubeField>> = BTreeMap::new();
         for name in names {
-            let array = arrays.get(name).ok_or_else(|| wrong(format!("the array '{name}' is missing")))?;
+            let array = arrays.remove(name).ok_or_else(|| wrong(format!("the array '{name}' is missing")))?;
             let [_, 1, a, b, c] = array.shape[..] else {
                 return Err(wrong(format!("'{name}' has the shape {:?}", array.shape)));
             };
@@ -102,11 +102,15 @@ impl GoldenSamples {
         if count == 0 || fields.values().any(|fields| fields.len() != count) {
             return Err(wrong("the arrays have no samples, or not equally many".to_owned()));
         }
-        let sample = |index: usize| GoldenSample {
-            inputs: inputs.iter().map(|input| (*input, fields[input.name()][index].clone())).collect(),
-            occupancy: fields[OUTPUTS[0]][index].clone(),
-            coverage: fields.get(OUTPUTS[1]).map(|fields| fields[index].clone()),
-        };
-        Ok(Self { samples: (0..count).map(sample).collect() })
+        // The last sample of each array first, so that each grid is in memory once.
+        let mut samples = Vec::with_capacity(count);
+        let mut last = |name: &str| fields.get_mut(name).and_then(Vec::pop);
+        for _ in 0..count {
+            let own = inputs.iter().filter_map(|input| last(input.name()).map(|field| (*input, field))).collect();
+            let Some(occupancy) = last(OUTPUTS[0]) else { break };
+            samples.push(GoldenSample { inputs: own, occupancy, coverage: last(OUTPUTS[1]) });
+        }
+        samples.reverse();
+        Ok(Self { samples })
     }
 }

@@ -1,78 +1,42 @@
 //! ONNX by `tract`: the only file that names the library.
 
-use std::{
-    any::Any,
-    panic::{AssertUnwindSafe, catch_unwind},
-    sync::Arc,
-};
+use std::sync::Arc;
 
 use tract_onnx::{
-    pb::{GraphProto, ModelProto, TensorProto, ValueInfoProto, tensor_proto::DataLocation, type_proto},
+    pb::{
+        AttributeProto, GraphProto, ModelProto, NodeProto, OperatorSetIdProto, TensorProto, TensorShapeProto,
+        TypeProto, ValueInfoProto, attribute_proto::AttributeType, tensor_proto::DataType, tensor_shape_proto,
+        type_proto,
+    },
     prelude::*,
 };
 
-use crate::{error::ModelProblem, folder::RESOLUTION};
+use crate::{
+    error::ModelProblem,
+    folder::RESOLUTION,
+    onnx::{Attribute, Constant, Network, Node},
+    silence,
+};
 
-/// The set of operators that networks are exported with.
+/// The set of operators that the library is given.
 const OPERATOR_SET: i64 = 18;
-/// `TensorProto.DataType.FLOAT`.
-const FLOAT: i32 = 1;
-/// Operators that are run: what completion networks are made of, nothing with a graph inside.
-const OPERATORS: &[&str] = &[
-    "Add",
-    "AveragePool",
-    "BatchNormalization",
-    "Cast",
-    "Clip",
-    "Concat",
-    "Constant",
-    "Conv",
-    "ConvTranspose",
-    "Div",
-    "Flatten",
-    "Gather",
-    "Gemm",
-    "GlobalAveragePool",
-    "Identity",
-    "LeakyRelu",
-    "MatMul",
-    "Max",
-    "MaxPool",
-    "Min",
-    "Mul",
-    "Pad",
-    "ReduceMean",
-    "Relu",
-    "Reshape",
-    "Shape",
-    "Sigmoid",
-    "Slice",
-    "Split",
-    "Sqrt",
-    "Squeeze",
-    "Sub",
-    "Tanh",
-    "Transpose",
-    "Unsqueeze",
-];
 
 /// A network that runs: one sample per call, one call per thread.
 pub(crate) struct Graph(Arc<TypedRunnableModel>);
 
 impl Graph {
-    /// Checks a network and prepares it.
-    pub(crate) fn open(bytes: &[u8], inputs: &[String], outputs: &[String]) -> Result<Self, ModelProblem> {
-        let reader = tract_onnx::onnx().with_ignore_value_info(true);
-        let not_onnx = |error: TractError| ModelProblem::NotOnnx { found: one_line(&error) };
-        let proto = reader.proto_model_for_read(&mut &*bytes).map_err(not_onnx)?;
-        check(&proto, inputs, outputs)?;
-        // The library meets files that nobody has checked as closely as it expects: what it gives up on is refused.
-        let made = catch_unwind(AssertUnwindSafe(|| prepare(&reader, &proto, inputs.len(), outputs)));
-        match made {
-            Ok(Ok(graph)) => graph,
-            Ok(Err(error)) => Err(ModelProblem::Network { found: one_line(&error) }),
-            Err(panic) => Err(ModelProblem::Network { found: panic_text(&*panic) }),
+    /// Prepares a network that was checked and written anew.
+    pub(crate) fn prepare(written: Written, outputs: &[String]) -> Result<Self, ModelProblem> {
+        let failed = |found: String| ModelProblem::Network { found };
+        // What the library gives up on all the same is refused.
+        let made = silence::catch(|| into_plan(written));
+        let (plan, facts) = made.map_err(failed)?.map_err(|error| failed(one_line(&error)))?;
+        for (name, found) in outputs.iter().zip(facts) {
+            if let Some(found) = found {
+                return Err(ModelProblem::Shape { name: name.clone(), found, resolution: RESOLUTION });
+            }
         }
+        Ok(Self(plan))
     }
 
     /// Outputs of one sample; each input and output has a number per cell.
@@ -84,116 +48,100 @@ impl Graph {
             let results = self.0.run(tensors.collect::<TractResult<_>>()?)?;
             results.iter().map(|values| Ok(values.to_plain_array_view::<f32>()?.iter().copied().collect())).collect()
         };
-        match catch_unwind(AssertUnwindSafe(run)) {
-            Ok(result) => result.map_err(|error| one_line(&error)),
-            Err(panic) => Err(panic_text(&*panic)),
-        }
+        silence::catch(run)?.map_err(|error| one_line(&error))
     }
 }
 
-fn prepare(
-    reader: &tract_onnx::Onnx,
-    proto: &ModelProto,
-    inputs: usize,
-    outputs: &[String],
-) -> TractResult<Result<Graph, ModelProblem>> {
+/// A network in the library's own words, with copies of its weights: the file that it came from is no longer needed.
+pub(crate) struct Written(ModelProto);
+
+type Plan = Arc<TypedRunnableModel>;
+
+/// The program of a network; and for each output the words of a type or shape that it must not have.
+fn into_plan(Written(proto): Written) -> TractResult<(Plan, Vec<Option<String>>)> {
     let n = RESOLUTION as usize;
-    let mut model = reader.model_for_proto_model(proto)?;
-    for index in 0..inputs {
-        model.set_input_fact(index, f32::fact([1, 1, n, n, n]).into())?;
-    }
+    let model = tract_onnx::onnx().with_ignore_value_info(true).model_for_proto_model(&proto)?;
+    // Weights are in the model now; a large network would be in memory once more.
+    drop(proto);
     let model = model.into_optimized()?;
-    for (index, name) in outputs.iter().enumerate() {
+    let facts = (0..model.outputs.len()).map(|index| {
         let fact = model.output_fact(index)?;
         let shape = fact.shape.as_concrete().map(<[usize]>::to_vec);
-        if fact.datum_type != f32::datum_type() || shape != Some(vec![1, 1, n, n, n]) {
-            let found = format!("{:?} of shape {:?}", fact.datum_type, fact.shape);
-            return Ok(Err(ModelProblem::Shape { name: name.clone(), found, resolution: RESOLUTION }));
-        }
-    }
-    Ok(Ok(Graph(model.into_runnable()?)))
+        let fits = fact.datum_type == f32::datum_type() && shape == Some(vec![1, 1, n, n, n]);
+        Ok((!fits).then(|| format!("{:?} of shape {:?}", fact.datum_type, fact.shape)))
+    });
+    let facts = facts.collect::<TractResult<_>>()?;
+    Ok((model.into_runnable()?, facts))
 }
 
-/// Refuses what this program does not run, before the library reads it.
-fn check(proto: &ModelProto, inputs: &[String], outputs: &[String]) -> Result<(), ModelProblem> {
-    let set = proto.opset_import.iter().find(|set| set.domain.is_empty() || set.domain == "ai.onnx");
-    if set.map(|set| set.version) != Some(OPERATOR_SET) {
-        let found = set.map_or("is not stated".to_owned(), |set| set.version.to_string());
-        return Err(ModelProblem::OperatorSet { found, wanted: OPERATOR_SET });
+impl Written {
+    /// Writes a network.
+    pub(crate) fn of(network: Network<'_>) -> Self {
+        let Network { inputs, outputs, nodes, constants, .. } = network;
+        let graph = GraphProto {
+            node: nodes.into_iter().enumerate().map(|(number, node)| node_of(number, node)).collect(),
+            initializer: constants.into_iter().map(|(name, constant)| tensor_of(name, constant)).collect(),
+            input: inputs.into_iter().map(end_of).collect(),
+            output: outputs.into_iter().map(end_of).collect(),
+            ..GraphProto::default()
+        };
+        let set = OperatorSetIdProto { domain: String::new(), version: OPERATOR_SET };
+        Self(ModelProto { opset_import: vec![set], graph: Some(graph), ..ModelProto::default() })
     }
-    let not_onnx = |found: &str| ModelProblem::NotOnnx { found: found.to_owned() };
-    let graph = proto.graph.as_ref().ok_or_else(|| not_onnx("it has no graph"))?;
-    for node in &graph.node {
-        let is_own = node.domain.is_empty() || node.domain == "ai.onnx";
-        if !is_own || !OPERATORS.contains(&node.op_type.as_str()) {
-            let domain = if is_own { String::new() } else { format!("{}.", node.domain) };
-            let operator = format!("{domain}{}", node.op_type);
-            return Err(ModelProblem::Operator { operator, node: node.name.clone(), allowed: OPERATORS.join(", ") });
+}
+
+fn node_of(number: usize, node: Node) -> NodeProto {
+    let Node { operator, inputs, outputs, attributes } = node;
+    NodeProto {
+        name: format!("n{number}"),
+        op_type: operator.to_owned(),
+        input: inputs,
+        output: outputs,
+        attribute: attributes.into_iter().map(|(name, value)| attribute_of(name, value)).collect(),
+        ..NodeProto::default()
+    }
+}
+
+fn attribute_of(name: &str, value: Attribute) -> AttributeProto {
+    let named = AttributeProto { name: name.to_owned(), ..AttributeProto::default() };
+    match value {
+        Attribute::Int(i) => AttributeProto { r#type: AttributeType::Int.into(), i, ..named },
+        Attribute::Float(f) => AttributeProto { r#type: AttributeType::Float.into(), f, ..named },
+        Attribute::Text(text) => AttributeProto { r#type: AttributeType::String.into(), s: text.into(), ..named },
+        Attribute::Ints(ints) => AttributeProto { r#type: AttributeType::Ints.into(), ints, ..named },
+    }
+}
+
+fn tensor_of(name: String, constant: Constant<'_>) -> TensorProto {
+    let bytes_of = |list: &[f32]| list.iter().flat_map(|value| value.to_le_bytes()).collect();
+    let (sides, kind, raw_data) = match constant {
+        Constant::Raw(sides, bytes) => (sides, DataType::Float, bytes.to_vec()),
+        Constant::Floats(sides, list) => (sides, DataType::Float, bytes_of(&list)),
+        Constant::Wholes(sides, list) => {
+            (sides, DataType::Int64, list.iter().flat_map(|value| value.to_le_bytes()).collect())
         }
-    }
-    let attributes = graph.node.iter().flat_map(|node| &node.attribute);
-    let constants = attributes.filter_map(|attribute| attribute.t.as_ref());
-    let is_external = |tensor: &&TensorProto| {
-        !tensor.external_data.is_empty() || tensor.data_location == Some(DataLocation::External as i32)
     };
-    if let Some(tensor) = graph.initializer.iter().chain(constants).find(is_external) {
-        return Err(ModelProblem::ExternalData { tensor: tensor.name.clone() });
-    }
-    check_ends(graph, inputs, outputs)
+    let dims = sides.into_iter().map(|side| side as i64).collect();
+    TensorProto { name, dims, data_type: kind.into(), raw_data, ..TensorProto::default() }
 }
 
-/// Refuses inputs and outputs that are not those of `model.json`.
-fn check_ends(graph: &GraphProto, inputs: &[String], outputs: &[String]) -> Result<(), ModelProblem> {
-    let is_weight = |info: &&ValueInfoProto| graph.initializer.iter().any(|tensor| tensor.name == info.name);
-    let free: Vec<&ValueInfoProto> = graph.input.iter().filter(|info| !is_weight(info)).collect();
-    let names = |infos: &[&ValueInfoProto]| infos.iter().map(|info| info.name.clone()).collect::<Vec<_>>();
-    let results: Vec<&ValueInfoProto> = graph.output.iter().collect();
-    for (what, found, stated) in [("inputs", names(&free), inputs), ("outputs", names(&results), outputs)] {
-        if found != stated {
-            return Err(ModelProblem::Ends { what, found: found.join(", "), stated: stated.join(", ") });
-        }
-    }
-    for info in free {
-        let value = info.r#type.as_ref().and_then(|kind| kind.value.as_ref());
-        let Some(type_proto::Value::TensorType(tensor)) = value else {
-            let (name, found) = (info.name.clone(), "no tensor".to_owned());
-            return Err(ModelProblem::Shape { name, found, resolution: RESOLUTION });
-        };
-        let dims = tensor.shape.as_ref().map(|shape| shape.dim.as_slice()).unwrap_or_default();
-        let text = |dim: &tract_onnx::pb::tensor_shape_proto::Dimension| match &dim.value {
-            Some(tract_onnx::pb::tensor_shape_proto::dimension::Value::DimValue(value)) => value.to_string(),
-            _ => "?".to_owned(),
-        };
-        let shape: Vec<String> = dims.iter().map(text).collect();
-        let n = RESOLUTION.to_string();
-        let is_ours = shape.len() == 5
-            && ["?", "1"].contains(&shape[0].as_str())
-            && shape[1..] == ["1".to_owned(), n.clone(), n.clone(), n];
-        if tensor.elem_type != FLOAT || !is_ours {
-            let kind =
-                if tensor.elem_type == FLOAT { "float32".to_owned() } else { format!("of type {}", tensor.elem_type) };
-            let found = format!("{kind} of shape ({})", shape.join(", "));
-            return Err(ModelProblem::Shape { name: info.name.clone(), found, resolution: RESOLUTION });
-        }
-    }
-    let made =
-        graph.node.iter().flat_map(|node| &node.output).chain(graph.initializer.iter().map(|tensor| &tensor.name));
-    let made: std::collections::BTreeSet<&String> = made.chain(inputs).collect();
-    match graph.output.iter().find(|info| !made.contains(&info.name)) {
-        Some(info) => Err(ModelProblem::NotOnnx { found: format!("no node makes the output {}", info.name) }),
-        None => Ok(()),
-    }
+/// An input or output: one sample.
+fn end_of(name: String) -> ValueInfoProto {
+    let n = i64::from(RESOLUTION);
+    let side = |value| tensor_shape_proto::Dimension {
+        value: Some(tensor_shape_proto::dimension::Value::DimValue(value)),
+        ..Default::default()
+    };
+    let shape = TensorShapeProto { dim: [1, 1, n, n, n].map(side).to_vec() };
+    let tensor = type_proto::Tensor { elem_type: DataType::Float.into(), shape: Some(shape) };
+    let r#type = TypeProto { value: Some(type_proto::Value::TensorType(tensor)), ..TypeProto::default() };
+    ValueInfoProto { name, r#type: Some(r#type), ..ValueInfoProto::default() }
 }
 
 /// An error of the library with its causes, in one line of bounded length.
 fn one_line(error: &TractError) -> String {
     let text = format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ");
-    text.chars().take(300).collect()
-}
-
-fn panic_text(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
-    text.unwrap_or("the library gave up").chars().take(300).collect()
+    text.chars().take(300).flat_map(char::escape_debug).collect()
 }
 
 #[cfg(test)]
@@ -201,7 +149,7 @@ mod tests {
     use std::{fs, path::Path};
 
     use prost::Message;
-    use tract_onnx::pb::{OperatorSetIdProto, StringStringEntryProto, tensor_shape_proto};
+    use tract_onnx::pb::{StringStringEntryProto, tensor_proto::DataLocation};
 
     use super::*;
 
@@ -218,11 +166,15 @@ mod tests {
         ["occupancy", "coverage"].map(str::to_owned)
     }
 
+    fn open(bytes: &[u8], outputs: &[String]) -> Result<Graph, ModelProblem> {
+        Network::read(bytes, &inputs(), outputs).and_then(|network| Graph::prepare(Written::of(network), outputs))
+    }
+
     /// The words with which a changed network is refused.
     fn refusal(change: impl Fn(&mut ModelProto)) -> String {
         let mut proto = ModelProto::decode(&*bytes()).expect("a network");
         change(&mut proto);
-        Graph::open(&proto.encode_to_vec(), &inputs(), &outputs()).err().expect("a refusal").to_string()
+        open(&proto.encode_to_vec(), &outputs()).err().expect("a refusal").to_string()
     }
 
     fn graph(proto: &mut ModelProto) -> &mut GraphProto {
@@ -231,7 +183,7 @@ mod tests {
 
     #[test]
     fn the_network_of_the_tests_is_taken() {
-        assert!(Graph::open(&bytes(), &inputs(), &outputs()).is_ok());
+        assert!(open(&bytes(), &outputs()).is_ok());
     }
 
     #[test]
@@ -239,7 +191,7 @@ mod tests {
         let mut proto = ModelProto::decode(&*bytes()).expect("a network");
         graph(&mut proto).output.retain(|output| output.name == "occupancy");
         let bytes = proto.encode_to_vec();
-        let graph = Graph::open(&bytes, &inputs(), &outputs()[..1]).unwrap_or_else(|error| panic!("{error}"));
+        let graph = open(&bytes, &outputs()[..1]).unwrap_or_else(|error| panic!("{error}"));
         let field = vec![0.0; 64_000];
         assert_eq!(graph.run(&[&field, &field]).expect("an answer").len(), 1);
     }
@@ -285,11 +237,11 @@ mod tests {
                 let graph = graph(proto);
                 graph.node.retain(|node| node.output != ["coverage"]);
             }),
-            ("the network cannot be run", &|proto| {
+            ("'behind.weight' has another size than its shape (2, 3, 3, 3, 13) says", &|proto| {
                 let tensor = graph(proto).initializer.iter_mut().find(|tensor| tensor.name == "behind.weight");
                 tensor.expect("a tensor").dims[1] = 3;
             }),
-            ("the network cannot be run", &|proto| {
+            ("has another size than its shape", &|proto| {
                 let tensor = graph(proto).initializer.iter_mut().find(|tensor| tensor.name == "behind.weight");
                 tensor.expect("a tensor").raw_data.truncate(12);
             }),
@@ -298,7 +250,7 @@ mod tests {
             let said = refusal(change);
             assert!(said.contains(says), "{says}: {said}");
         }
-        let text = Graph::open(b"{\"a\": 1}", &inputs(), &outputs()).err().expect("a refusal").to_string();
+        let text = open(b"{\"a\": 1}", &outputs()).err().expect("a refusal").to_string();
         assert!(text.contains("it is no ONNX model"), "{text}");
     }
 

@@ -22,7 +22,9 @@ mod golden;
 mod graph;
 mod model;
 mod npz;
+mod onnx;
 mod sample;
+mod silence;
 #[cfg(test)]
 mod tests;
 

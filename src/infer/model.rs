@@ -11,7 +11,8 @@ use crate::{
     error::{ModelError, ModelProblem, PredictError},
     folder::{GOLDEN_NPZ, MODEL_ONNX, ModelFacts, ModelFolder, OUTPUTS, RESOLUTION},
     golden::{GoldenCheck, GoldenSamples},
-    graph::Graph,
+    graph::{Graph, Written},
+    onnx::{Network, WORK},
     sample::{InputName, Inputs, Prediction},
 };
 
@@ -22,8 +23,13 @@ pub struct CompletionModel {
     inputs: Vec<InputName>,
     digest: String,
     graph: Graph,
+    /// Multiply-adds of one sample.
+    work: u64,
     golden: Vec<u8>,
 }
+
+/// Multiply-adds of the samples of `golden.npz` together: four of the largest network.
+const GOLDEN_WORK: u64 = 4 * WORK;
 
 impl CompletionModel {
     /// Opens a model's folder: every file is hashed, the network checked and prepared.
@@ -33,8 +39,12 @@ impl CompletionModel {
     pub fn open(folder: &Path) -> Result<Self, ModelError> {
         let ModelFolder { path, facts, inputs, digest, onnx, golden } = ModelFolder::open(folder)?;
         let failed = |problem| ModelError { file: path.join(MODEL_ONNX), problem };
-        let graph = Graph::open(&onnx, &facts.inputs, &facts.outputs).map_err(failed)?;
-        Ok(Self { folder: path, facts, inputs, digest, graph, golden })
+        let network = Network::read(&onnx, &facts.inputs, &facts.outputs).map_err(failed)?;
+        let (work, written) = (network.work, Written::of(network));
+        // A large network is in memory once less.
+        drop(onnx);
+        let graph = Graph::prepare(written, &facts.outputs).map_err(failed)?;
+        Ok(Self { folder: path, facts, inputs, digest, graph, work, golden })
     }
 
     /// Content of `model.json`.
@@ -89,6 +99,11 @@ impl CompletionModel {
     pub fn check_golden(&self) -> Result<GoldenCheck, ModelError> {
         let failed = |problem| ModelError { file: self.folder.join(GOLDEN_NPZ), problem };
         let samples = GoldenSamples::parse(&self.golden, &self.inputs, &self.facts.outputs).map_err(failed)?;
+        let count = samples.samples.len() as u64;
+        if self.work.saturating_mul(count) > GOLDEN_WORK {
+            let found = format!("{count} samples take too long with this network, {} at most", GOLDEN_WORK / self.work);
+            return Err(failed(ModelProblem::Golden { found }));
+        }
         let mut check = GoldenCheck::default();
         for sample in &samples.samples {
             let found = self.predict(&sample.inputs());

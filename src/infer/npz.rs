@@ -7,8 +7,10 @@ use std::{collections::BTreeMap, io::Read};
 use flate2::read::DeflateDecoder;
 use kernel::npy::NpyArray;
 
-/// Most bytes of a member that is unpacked: 64 samples of 40^3 cells and more.
-const MAX_MEMBER: u64 = 1 << 26;
+/// Most bytes of all members together, unpacked: 64 samples of four arrays of 40^3 cells.
+const MAX_UNPACKED: u64 = (1 << 26) + (1 << 20);
+/// Most members.
+const MAX_MEMBERS: usize = 16;
 const END_OF_DIRECTORY: &[u8] = b"PK\x05\x06";
 const ENTRY: &[u8] = b"PK\x01\x02";
 const MEMBER: &[u8] = b"PK\x03\x04";
@@ -27,7 +29,10 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<BTreeMap<String, Array>, &'static st
         |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize).ok_or(cut);
     let end = bytes.windows(4).rposition(|window| window == END_OF_DIRECTORY).ok_or("it is no ZIP archive")?;
     let (count, mut at) = (u16_at(end + 10)?, u32_at(end + 16)?);
-    let mut arrays = BTreeMap::new();
+    if count > MAX_MEMBERS {
+        return Err("it has more than 16 members");
+    }
+    let (mut arrays, mut left) = (BTreeMap::new(), MAX_UNPACKED);
     for _ in 0..count {
         if bytes.get(at..at.saturating_add(4)) != Some(ENTRY) {
             return Err("its directory is damaged");
@@ -41,25 +46,25 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<BTreeMap<String, Array>, &'static st
         }
         let data = start + 30 + u16_at(start + 26)? + u16_at(start + 28)?;
         let packed = bytes.get(data..data.saturating_add(packed)).ok_or(cut)?;
-        let content = unpack(method, packed, plain)?;
         let name = name.strip_suffix(".npy").ok_or("a member of it is no .npy")?;
-        if arrays.insert(name.to_owned(), array_of(&content)?).is_some() {
+        if arrays.contains_key(name) {
             return Err("two members of it have one name");
         }
+        left = left.checked_sub(plain as u64).ok_or("its members are larger than 65 MiB together")?;
+        arrays.insert(name.to_owned(), array_of(&unpack(method, packed, plain)?)?);
         at += 46 + name_length + extra + comment;
     }
     Ok(arrays)
 }
 
 fn unpack(method: usize, packed: &[u8], plain: usize) -> Result<Vec<u8>, &'static str> {
-    if plain as u64 > MAX_MEMBER {
-        return Err("a member of it is larger than 64 MiB");
-    }
     match method {
-        0 => Ok(packed.to_vec()),
+        0 if packed.len() == plain => Ok(packed.to_vec()),
+        0 => Err("a member of it is damaged"),
         8 => {
             let mut content = Vec::new();
-            let read = DeflateDecoder::new(packed).take(MAX_MEMBER).read_to_end(&mut content);
+            // One byte more than it may have, so that a longer one is found.
+            let read = DeflateDecoder::new(packed).take(plain as u64 + 1).read_to_end(&mut content);
             (read.is_ok() && content.len() == plain).then_some(content).ok_or("a member of it is damaged")
         }
         _ => Err("it is packed by another method than deflate"),
