@@ -2,9 +2,11 @@
 
 mod complete;
 mod evaluate;
+mod evil_networks;
 mod kinect;
 mod meshes;
 mod network;
+mod onnx_file;
 mod segment;
 #[path = "../support/mod.rs"]
 mod support;

@@ -73,6 +73,33 @@ fn networks_answer_as_in_onnx_runtime() {
     assert!(largest < 1e-4, "{largest}");
 }
 
+/// Every operator with random attributes: the library, given what our own reader makes of the file, answers as ONNX Runtime does.
+#[test]
+#[ignore = "slow: needs ONNX Runtime (in the environment of PyTorch)"]
+fn random_networks_answer_as_in_onnx_runtime() {
+    const COUNT: usize = 420;
+    let workspace = Workspace::new();
+    let peer = Program::peer("torch/bin/python").arg(repository_path("tests/peers/networks.py"));
+    peer.arg(workspace.path("networks")).args([COUNT.to_string(), "1".to_owned()]).succeed();
+    let (mut refused, mut wrong) = (Vec::new(), Vec::new());
+    let names = list_names(workspace.path("networks"));
+    assert_eq!(names.len(), COUNT);
+    for name in names {
+        match CompletionModel::open(&workspace.path("networks").join(&name)) {
+            Ok(model) => {
+                let check = model.check_golden().expect("samples");
+                if !check.agrees() {
+                    wrong.push(format!("{name}: {check:?}"));
+                }
+            }
+            Err(error) => refused.push(format!("{name}: {error}")),
+        }
+    }
+    println!("{COUNT} networks, {} refused", refused.len());
+    // Few things of ONNX Runtime are not run, each with its reason.
+    assert!(wrong.is_empty() && refused.len() < COUNT / 50, "{}\n{}", wrong.join("\n"), refused.join("\n"));
+}
+
 #[test]
 fn model_check_says_what_a_model_is_and_refuses_a_changed_one() {
     let said = Program::new("model").arg("check").arg(MODEL).succeed().stdout;
