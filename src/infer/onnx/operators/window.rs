@@ -37,11 +37,11 @@ impl Window {
             return Err(format!("auto_pad is {mode}, and it has pads"));
         }
         if mode.starts_with("SAME") {
-            for axis in 0..axes {
+            for (axis, side) in space.iter().enumerate() {
                 // As many windows as strides fit; what is odd goes to the end that the mode names.
-                let windows = space[axis].div_ceil(window.strides[axis]);
+                let windows = side.div_ceil(window.strides[axis]);
                 let needed = (windows - 1) * window.strides[axis] + window.extent(axis);
-                let total = needed.saturating_sub(space[axis]);
+                let total = needed.saturating_sub(*side);
                 let (less, more) = (total / 2, total.div_ceil(2));
                 (window.before[axis], window.after[axis]) =
                     if mode == "SAME_UPPER" { (less, more) } else { (more, less) };
@@ -184,11 +184,11 @@ pub(super) fn transposed_convolution(call: &Call<'_>) -> Result<Outcome, Refused
     let window = Window::read(call, kernel.to_vec(), space, true)?;
     let more = call.sides("output_padding", space.len(), [0, bounds::WINDOW], 0)?;
     let mut sides = vec![batch, out];
-    for axis in 0..space.len() {
+    for (axis, side) in space.iter().enumerate() {
         if more[axis] >= window.strides[axis].max(window.dilations[axis]) {
             return Err(format!("output_padding of {} beside a stride of {}", more[axis], window.strides[axis]));
         }
-        let whole = (space[axis] - 1) * window.strides[axis] + window.extent(axis) + more[axis];
+        let whole = (side - 1) * window.strides[axis] + window.extent(axis) + more[axis];
         let cut = window.before[axis] + window.after[axis];
         sides.push(whole.checked_sub(cut).filter(|side| *side > 0).ok_or("its padding leaves nothing")?);
     }
