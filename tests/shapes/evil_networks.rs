@@ -439,6 +439,7 @@ fn mutations(whole: &Network) -> Vec<(String, Network)> {
 }
 
 /// Lets the program check every so many of the mutations; counts those that were refused and those that ran.
+#[expect(clippy::print_stdout, reason = "the figures that the test checks")]
 fn check_mutations(step: usize) {
     let (workspace, whole) = (Workspace::new(), every_operator());
     let run = check(&folder(&workspace, &whole));
