@@ -112,8 +112,9 @@ class _Identity:
     modified: int
 
     @staticmethod
-    def of(descriptor: int) -> _Identity:
-        facts = os.fstat(descriptor)
+    def of(file: _OpenFile) -> _Identity:
+        """The facts of an open file. The argument keeps it open: another thread may drop it from the open files meanwhile."""
+        facts = os.fstat(file.descriptor)
         return _Identity(facts.st_dev, facts.st_ino, facts.st_size, facts.st_mtime_ns)
 
 
@@ -130,7 +131,7 @@ class FileBytes:
         refuse_irregular(path)
         # Another file may have taken the name of one that was read before.
         open_files.forget(path)
-        self._identity = _Identity.of(self._open().descriptor)
+        self._identity = _Identity.of(self._open())
         self.size = self._identity.size
         if self.size == 0:
             raise DamagedFile(path, "it is empty", VERIFY)
@@ -141,7 +142,7 @@ class FileBytes:
         if size <= 0:
             return memoryview(b"")
         file = self._open()
-        if _Identity.of(file.descriptor) != self._identity:
+        if _Identity.of(file) != self._identity:
             raise DamagedFile(self.path, "it was changed since it was opened", "open the dataset again")
         try:
             data = _read_at(file.descriptor, size, place)

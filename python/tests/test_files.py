@@ -50,6 +50,19 @@ def test_threads_and_forked_processes_read_the_same(data: Path, monkeypatch: pyt
     assert read(pickle.loads(pickle.dumps(samples)), places) == wanted
 
 
+def test_a_file_stays_open_while_it_is_looked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "file"
+    path.write_bytes(b"0123456789")
+    whole = os.fstat
+
+    def other_thread_first(descriptor: int) -> os.stat_result:
+        files.open_files.forget(path)
+        return whole(descriptor)
+
+    monkeypatch.setattr(os, "fstat", other_thread_first)
+    assert bytes(files.FileBytes(path).read(2, 3)) == b"234"
+
+
 def test_a_file_that_another_one_replaced_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "file"
     path.write_bytes(b"0123456789")
