@@ -20,7 +20,7 @@ use super::{
 use kernel::geom::{CameraCv, CameraGl, Intrinsics, Object, Pose, TriMesh, World};
 
 /// The scene travels in the program, so that a job needs no file beside it.
-const SCENE: &str = include_str!("../../scenes/single_view.xml");
+const SCENE: &str = include_str!("single_view.xml");
 
 /// Lights beside the one at the camera.
 pub const LIGHTS: usize = 2;

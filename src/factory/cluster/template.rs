@@ -10,7 +10,7 @@ use minijinja::{
 use serde::Serialize;
 
 macro_rules! files {
-    ($($name:literal),* $(,)?) => { [$(($name, include_str!(concat!("../../../jobs/cluster/", $name)))),*] };
+    ($($name:literal),* $(,)?) => { [$(($name, include_str!(concat!("templates/", $name)))),*] };
 }
 
 /// Every template: its name in `jobs/cluster/`, and its text.

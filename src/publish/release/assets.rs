@@ -107,7 +107,7 @@ struct Licences {
 
 static DESCRIBED: LazyLock<BTreeMap<ObjectId, Described>> = LazyLock::new(|| {
     let table: Licences =
-        toml::from_str(include_str!("../../../scenes/licences.toml")).expect("scenes/licences.toml (a test reads it)");
+        toml::from_str(include_str!("licences.toml")).expect("scenes/licences.toml (a test reads it)");
     table.descriptions.into_iter().chain(table.containers).map(|row| (row.content, row)).collect()
 });
 
