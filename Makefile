@@ -121,12 +121,19 @@ train-model:
 	@echo "card: $(RUN)/model/card.md"
 
 .PHONY: lint
-lint: mujoco ## formatting, language of comments and documents, clippy, and what may be linked
+lint: mujoco ## formatting, language of comments and documents, clippy, links of the API documentation, and what may be linked
 	$(PYTHON) scripts/language.py --self-test
 	$(PYTHON) scripts/language.py
 	$(CARGO) fmt --all --check
 	$(CARGO) clippy --release --locked --workspace --all-targets -- -D warnings
+	@$(MAKE) doc
 	@$(MAKE) deny
+
+# In release mode clippy has checked the libraries already.
+.PHONY: doc
+doc: mujoco ## the API documentation in target/doc; fails on broken links
+	$(PYTHON) scripts/rustdoc.py --self-test
+	CARGO="$(CARGO)" $(PYTHON) scripts/rustdoc.py --release --locked
 
 # Fetching does nothing where every library of the lockfile is on the machine.
 .PHONY: deny
@@ -146,10 +153,17 @@ test: setup robot-fetch deps-test lint ## what CI runs: lint, unit and integrati
 test-slow: setup robots hands deps-test $(PEERS)/.complete $(TORCH)/.complete $(KUBERNETES)/.complete ## tests too long for CI
 	$(CARGO) test --release --locked --workspace -- --ignored
 	@$(MAKE) check-fuzz
+	@$(MAKE) package
 
 .PHONY: check-fuzz
 check-fuzz: mujoco ## that the fuzzer's program compiles by its own lockfile, on stable Rust
 	$(CARGO) check --locked --manifest-path fuzz/Cargo.toml
+
+# Each crate is built from its package alone, with the packages of the others in place of a registry. One target folder for all
+# builds the libraries once.
+.PHONY: package
+package: mujoco ## package every crate as for crates.io and build each from its package, in target/packages
+	CARGO_TARGET_DIR=$(TARGET)/packages CARGO_PROFILE_DEV_DEBUG=false $(CARGO) package --workspace --locked $(PACKAGE_OPTIONS)
 
 FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?= $(notdir $(wildcard fuzz/corpus/*))

@@ -126,7 +126,7 @@ pub struct BodyScratch {
 
 /// Contacts of two bodies, step by step: a new search only when they have moved so far that they may touch elsewhere.
 ///
-/// The result depends on the steps before by less than [`FOLLOWED`]: a run begins with [`PairTracker::forget`].
+/// The result depends on the steps before by less than 20 um: a run begins with [`PairTracker::forget`].
 #[derive(Default)]
 pub struct PairTracker {
     searched: Option<Searched>,

@@ -26,7 +26,7 @@ pub struct RestingPose {
 pub struct RestingPoses {
     /// Resting poses that are kept, the most likely first.
     pub poses: Vec<RestingPose>,
-    /// Number of the others: less likely than [`MIN`](Self::LEAST), or after [`MAX`](Self::MOST).
+    /// Number of the others: less likely than [`Self::MIN`], or after [`Self::MAX`].
     pub left_out: u32,
 }
 

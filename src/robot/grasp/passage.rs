@@ -135,7 +135,7 @@ impl HandPassage {
     /// A hand that keeps at least a margin from everything but the object that it grasps [m].
     ///
     /// # Panics
-    /// When the margin is not at least 0 and below [`FAR`].
+    /// When the margin is not at least 0 and below [`Passage::FAR`].
     pub fn new(search: &HandSearch, margin: f64) -> Self {
         assert!((0.0..FAR).contains(&margin), "a margin of {margin} m");
         Self {

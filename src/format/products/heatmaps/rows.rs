@@ -66,7 +66,7 @@ pub struct ForbiddenGrasp {
     pub body: u32,
     /// Index of the candidate in the body's sample of picks.
     pub candidate: u32,
-    /// Number of what forbids it ([`PickObstacle::number`]).
+    /// Number of what forbids it ([`PickObstacle::number`](crate::PickObstacle::number)).
     pub obstacle: u8,
     /// Projection of the palm [px], inside the image or not; `None` nearer than the camera sees.
     pub pixel: Option<[f64; 2]>,
