@@ -216,6 +216,66 @@ fn manifests_name_the_crates_of_the_map() {
     }
 }
 
+/// Metadata, README and licences that each crate needs to be published.
+#[test]
+fn manifests_are_fit_to_be_published() {
+    let read = |path: &str| -> toml::Table { fs::read_to_string(path).expect("a manifest").parse().expect("TOML") };
+    let (root, inherited) = (read("Cargo.toml"), toml::toml! { workspace = true });
+    let workspace = &root["workspace"];
+    for (krate, _) in CRATES {
+        let folder = format!("src/{krate}");
+        assert_eq!(
+            workspace["dependencies"][krate]["version"], workspace["package"]["version"],
+            "{krate} in Cargo.toml"
+        );
+        let manifest = read(&format!("{folder}/Cargo.toml"));
+        let package = manifest["package"].as_table().expect("a package");
+        for key in ["version", "edition", "rust-version", "license"] {
+            assert_eq!(package[key].as_table(), Some(&inherited), "{folder}: {key}");
+        }
+        assert!(package.contains_key("keywords") && package.contains_key("categories"), "{folder}");
+        assert!(package["description"].as_str().is_some_and(|text| text.len() > 40), "{folder}: describe the crate");
+        let readme = fs::read_to_string(format!("{folder}/README.md")).expect("a README");
+        assert!(readme.starts_with(&format!("# graspmill-{krate}\n")), "{folder}/README.md");
+        for licence in ["LICENSE-MIT", "LICENSE-APACHE"] {
+            let text = |path: &str| fs::read(path).unwrap_or_else(|error| panic!("{path}: {error}"));
+            assert_eq!(text(&format!("{folder}/{licence}")), text(licence), "{folder}/{licence}");
+        }
+    }
+}
+
+/// A package holds the folder of its crate and nothing else.
+#[test]
+fn crates_compile_in_files_of_their_own_folders() {
+    let mut wrong = Vec::new();
+    for path in sources(Path::new("src")).into_iter().filter(|path| !is_for_tests(path)) {
+        let code = code_of(&path);
+        let included =
+            ["include!(", "include_str!(", "include_bytes!("].into_iter().flat_map(|call| code.split(call).skip(1));
+        for name in included.filter_map(|rest| rest.split('"').nth(1)) {
+            let depth = path.components().count().saturating_sub(3);
+            let climbs = name.matches("../").count();
+            if climbs > depth {
+                wrong.push(format!(
+                    "{}: {name} is outside of the crate: link to it from the crate's folder",
+                    path.display()
+                ));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn one_version_is_named_everywhere() {
+    let text = |path: &str| fs::read_to_string(path).unwrap_or_else(|error| panic!("{path}: {error}"));
+    let root: toml::Table = text("Cargo.toml").parse().expect("TOML");
+    let version = root["workspace"]["package"]["version"].as_str().expect("a version");
+    assert!(text("CITATION.cff").contains(&format!("\nversion: {version}\n")), "CITATION.cff: {version}");
+    let python = "python/graspmill/__init__.py";
+    assert!(text(python).contains(&format!("\n__version__ = \"{version}\"\n")), "{python}: {version}");
+}
+
 /// The fuzzer has a lockfile of its own, which no build of the crates keeps up with them.
 #[test]
 fn the_lockfile_of_the_fuzzer_has_what_the_crates_ask_for() {
@@ -238,7 +298,8 @@ fn the_lockfile_of_the_fuzzer_has_what_the_crates_ask_for() {
 #[test]
 fn every_dependency_is_named_in_the_code() {
     let crates = CRATES.iter().map(|(krate, _)| (format!("src/{krate}/Cargo.toml"), vec![format!("src/{krate}")]));
-    let facade = ["src/lib.rs", "src/main.rs", "tests", "benches", "fuzz/targets"].map(str::to_owned).to_vec();
+    let facade =
+        ["src/lib.rs", "src/main.rs", "tests", "benches", "examples", "fuzz/targets"].map(str::to_owned).to_vec();
     let mut unused = Vec::new();
     for (manifest, folders) in crates.chain([("Cargo.toml".to_owned(), facade)]) {
         let text = fs::read_to_string(&manifest).expect("a manifest");

@@ -1,9 +1,10 @@
-//! The documents: every block of README.md and docs/ is accepted or run, every link leads somewhere, and what they say of the
+//! The documents: every block of README.md, CONTRIBUTING.md and docs/ is accepted or run, every link leads somewhere, and what they say of the
 //! program and of the tests is so.
 
 mod accepted;
 mod blocks;
 mod commands;
+mod examples;
 mod links;
 mod programs;
 mod running;
