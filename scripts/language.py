@@ -27,6 +27,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PATTERNS = ("src/*.rs", "tests/*.rs", "benches/*.rs", "fuzz/*.rs", "python/*.py", "README.md", "docs/*.md",
+            "CONTRIBUTING.md", "SECURITY.md", "src/*.md", "examples/*.rs", ".github/*.md",
             "ARCHITECTURE.md", "CHANGELOG.md")
 
 # Rule `opening`. A capital begins a sentence, so continued lines of a sentence pass.

@@ -1,5 +1,6 @@
-//! Files that a new product and a new channel touch: a copy of the repository with one more product, `volume`, and one more channel
-//! of completion, `centroid`, is built and used. Their own files stand in `tests/fixtures/`.
+//! Files that a new product and a new channel touch: a copy of the repository with one more product, `volume`, one more channel
+//! of completion, `centroid`, and the first change of CONTRIBUTING.md is built and used. Files of product and channel are in
+//! `tests/fixtures/`.
 
 #[path = "support/mod.rs"]
 mod support;
@@ -14,6 +15,7 @@ use std::{
 use serde_json::Value;
 use support::{
     files::{ROOT, read_json, repository_path},
+    first_change,
     jobs::NO_SPLIT,
     program::Program,
     schemas,
@@ -249,10 +251,13 @@ fn read_files_but_links(root: &Path, path: &Path, files: &mut Files) {
     }
 }
 
-/// The program with both extensions.
+/// The program with both extensions, and with the first change of CONTRIBUTING.md.
 static PROGRAM: LazyLock<PathBuf> = LazyLock::new(|| {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("extended");
-    write_files(&folder, &extended_sources(&[PRODUCT, CHANNEL]));
+    let mut files = extended_sources(&[PRODUCT, CHANNEL]);
+    // What the change edits in tests is no part of the program.
+    files.extend(first_change::changed_files().into_iter().filter(|(path, _)| path.starts_with("src")));
+    write_files(&folder, &files);
     // libmujoco is found by a path relative to the sources.
     let link = folder.join(".deps");
     if !link.exists() {
@@ -380,4 +385,28 @@ fn a_new_channel_is_made_verified_and_read_and_moves_no_other() {
     assert_eq!(found["both"]["same"], 15, "{found}");
     let keys: Vec<&Value> = found["settings"].as_array().into_iter().flatten().map(|setting| &setting["key"]).collect();
     assert_eq!(keys, ["channels.centroid"], "{found}");
+}
+
+/// Prints the column that the first change adds, and the same shares as NumPy has them from the exported grids.
+const READ_SHARES: &str = "\
+import csv, json, sys, numpy
+out = sys.argv[1]
+with open(out + '/samples.csv', encoding='utf-8', newline='') as table:
+    column = [float(row['seen_share']) for row in csv.DictReader(table)]
+partial, complete = (numpy.unpackbits(numpy.load(f'{out}/{kind}.npy'), axis=1) for kind in ['partial', 'complete'])
+print(json.dumps([column, ((partial & complete).sum(axis=1) / complete.sum(axis=1)).tolist()]))
+";
+
+#[test]
+#[ignore = "slow: make test-slow"]
+fn the_first_change_of_contributing_adds_its_column() {
+    let workspace = Workspace::new();
+    let text = format!("views = {{ even = 3 }}\n[[objects]]\nbuilt_in = {NAMES:?}\n{NO_SPLIT}");
+    let job = workspace.write("pairs.toml", text);
+    let (data, arrays) = (workspace.path("data"), workspace.path("arrays"));
+    call("run").arg(&job).option("--out", &data).option("--progress", "none").succeed();
+    call("export").arg(&data).option("--to", "npy").option("--out", &arrays).succeed();
+    let [column, expected]: [Vec<f64>; 2] = Program::python_lines(READ_SHARES).arg(&arrays).succeed().json();
+    assert_eq!(column.len(), 9);
+    assert_eq!(column, expected);
 }

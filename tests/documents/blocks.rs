@@ -47,7 +47,7 @@ impl Block {
 
 /// The documents for people, by their paths from the repository's root.
 pub fn documents() -> Vec<String> {
-    let mut found = vec!["README.md".to_owned()];
+    let mut found = ["README.md", "CONTRIBUTING.md"].map(str::to_owned).to_vec();
     for folder in ["docs", "docs/jobs"] {
         let names = list_names(repository_path(folder)).into_iter().filter(|name| name.ends_with(".md"));
         found.extend(names.map(|name| format!("{folder}/{name}")));
@@ -92,7 +92,7 @@ pub fn file_block(document: &str, file: &str) -> String {
 }
 
 /// Languages that a test of this binary answers for.
-const LANGUAGES: [&str; 6] = ["sh", "toml", "python", "rust", "xml", "text"];
+const LANGUAGES: [&str; 7] = ["sh", "toml", "python", "rust", "xml", "text", "diff"];
 
 #[test]
 fn every_block_says_its_language() {
@@ -101,6 +101,7 @@ fn every_block_says_its_language() {
         assert!(LANGUAGES.contains(&block.language.as_str()), "{}: language `{}`", block.place(), block.language);
         // The list of commands is compared with the program; other plain text would be held by nothing.
         assert!(block.language != "text" || block.document == "docs/commands.md", "{}: plain text", block.place());
+        assert!(block.language != "diff" || block.document == "CONTRIBUTING.md", "{}: a patch", block.place());
         assert!(block.language != "xml" || block.file().is_some(), "{}: name its file", block.place());
         *counts.entry(block.language).or_default() += 1;
     }

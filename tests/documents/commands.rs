@@ -1,17 +1,24 @@
 //! Command lines of the documents are the program's, and the list of commands is whole.
 
-use std::{collections::BTreeSet, fs};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    fs,
+    path::PathBuf,
+};
 
 use clap::Command;
 use graspmill::cli::command;
 
 use super::blocks::{blocks_in, blocks_of};
-use crate::support::files::repository_path;
+use crate::support::{
+    files::{read_text, read_tree, repository_path},
+    first_change::changed_files,
+};
 
 #[test]
 fn commands_in_the_documents_are_commands() {
     let makefile = fs::read_to_string(repository_path("Makefile")).expect("a Makefile");
-    let (mut count, mut targets) = (0, 0);
+    let (mut count, mut targets, mut tests) = (0, 0, 0);
     for block in blocks_in("sh") {
         for (line, text) in block.commands() {
             let place = format!("{}:{line}: {text}", block.document);
@@ -23,16 +30,65 @@ fn commands_in_the_documents_are_commands() {
                     count += 1;
                 }
                 "make" => {
-                    let target = format!("\n{}:", words[1]);
-                    assert!(makefile.contains(&target), "{place}: the Makefile has no such target");
-                    targets += 1;
+                    for target in words[1..].iter().filter(|word| !word.contains('=')) {
+                        let rule = format!("\n{target}:");
+                        assert!(makefile.contains(&rule), "{place}: the Makefile has no target {target}");
+                        targets += 1;
+                    }
+                }
+                "cargo" if words[1] == "test" => {
+                    assert!(count_tests(&words[2..]) > 0, "{place}: no test has such a name");
+                    tests += 1;
                 }
                 _ => {}
             }
         }
     }
+    assert!(tests >= 4, "{tests} commands that run tests");
     println!("{count} commands, {targets} targets of make");
     assert!(count >= 37, "{count} commands");
+}
+
+/// Number of the tests that `cargo test` runs by these words: an integration test or a package, and a part of the tests' names.
+fn count_tests(words: &[String]) -> usize {
+    let value = |option: &str| words.iter().skip_while(|word| *word != option).nth(1);
+    let sources = match (value("--test"), value("-p")) {
+        (Some(binary), None) => repository_path("tests").join(binary),
+        (None, Some(package)) => repository_path("src").join(package.trim_start_matches("graspmill-")),
+        other => panic!("{other:?}: name one integration test or one package"),
+    };
+    let mut files = if sources.is_dir() { read_tree(sources) } else { BTreeMap::new() };
+    let file = value("--test").map(|binary| repository_path("tests").join(binary).with_extension("rs"));
+    files.extend(file.filter(|file| file.is_file()).map(|file| (PathBuf::new(), fs::read(file).expect("a file"))));
+    let filter = words.last().filter(|word| value("--test") != Some(word) && value("-p") != Some(word));
+    let tests_of = |(path, text): (&PathBuf, &Vec<u8>)| -> usize {
+        let text = String::from_utf8_lossy(text);
+        let marks = text.split("#[test]\n").skip(1).filter_map(|rest| rest.split("fn ").nth(1)?.split('(').next());
+        // The name of a test begins with its modules, which are the path of its file.
+        let module = path.with_extension("").to_string_lossy().replace('/', "::");
+        marks.filter(|name| filter.is_none_or(|filter| format!("{module}::{name}").contains(filter.as_str()))).count()
+    };
+    files.iter().map(tests_of).sum()
+}
+
+#[test]
+fn tests_are_found_as_cargo_names_them() {
+    let count = |line: &str| count_tests(&shlex::split(line).expect("words"));
+    assert_eq!(count("--release --test dataset numpy_reads_the_arrays"), 1);
+    assert!(count("--test dataset export") > 1 && count("-p graspmill-publish export") > 1);
+    assert!(count("--locked --test architecture") > 10);
+    assert_eq!(count("--test dataset no_such_test"), 0);
+}
+
+#[test]
+fn the_first_change_of_contributing_applies() {
+    let changed = changed_files();
+    let paths: Vec<&str> = changed.keys().filter_map(|path| path.to_str()).collect();
+    assert_eq!(paths, ["src/publish/export/table.rs", "tests/dataset/export.rs"]);
+    for (path, content) in &changed {
+        let added = String::from_utf8_lossy(content).matches("seen_share").count();
+        assert!(added > 0 && !read_text(repository_path(path)).contains("seen_share"), "{}", path.display());
+    }
 }
 
 /// The command that the first words name, and how many words that took.

@@ -10,8 +10,17 @@ use crate::support::files::{list_names, read_text, repository_path};
 
 /// Documents with links: those for users, and those at the top and beside the things that they describe.
 fn linked_documents() -> Vec<String> {
-    let others = ["ARCHITECTURE.md", "CHANGELOG.md", "python/README.md", "meshes/README.md"];
-    documents().into_iter().chain(others.map(str::to_owned)).collect()
+    let others = [
+        "ARCHITECTURE.md",
+        "CHANGELOG.md",
+        "SECURITY.md",
+        ".github/pull_request_template.md",
+        "python/README.md",
+        "meshes/README.md",
+    ];
+    let crates = list_names(repository_path("src")).into_iter().map(|name| format!("src/{name}/README.md"));
+    let crates = crates.filter(|readme| repository_path(readme).is_file());
+    documents().into_iter().chain(others.map(str::to_owned)).chain(crates).collect()
 }
 
 /// The text without fenced blocks and code between backticks.
@@ -110,7 +119,9 @@ fn fits(pattern: &str, name: &str) -> bool {
 
 #[test]
 fn every_path_that_is_named_is_there() {
-    let folders = ["docs", "jobs", "src", "tests", "scenes", "meshes", "scripts", "benches", "proto", "fuzz", "python"];
+    let folders = [
+        "docs", "examples", "jobs", "src", "tests", "scenes", "meshes", "scripts", "benches", "proto", "fuzz", "python",
+    ];
     let mut count = 0;
     for document in linked_documents().into_iter().filter(|document| document != "CHANGELOG.md") {
         let text = read_text(repository_path(&document));

@@ -26,6 +26,8 @@ enum Reason {
     Network,
     /// Sends tasks to an engine: `tests/cluster` does so, with a Slurm of its own in `make test-slow`.
     Cluster,
+    /// Builds the repository, which CI does itself.
+    Build,
     /// Needs PyTorch: [`blocks_with_pytorch_run`] runs it in `make test-slow`.
     PyTorch,
 }
@@ -35,6 +37,12 @@ const NOT_RUN: &[(&str, Reason)] = &[
     ("make quickstart", Reason::Network),
     ("make test", Reason::Network),
     ("make model-quick", Reason::Network),
+    ("make setup build deps-test", Reason::Network),
+    ("cargo test --release --locked --test dataset numpy_reads_the_arrays", Reason::Build),
+    ("cargo test --release --locked --test dataset export", Reason::Build),
+    ("cargo test --release --locked -p graspmill-publish export", Reason::Build),
+    ("cargo test --release --locked --test architecture", Reason::Build),
+    ("make lint", Reason::Build),
     ("pip install ./python", Reason::Network),
     ("pip install torch", Reason::Network),
     ("graspmill submit jobs/release-608.toml --out /data/release --backend slurm", Reason::Cluster),

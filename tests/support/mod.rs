@@ -4,6 +4,7 @@
 
 pub mod annealing;
 pub mod files;
+pub mod first_change;
 pub mod jobs;
 pub mod measures;
 pub mod meshes;
