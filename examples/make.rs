@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         label: "make.toml".to_owned(),
         folder: ".".into(),
         text: JOB.to_owned(),
-        overrides: vec!["channels.depth=true".to_owned()],
+        overrides: vec!["channels.depth=f32".to_owned()],
     };
 
     // Another thread may call `cancel.cancel()`: finished shards stay, and the same call resumes.

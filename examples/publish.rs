@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{}", inspect(&folder)?);
 
     let page = report(&folder, Some(&out.join("report.html")))?;
-    println!("{}: {} bytes, {} objects shown", page.path.display(), page.bytes, page.shown);
+    println!("{}: {} bytes, {} with pictures", page.path.display(), page.bytes, page.shown);
 
     // Training pairs as one array per grid. `graspmill::export::FORMATS` lists the formats.
     let format = ExportFormat::from_name("npy").ok_or("a format of the table")?;

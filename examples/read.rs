@@ -34,7 +34,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let reader = DatasetReader::open(&folder)?;
     let manifest = reader.manifest();
-    println!("{}: {} {}, root {}", folder.display(), manifest.counts.kept, manifest.product, manifest.root);
+    let (kept, product) = (manifest.counts.kept, manifest.product);
+    println!("{}: {kept} {}, {product}, root {}", folder.display(), product.samples.of(kept), manifest.root);
     for split in Split::ALL {
         println!("{:>10}: {} samples", split.name(), reader.indices(Selection::of(split)).count());
     }
