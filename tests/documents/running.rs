@@ -242,7 +242,7 @@ impl Script {
 const PROLOGUE: &str = "set -euo pipefail\nat=''\ntrap 'echo \"FAILED: $at\" >&2' ERR\n";
 
 /// Where newcomers begin.
-const FIRST: [&str; 3] = ["README.md", "docs/tour.md", "docs/install.md"];
+const FIRST: [&str; 4] = ["README.md", "CONTRIBUTING.md", "docs/tour.md", "docs/install.md"];
 
 #[test]
 fn blocks_of_the_first_documents_run() {
