@@ -159,8 +159,8 @@ test-slow: setup robots hands deps-test $(PEERS)/.complete $(TORCH)/.complete $(
 check-fuzz: mujoco ## that the fuzzer's program compiles by its own lockfile, on stable Rust
 	$(CARGO) check --locked --manifest-path fuzz/Cargo.toml
 
-# Each crate is built from its package alone, with the packages of the others in place of a registry. One target folder for all
-# builds the libraries once.
+# Each crate is built from its package alone, with the packages of the others in place of a registry. One target folder for all,
+# so that libraries are built once per set of features.
 .PHONY: package
 package: mujoco ## package every crate as for crates.io and build each from its package, in target/packages
 	CARGO_TARGET_DIR=$(TARGET)/packages CARGO_PROFILE_DEV_DEBUG=false $(CARGO) package --workspace --locked $(PACKAGE_OPTIONS)

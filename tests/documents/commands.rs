@@ -3,7 +3,7 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
-    path::PathBuf,
+    path::{Path, PathBuf},
 };
 
 use clap::Command;
@@ -61,14 +61,15 @@ fn count_tests(words: &[String]) -> usize {
     let file = value("--test").map(|binary| repository_path("tests").join(binary).with_extension("rs"));
     files.extend(file.filter(|file| file.is_file()).map(|file| (PathBuf::new(), fs::read(file).expect("a file"))));
     let filter = words.last().filter(|word| value("--test") != Some(word) && value("-p") != Some(word));
-    let tests_of = |(path, text): (&PathBuf, &Vec<u8>)| -> usize {
-        let text = String::from_utf8_lossy(text);
-        let marks = text.split("#[test]\n").skip(1).filter_map(|rest| rest.split("fn ").nth(1)?.split('(').next());
-        // The name of a test begins with its modules, which are the path of its file.
-        let module = path.with_extension("").to_string_lossy().replace('/', "::");
-        marks.filter(|name| filter.is_none_or(|filter| format!("{module}::{name}").contains(filter.as_str()))).count()
-    };
-    files.iter().map(tests_of).sum()
+    let names = files.iter().flat_map(|(path, text)| names_of_tests(path, &String::from_utf8_lossy(text)));
+    names.filter(|name| filter.is_none_or(|filter| name.contains(filter.as_str()))).count()
+}
+
+/// Names of the tests in a file, each with its modules, which are the path of the file.
+fn names_of_tests(path: &Path, text: &str) -> Vec<String> {
+    let module = path.with_extension("").to_string_lossy().replace('/', "::");
+    let functions = text.split("#[test]\n").skip(1).filter_map(|rest| rest.split("fn ").nth(1)?.split('(').next());
+    functions.map(|name| format!("{module}::{name}")).collect()
 }
 
 #[test]

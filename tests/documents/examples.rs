@@ -1,6 +1,6 @@
 //! The programs in `examples/` run as their heads describe, and what they print is so.
 
-use std::{collections::BTreeMap, path::Path};
+use std::{collections::BTreeMap, path::Path, time::SystemTime};
 
 use crate::support::{
     files::{list_names, read_text, repository_path, stem},
@@ -14,10 +14,14 @@ fn examples() -> Vec<String> {
     names.map(|name| stem(Path::new(&name))).collect()
 }
 
+/// Time of a file's last change; `None` where there is no file.
+fn modified(path: &Path) -> Option<SystemTime> {
+    path.metadata().and_then(|facts| facts.modified()).ok()
+}
+
 /// Runs an example from the repository's root, with its temporary files in a workspace; its output.
 fn run(example: &str, workspace: &Workspace) -> String {
     let program = Path::new(env!("CARGO_BIN_EXE_graspmill")).with_file_name("examples").join(example);
-    let modified = |path: &Path| path.metadata().and_then(|facts| facts.modified()).ok();
     let source = repository_path("examples").join(example).with_extension("rs");
     assert!(
         modified(&program) >= modified(&source),
