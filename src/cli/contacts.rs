@@ -3,23 +3,17 @@
 use std::path::Path;
 
 use super::exit::{Exit, Failure};
+use kernel::files::{self, Bound};
 
 /// Names of the columns.
 const COLUMNS: [&str; 3] = ["x", "y", "z"];
-/// Longest file [bytes].
-const MAX_BYTES: u64 = 16 << 20;
 
 /// Points [m] in the camera's frame, one per line: x, y, z, with or without a line of these names before them.
 pub fn read_contacts(path: &Path) -> Result<Vec<[f32; 3]>, Failure> {
     let failed = |error: std::io::Error| {
         Failure::of_input(anyhow::Error::new(error).context(format!("{}: it cannot be read", path.display())))
     };
-    let size = std::fs::metadata(path).map_err(failed)?.len();
-    if size > MAX_BYTES {
-        let message = format!("{}: {size} bytes; contacts take at most {MAX_BYTES}", path.display());
-        return Err(Failure::message(Exit::BadSpec, message));
-    }
-    let text = kernel::files::read_to_string(path).map_err(failed)?;
+    let text = files::read_text(path, Bound::CONTACTS).map_err(failed)?;
     parse_contacts(&text).map_err(|problem| Failure::message(Exit::BadSpec, format!("{}: {problem}", path.display())))
 }
 

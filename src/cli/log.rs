@@ -1,7 +1,7 @@
 //! The log of a command: what it says and how far it is, as plain lines in a file.
 
 use std::{
-    fs::{File, OpenOptions},
+    fs::File,
     io::{self, Write},
     path::Path,
     sync::{Mutex, PoisonError},
@@ -57,7 +57,7 @@ impl Log {
     /// # Errors
     /// When something else than a regular file stands there, or it cannot be written.
     pub fn open(path: &Path, command: String) -> io::Result<Self> {
-        let file = OpenOptions::new().append(true).create(true).open(kernel::files::replaceable(path)?)?;
+        let file = kernel::files::open_log(path)?;
         Ok(Self { state: Mutex::new(State { file, first: Some(command) }) })
     }
 
@@ -78,6 +78,8 @@ impl Log {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]
@@ -89,7 +91,7 @@ mod tests {
             log.write(Level::of_result, "two\n\nproblem: lines").expect("room");
             log.write(|_| Level::Warning, "one").expect("room");
         }
-        let text = kernel::files::read_to_string(&path).expect("text");
+        let text = fs::read_to_string(&path).expect("text");
         let mut lines = Vec::new();
         for line in text.lines() {
             let (time, rest) = line.split_once(' ').expect("a time");

@@ -9,7 +9,10 @@ use super::{
     exit::{Exit, Failure},
     printer::Printer,
 };
-use kernel::geom::{FieldMetric, PoseLabel};
+use kernel::{
+    files::{self, Bound},
+    geom::{FieldMetric, PoseLabel},
+};
 use runtime::ReachabilityMap;
 
 const AXES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
@@ -123,7 +126,7 @@ fn poses(arguments: &ReachArgs) -> Result<Vec<[f64; 6]>, Failure> {
         poses.push(pose);
     }
     if let Some(path) = &arguments.csv {
-        let text = kernel::files::read_to_string(path)
+        let text = files::read_text(path, Bound::POSES)
             .map_err(|error| wrong(format!("{}: {error}; give a text file of poses, {FORM} a line", path.display())))?;
         poses.append(&mut poses_of_file(&text, path).map_err(wrong)?);
     }

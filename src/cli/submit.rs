@@ -23,7 +23,10 @@ use factory::{
     cluster::{Backend, Container, Resources, Submission, SubmissionFile, TaskPlan},
 };
 use format::dataset::{DatasetError, layout, read_mark, scan_shards};
-use kernel::words::{counted, number_ranges};
+use kernel::{
+    files::{self, Bound},
+    words::{counted, number_ranges},
+};
 
 /// Record of what was sent, in the folder [`layout::CLUSTER`] beside scripts and [`LOGS`].
 const RECORD: &str = "submit.json";
@@ -168,7 +171,7 @@ fn container(arguments: &SubmitArgs) -> Result<Option<Container>, Failure> {
 /// Reads what was sent before: the submission, and the tasks whose shards are missing.
 fn again(arguments: &SubmitArgs, folder: &Path) -> Result<(Submission, Vec<u32>), Failure> {
     let path = folder.join(RECORD);
-    let text = kernel::files::read(&path).map_err(|error| {
+    let text = files::read(&path, Bound::SUBMISSION).map_err(|error| {
         let message = format!("{}: {error}; `submit JOB --out DIR --backend ...` writes it", path.display());
         Failure::message(
             if error.kind() == io::ErrorKind::NotFound { Exit::Failed } else { Exit::InputOutput },

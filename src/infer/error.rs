@@ -109,14 +109,6 @@ pub enum ModelProblem {
         /// The bound.
         most: u64,
     },
-    /// A file beyond its bound.
-    #[error("it has {found} bytes, at most {most} are read; is it the file that the trainer wrote?")]
-    Size {
-        /// Bytes of the file.
-        found: u64,
-        /// The bound.
-        most: u64,
-    },
     /// Weights in another file.
     #[error("weights '{tensor}' lie in another file; export the network with its weights inside (external_data=False)")]
     ExternalData {

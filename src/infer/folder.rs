@@ -2,12 +2,13 @@
 
 use std::{
     collections::BTreeMap,
-    fs,
-    io::Read,
     path::{Path, PathBuf},
 };
 
-use kernel::{files, geom::GridPlacement};
+use kernel::{
+    files::{self, Bound},
+    geom::GridPlacement,
+};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -26,12 +27,6 @@ pub(crate) const MODEL_JSON: &str = "model.json";
 pub(crate) const MODEL_ONNX: &str = "model.onnx";
 pub(crate) const GOLDEN_NPZ: &str = "golden.npz";
 const CARD: &str = "card.md";
-/// Largest `model.json` and `card.md` [bytes].
-const MAX_TEXT: u64 = 1 << 20;
-/// Largest file beside the network [bytes].
-const MAX_FILE: u64 = 1 << 26;
-/// Largest network [bytes]: a message of protobuf is no longer.
-const MAX_NETWORK: u64 = (1 << 31) - 1;
 /// Most files of a model.
 const MAX_FILES: usize = 32;
 
@@ -120,7 +115,7 @@ impl ModelFolder {
     pub(crate) fn open(path: &Path) -> Result<Self, ModelError> {
         let json = path.join(MODEL_JSON);
         let at_json = |problem| ModelError { file: json.clone(), problem };
-        let text = read_up_to(&json, MAX_TEXT).map_err(at_json)?;
+        let text = files::read(&json, Bound::MODEL_TABLE).map_err(|error| at_json(error.into()))?;
         // Models of other kinds have other keys.
         if let Ok(FormatVersion { format }) = serde_json::from_slice(&text)
             && format != FORMAT
@@ -139,12 +134,7 @@ impl ModelFolder {
         for (name, stated) in &facts.files {
             let file = path.join(name);
             let failed = |problem| ModelError { file: file.clone(), problem };
-            let most = match name.as_str() {
-                MODEL_ONNX => MAX_NETWORK,
-                CARD => MAX_TEXT,
-                _ => MAX_FILE,
-            };
-            let content = read_up_to(&file, most).map_err(failed)?;
+            let content = files::read(&file, bound_of(name)).map_err(|error| failed(error.into()))?;
             let calculated = sha256(&content);
             if calculated != *stated {
                 return Err(failed(ModelProblem::Digest { calculated, stated: stated.clone() }));
@@ -163,20 +153,6 @@ impl ModelFolder {
             facts,
         })
     }
-}
-
-/// Reads a regular file whole, unless it is larger than `most` bytes.
-fn read_up_to(path: &Path, most: u64) -> Result<Vec<u8>, ModelProblem> {
-    let file = files::open(path)?;
-    let found = file.metadata()?.len();
-    if found > most {
-        return Err(ModelProblem::Size { found, most });
-    }
-    let mut content = Vec::new();
-    content.try_reserve_exact(found as usize).map_err(std::io::Error::from)?;
-    // A file that grows meanwhile is read as far as it was; its digest tells.
-    file.take(found).read_to_end(&mut content)?;
-    Ok(content)
 }
 
 pub(crate) fn sha256(bytes: &[u8]) -> String {
@@ -214,6 +190,15 @@ fn check_values(facts: &ModelFacts) -> Result<Vec<InputName>, ModelProblem> {
         return wrong("thresholds", format!("{occupancy} and {coverage}"), "numbers between 0 and 1".to_owned());
     }
     Ok(inputs)
+}
+
+/// The bound of a file beside `model.json`.
+fn bound_of(name: &str) -> Bound {
+    match name {
+        MODEL_ONNX => Bound::NETWORK,
+        CARD => Bound::MODEL_TEXT,
+        _ => Bound::MODEL_DATA,
+    }
 }
 
 /// Refuses names that lead elsewhere, and files that are missing in the list.

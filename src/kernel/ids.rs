@@ -1,6 +1,9 @@
 //! Names of things: digests and the typed ids built on them.
 
-use std::fmt;
+use std::{
+    fmt,
+    io::{self, Read},
+};
 
 /// A BLAKE3 digest (32 bytes).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -10,6 +13,23 @@ impl Digest {
     /// Digest of `bytes`.
     pub fn of(bytes: &[u8]) -> Self {
         Self(*blake3::hash(bytes).as_bytes())
+    }
+
+    /// Digest and count of the bytes of a reader, one piece in memory at a time.
+    ///
+    /// # Errors
+    /// An error of the reader.
+    pub fn of_reader(mut reader: impl Read) -> io::Result<(Self, u64)> {
+        let (mut hasher, mut buffer, mut bytes) = (blake3::Hasher::new(), vec![0; 256 << 10], 0);
+        loop {
+            let read = match reader.read(&mut buffer) {
+                Ok(0) => return Ok((Self(*hasher.finalize().as_bytes()), bytes)),
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                read => read?,
+            };
+            hasher.update(&buffer[..read]);
+            bytes += read as u64;
+        }
     }
 
     /// Digest of several byte strings, each prefixed by its length so that no two lists collide.

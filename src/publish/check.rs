@@ -14,6 +14,7 @@ use super::release::{
     staging::files_below,
 };
 use format::dataset::{DatasetError, Manifest, Problem, VerifyReport};
+use kernel::files::{self, Bound};
 
 const REMEDY: &str = "fetch the release again, or make it anew with `graspmill release`";
 
@@ -50,7 +51,7 @@ impl ReleaseCheck {
 /// When the list or the manifest can't be read, or the operating system refuses to list the folder.
 pub fn check_release(folder: &Path) -> Result<Option<ReleaseCheck>, DatasetError> {
     let path = folder.join(CHECKSUMS);
-    let bytes = match kernel::files::read(&path) {
+    let bytes = match files::read(&path, Bound::RELEASE_TEXT) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(DatasetError::Io { action: "reading", path, source }),
@@ -100,7 +101,7 @@ fn check_files(folder: &Path, listed: &BTreeMap<String, String>) -> Result<Vec<P
 
 /// The recipe, where it is one of this very dataset.
 fn read_recipe(folder: &Path, manifest: &Manifest, problems: &mut Vec<Problem>) -> Option<Recipe> {
-    let text = kernel::files::read(&folder.join(RECIPE)).ok()?;
+    let text = files::read(&folder.join(RECIPE), Bound::RELEASE_TEXT).ok()?;
     let recipe: Recipe = match serde_json::from_slice(&text) {
         Ok(recipe) => recipe,
         Err(error) => {
@@ -129,14 +130,15 @@ fn other_root(found: &str, manifest: &Manifest) -> String {
 fn check_documents(folder: &Path, manifest: &Manifest, listed: &BTreeMap<String, String>, problems: &mut Vec<Problem>) {
     let root = manifest.root.hex();
     for path in [CARD, CITATION, LICENCES, CROISSANT, PROVENANCE] {
-        match kernel::files::read_to_string(&folder.join(path)) {
+        match files::read_text(&folder.join(path), Bound::RELEASE_TEXT) {
             Ok(text) if text.contains(&root) => {}
             Ok(_) => problems.push(problem(path, format!("it does not name the manifest's root {root}"))),
             Err(error) => problems.push(problem(path, error.to_string())),
         }
     }
-    let json =
-        |path: &str| -> Option<Value> { serde_json::from_slice(&kernel::files::read(&folder.join(path)).ok()?).ok() };
+    let json = |path: &str| -> Option<Value> {
+        serde_json::from_slice(&files::read(&folder.join(path), Bound::RELEASE_TEXT).ok()?).ok()
+    };
     let mut compare = |path: &str, name: &str, sha256: Option<&str>| {
         if sha256 != listed.get(name).map(String::as_str) {
             problems.push(problem(path, format!("it names another SHA-256 of {name} than {CHECKSUMS}")));

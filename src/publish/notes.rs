@@ -5,13 +5,14 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs, io,
-    path::{Path, PathBuf},
+    io,
+    path::Path,
 };
 
 use serde::{Deserialize, Serialize};
 
 use format::dataset::DatasetError;
+use kernel::files::{self, Bound};
 
 /// The file's name.
 const NOTES: &str = "notes.json";
@@ -71,7 +72,7 @@ impl RunNotes {
     /// When the file can't be read or is no such JSON.
     pub fn read(folder: &Path) -> Result<Self, DatasetError> {
         let path = folder.join(NOTES);
-        match kernel::files::read(&path) {
+        match files::read(&path, Bound::NOTES) {
             Ok(text) => serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
                 path,
                 problem: error.to_string(),
@@ -94,16 +95,7 @@ impl RunNotes {
 
 /// Writes a file under a temporary name beside it and renames it, so that no reader sees half of it.
 pub(super) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
-    let target = kernel::files::replaceable(path).map_err(DatasetError::io("writing", path))?;
-    let mut name = target.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.tmp", std::process::id()));
-    let temporary: PathBuf = target.with_file_name(name);
-    let written = fs::write(&temporary, bytes).and_then(|()| fs::rename(&temporary, &target));
-    written.map_err(|source| {
-        // The rest of a failed write helps nobody; the first error is the one to report.
-        let _ = fs::remove_file(&temporary);
-        DatasetError::Io { action: "writing", path: path.to_owned(), source }
-    })
+    files::replace(path, bytes).map_err(DatasetError::io("writing", path))
 }
 
 /// A count of a run's leak check by its name.

@@ -14,6 +14,7 @@ use super::{
 use form::{Checker, FormError, Path, Problem, did_you_mean, first_repeated, fits_path};
 use kernel::{
     assets::{self, FolderError, MeshOrigin, MeshRefusal, MeshSource, ScaleRule},
+    files::{self, Bound},
     ids::{Digest, ObjectId},
     object::MadeOf,
 };
@@ -248,7 +249,7 @@ fn rows(
     let known: BTreeSet<&str> = names.iter().map(String::as_str).collect();
     if let Some(table) = &entry.table {
         let target = tidy(&folder.join(table));
-        match kernel::files::read_to_string(&target) {
+        match files::read_text(&target, Bound::CSV) {
             Ok(text) => {
                 let (read, errors) = mesh_table::read(&target.display().to_string(), &text);
                 checker.add_errors(errors);

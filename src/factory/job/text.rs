@@ -1,5 +1,6 @@
 //! Job files as text.
 
+use kernel::files::{self, Bound};
 use std::{
     io,
     path::{Path, PathBuf},
@@ -33,7 +34,7 @@ impl JobText {
         Ok(Self {
             label: path.display().to_string(),
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
-            text: kernel::files::read_to_string(path)?,
+            text: files::read_text(path, Bound::JOB)?,
             overrides: overrides.to_vec(),
         })
     }

@@ -6,7 +6,10 @@ use super::{
     DatasetError, DatasetReader,
     layout::{ASSETS, JOB},
 };
-use kernel::ids::ObjectId;
+use kernel::{
+    files::{self, Bound},
+    ids::ObjectId,
+};
 
 /// `assets.json`: the objects, sorted by id, the hands that touched, and the meshes that could not be used.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -55,7 +58,7 @@ impl DatasetReader {
     /// When it is missing or damaged.
     pub fn assets(&self) -> Result<AssetTable, DatasetError> {
         let path = self.folder().join(ASSETS);
-        let text = kernel::files::read(&path).map_err(DatasetError::io("reading", &path))?;
+        let text = files::read(&path, Bound::DATASET_TABLE).map_err(DatasetError::io("reading", &path))?;
         serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
             path,
             problem: error.to_string(),
@@ -69,6 +72,6 @@ impl DatasetReader {
     /// When it is missing or no text.
     pub fn job_text(&self) -> Result<String, DatasetError> {
         let path = self.folder().join(JOB);
-        kernel::files::read_to_string(&path).map_err(DatasetError::io("reading", &path))
+        files::read_text(&path, Bound::JOB).map_err(DatasetError::io("reading", &path))
     }
 }

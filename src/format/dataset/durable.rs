@@ -71,7 +71,7 @@ pub(crate) fn write_file(folder: &Path, name: &str, content: &[u8]) -> Result<Pa
 
 /// Makes renames in a folder last through a power cut.
 pub(super) fn sync_folder(folder: &Path) -> Result<(), DatasetError> {
-    kernel::files::sync_folder(folder).map_err(DatasetError::io("syncing", folder))
+    kernel::files::Folder::at(folder).sync().map_err(DatasetError::io("syncing", folder))
 }
 
 /// Whether a temporary file is a leftover: nobody holds its lock. What is no regular file is none, and is not opened: a FIFO

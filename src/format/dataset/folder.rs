@@ -15,7 +15,10 @@ use super::{
     layout::{CLUSTER, MANIFEST, RUN, SHARDS, ShardName},
 };
 use crate::{FORMAT_VERSION, Product};
-use kernel::ids::{Digest, JobDigest, ShardId};
+use kernel::{
+    files::{self, Bound},
+    ids::{Digest, JobDigest, ShardId},
+};
 
 /// Purpose of a folder: `run.json`, written before any shard.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -137,7 +140,7 @@ pub fn read_mark(folder: &Path) -> Result<Option<RunMark>, DatasetError> {
         format_version: u32,
     }
     let path = folder.join(RUN);
-    let text = match kernel::files::read(&path) {
+    let text = match files::read(&path, Bound::RUN) {
         Ok(text) => text,
         Err(error) if is_absent(&error) => return Ok(None),
         Err(error) => return Err(DatasetError::io("reading", &path)(error)),
@@ -303,7 +306,7 @@ pub(super) fn sorted_entries(folder: &Path) -> Result<Vec<PathBuf>, DatasetError
 
 /// BLAKE3 and size of a file, read in pieces.
 pub(super) fn hash_file(path: &Path) -> Result<(Digest, u64), DatasetError> {
-    let mut file = kernel::files::open(path).map_err(DatasetError::io("reading", path))?;
+    let mut file = files::open(path).map_err(DatasetError::io("reading", path))?;
     let mut hasher = blake3::Hasher::new();
     let mut buffer = vec![0; 256 << 10];
     let mut bytes = 0;

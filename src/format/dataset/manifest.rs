@@ -15,6 +15,7 @@ use super::{
 };
 use crate::{Channel, FORMAT_VERSION, FactKind, Product};
 use kernel::{
+    files::{self, Bound},
     ids::{Digest, JobDigest},
     words::{NumberClass, Split},
 };
@@ -154,7 +155,7 @@ impl Manifest {
             format_version: u32,
         }
         let path = folder.join(MANIFEST);
-        let text = kernel::files::read(&path).map_err(|error| match is_absent(&error) {
+        let text = files::read(&path, Bound::MANIFEST).map_err(|error| match is_absent(&error) {
             true => without_manifest(folder),
             false => DatasetError::io("reading", &path)(error),
         })?;

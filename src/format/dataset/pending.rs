@@ -8,6 +8,7 @@ use super::{
     DatasetError, DatasetHeader, durable,
     layout::{JOB, PENDING},
 };
+use kernel::files::{self, Bound};
 
 /// `pending.json`: what the tables of a dataset will say that does not follow from its `job.toml`, which names usable meshes
 /// alone.
@@ -30,7 +31,7 @@ pub fn write_pending(folder: &Path, header: &DatasetHeader) -> Result<(), Datase
     let text = serde_json::to_string_pretty(&pending).expect("plain data") + "\n";
     for (name, content) in [(JOB, job_text), (PENDING, &text)] {
         let path = folder.join(name);
-        let stands = match kernel::files::read(&path) {
+        let stands = match files::read(&path, Bound::DATASET_TABLE) {
             Ok(found) => found == content.as_bytes(),
             Err(error) if error.kind() == io::ErrorKind::NotFound => false,
             Err(error) => return Err(DatasetError::io("reading", &path)(error)),
@@ -48,7 +49,7 @@ pub fn write_pending(folder: &Path, header: &DatasetHeader) -> Result<(), Datase
 /// When the file can't be read, or is none of ours.
 pub fn read_pending(folder: &Path) -> Result<Option<Pending>, DatasetError> {
     let path = folder.join(PENDING);
-    let text = match kernel::files::read(&path) {
+    let text = match files::read(&path, Bound::DATASET_TABLE) {
         Ok(text) => text,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(DatasetError::io("reading", &path)(error)),

@@ -15,6 +15,7 @@ use super::{
 };
 use crate::{Channel, RecordError};
 use kernel::{
+    files::{self, Bound},
     ids::{ItemId, ObjectId, SampleId, SampleIndex},
     words::{ObjectSplit, Split, SplitTable},
 };
@@ -439,7 +440,7 @@ const NO_SPLIT: u8 = 0x7f;
 
 pub(super) fn read_splits(folder: &Path) -> Result<SplitTable, DatasetError> {
     let path = folder.join(SPLITS);
-    let text = kernel::files::read(&path).map_err(DatasetError::io("reading", &path))?;
+    let text = files::read(&path, Bound::DATASET_TABLE).map_err(DatasetError::io("reading", &path))?;
     let splits: SplitTable = serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
         path: path.clone(),
         problem: error.to_string(),

@@ -17,6 +17,7 @@ use super::{
 };
 use crate::{FORMAT_VERSION, Product};
 use kernel::{
+    files::{self, Bound},
     ids::{Digest, ObjectId},
     words::NumberClass,
 };
@@ -94,7 +95,7 @@ impl SetTable {
     /// When the file can't be read, is no such JSON, names a folder elsewhere, or is of another format version.
     pub fn read(folder: &Path) -> Result<Option<Self>, DatasetError> {
         let path = folder.join(SET);
-        let text = match kernel::files::read(&path) {
+        let text = match files::read(&path, Bound::DATASET_TABLE) {
             Ok(text) => text,
             Err(error) if is_absent(&error) => return Ok(None),
             Err(error) => return Err(DatasetError::io("reading", &path)(error)),

@@ -12,6 +12,7 @@ use super::{
     thin,
 };
 use crate::{
+    files,
     geom::{SolidGrid, TriMesh},
     remedy,
     voxel::solid_occupancy,
@@ -84,7 +85,7 @@ impl MeshCheckReport {
 pub fn check_report(paths: &[PathBuf], scale: ScaleRule, size: SizeRule) -> MeshCheckReport {
     let mut meshes: Vec<MeshCheckRow> = Vec::new();
     for path in paths {
-        if !path.is_dir() {
+        if !files::is_folder(path) {
             meshes.push(check(path, scale, size));
             continue;
         }

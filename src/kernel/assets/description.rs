@@ -7,7 +7,11 @@ use std::{
 };
 
 use super::description_limits::{DescriptionTooLarge, MAX_COPIES, check_values, copies};
-use crate::{ids::Digest, remedy};
+use crate::{
+    files::{self, Bound},
+    ids::Digest,
+    remedy,
+};
 
 /// Why a description has no digest.
 #[derive(Debug, thiserror::Error)]
@@ -93,7 +97,11 @@ impl Description {
     pub fn of_hand(path: &Path) -> Result<Self, DescriptionError> {
         let Self { name, digest } = Self::read(path)?;
         let table = path.with_extension(TABLE);
-        let bytes = crate::files::read(&table).map_err(|source| DescriptionError { path: table, by: None, source })?;
+        let bytes = files::read(&table, Bound::HAND_TABLE).map_err(|source| DescriptionError {
+            path: table,
+            by: None,
+            source,
+        })?;
         let digest = Digest::of_parts([b"graspmill hand".as_slice(), &digest.0, &Digest::of(&bytes).0]);
         Ok(Self { name, digest })
     }
@@ -159,7 +167,8 @@ impl<'a> Walk<'a> {
                 let stripped = file.file_name().filter(|_| self.folders.strip && !is_text).map(Path::new);
                 let named = below.join(stripped.unwrap_or(file));
                 let beside = path.parent().unwrap_or(Path::new("")).join(file);
-                let file = Some(self.main.join(named)).filter(|file| file.exists() || !beside.exists());
+                let file =
+                    Some(self.main.join(named)).filter(|file| files::is_present(file) || !files::is_present(&beside));
                 let file = file.unwrap_or(beside);
                 if self.seen.insert(file.clone()) {
                     if is_text { self.text(&file, Some(path))? } else { self.data(&file, Some(path))? }
@@ -188,7 +197,7 @@ impl<'a> Walk<'a> {
     }
 
     fn bytes(&mut self, path: &Path, by: Option<&Path>) -> Result<Vec<u8>, DescriptionError> {
-        let bytes = crate::files::read(path).map_err(unreadable(path, by))?;
+        let bytes = files::read(path, Bound::DESCRIPTION).map_err(unreadable(path, by))?;
         if let Some(digests) = &mut self.digests {
             digests.push(Digest::of(&bytes));
         }
@@ -197,10 +206,11 @@ impl<'a> Walk<'a> {
 
     /// A file that names no others: a mesh, a height field, a texture.
     fn data(&mut self, path: &Path, by: Option<&Path>) -> Result<(), DescriptionError> {
-        match self.digests {
-            Some(_) => self.bytes(path, by).map(drop),
-            None => crate::files::open(path).map(drop).map_err(unreadable(path, by)),
+        let file = files::open_bounded(path, Bound::DESCRIPTION_DATA).map_err(unreadable(path, by))?;
+        if let Some(digests) = &mut self.digests {
+            digests.push(Digest::of_reader(file).map_err(unreadable(path, by))?.0);
         }
+        Ok(())
     }
 
     fn compiler(&mut self, element: &Element) {

@@ -6,7 +6,7 @@ use std::{
 };
 
 use super::{AssetRecord, read::is_mesh_name};
-use crate::remedy;
+use crate::{files, remedy};
 
 /// A folder that cannot be listed.
 #[derive(Debug, thiserror::Error)]
@@ -31,15 +31,13 @@ pub fn list_folder(folder: &Path) -> Result<Vec<PathBuf>, FolderError> {
     let mut folders = vec![folder.to_owned()];
     while let Some(current) = folders.pop() {
         let fail = |error| FolderError { folder: current.clone(), error };
-        for entry in std::fs::read_dir(&current).map_err(fail)? {
-            let entry = entry.map_err(fail)?;
-            let path = entry.path();
-            if entry.file_name().as_encoded_bytes().starts_with(b".") {
+        for (path, is_folder) in files::list(&current).map_err(fail)? {
+            if path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b".")) {
                 continue;
             }
-            if entry.file_type().map_err(fail)?.is_dir() {
+            if is_folder {
                 folders.push(path);
-            } else if is_mesh_name(&path) && path.is_file() {
+            } else if is_mesh_name(&path) && files::is_file(&path) {
                 found.push(path);
             }
         }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use kernel::files;
+use kernel::files::{self, Bound};
 
 use super::{
     description::{CENTRE_AT_ZERO, CameraDescription},
@@ -48,7 +48,7 @@ impl CameraDescription {
                 return Err(failed(CameraProblem::content("the name", "an unknown kind of file", remedy)));
             }
         };
-        let text = files::read_to_string(path).map_err(|error| failed(error.into()))?;
+        let text = files::read_text(path, Bound::CAMERA).map_err(|error| failed(error.into()))?;
         parse(&text).and_then(Self::checked).map_err(failed)
     }
 

@@ -2,7 +2,7 @@
 
 use std::{io::Cursor, path::Path};
 
-use kernel::files;
+use kernel::files::{self, Bound};
 
 use super::{
     FrameError,
@@ -17,7 +17,7 @@ use crate::frame::DepthFrame;
 /// With the file, what is wrong in it and the remedy.
 pub fn read_mask(path: &Path, frame: &DepthFrame) -> Result<Vec<u32>, FrameError> {
     let failed = |problem| FrameError { file: path.to_owned(), problem };
-    let bytes = files::read(path).map_err(|error| failed(error.into()))?;
+    let bytes = files::read(path, Bound::MASK).map_err(|error| failed(error.into()))?;
     parse(&bytes, frame).map_err(failed)
 }
 

@@ -11,7 +11,11 @@ mod raw;
 
 use std::path::{Path, PathBuf};
 
-use kernel::{files, geom::Intrinsics, ids::Digest};
+use kernel::{
+    files::{self, Bound},
+    geom::Intrinsics,
+    ids::Digest,
+};
 
 use crate::{
     camera::{CameraDescription, rectified},
@@ -67,7 +71,7 @@ pub fn read_frame(path: &Path, rule: &FrameRule) -> Result<LabelledFrame, FrameE
     if !["png", "npy", "pcd", "ply"].contains(&kind.as_str()) {
         return Err(failed(FrameProblem::Kind));
     }
-    let bytes = files::read(path).map_err(|error| failed(error.into()))?;
+    let bytes = files::read(path, Bound::PICTURE).map_err(|error| failed(error.into()))?;
     let raw = match kind.as_str() {
         "png" => picture::parse(&bytes, rule.depth_scale),
         "npy" => npy::parse(&bytes, rule.depth_scale),

@@ -46,7 +46,10 @@ use super::{
     report::report,
 };
 use format::dataset::{DatasetError, DatasetReader, FileEntry, Manifest, VerifyLevel, VerifyOptions, layout, verify};
-use kernel::ids::Digest;
+use kernel::{
+    files::{self, Bound},
+    ids::Digest,
+};
 use tables::ParquetIndex;
 
 /// The card.
@@ -108,7 +111,7 @@ pub fn make_release(options: &ReleaseOptions) -> Result<Published, ReleaseError>
     let reader = DatasetReader::open(options.folder)?;
     let rows = assets::rows(&reader)?;
     let names: Vec<&str> = rows.iter().map(|(_, row)| row.name.as_str()).collect();
-    let about_text = kernel::files::read_to_string(options.about)
+    let about_text = files::read_text(options.about, Bound::ABOUT)
         .map_err(|source| ReleaseError::NoAbout { path: options.about.to_owned(), source })?;
     let about = About::read(options.about, &about_text, &names).map_err(ReleaseError::About)?;
     let job = job_table(&reader)?;

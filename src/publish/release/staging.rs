@@ -66,7 +66,7 @@ impl Staging {
             kernel::files::open(path).and_then(|file| file.sync_all()).map_err(DatasetError::io("syncing", path))?;
         }
         for path in folders {
-            kernel::files::sync_folder(path).map_err(DatasetError::io("syncing", path))?;
+            kernel::files::Folder::at(path).sync().map_err(DatasetError::io("syncing", path))?;
         }
         self.0.publish()
     }

@@ -15,7 +15,10 @@ use crate::{
 };
 use form::{Checker, Path};
 use format::SceneImage;
-use kernel::geom::Intrinsics;
+use kernel::{
+    files::{self, Bound},
+    geom::Intrinsics,
+};
 
 /// Smallest distance seen where the job says none [m].
 const NEAR: f64 = 0.01;
@@ -141,7 +144,7 @@ fn intrinsics(checker: &mut Checker, path: &Path, entry: &ViewCameraSpec) -> Opt
 
 /// The poses of a file; `None` when something is wrong, which is reported.
 fn read_poses(checker: &mut Checker, key: &Path, file: &FilePath) -> Option<Vec<[f64; 7]>> {
-    let text = match kernel::files::read_to_string(file) {
+    let text = match files::read_text(file, Bound::CSV) {
         Ok(text) => text,
         Err(error) => {
             checker.not_found(key, "file of poses", format!("{}: {error}", file.display()));

@@ -28,6 +28,7 @@ use super::{
 };
 use crate::{Channel, FORMAT_VERSION};
 use kernel::{
+    files::{self, Bound},
     ids::{Digest, ObjectId},
     words::{Split, SplitTable},
 };
@@ -67,7 +68,7 @@ pub(super) struct AssetRows {
 }
 
 pub(super) fn read_assets(folder: &Path) -> Result<AssetRows, String> {
-    let text = kernel::files::read(&folder.join(ASSETS)).map_err(|error| error.to_string())?;
+    let text = files::read(&folder.join(ASSETS), Bound::DATASET_TABLE).map_err(|error| error.to_string())?;
     let rows: AssetRows = serde_json::from_slice(&text).map_err(|error| error.to_string())?;
     match rows.format_version {
         FORMAT_VERSION => Ok(rows),
@@ -128,7 +129,7 @@ pub(super) fn check_mark(folder: &Path, manifest: &Manifest, problems: &mut Vec<
             manifest.counts.samples
         );
         problems.push(whole(RUN, what, remedy));
-    } else if kernel::files::read(&folder.join(RUN)).is_ok_and(|bytes| bytes != mark_text(&mark).as_bytes()) {
+    } else if files::read(&folder.join(RUN), Bound::RUN).is_ok_and(|bytes| bytes != mark_text(&mark).as_bytes()) {
         problems.push(whole(RUN, "its bytes are not the ones that a run writes".to_owned(), remedy));
     }
 }
@@ -176,7 +177,7 @@ impl<'a> RowChecks<'a> {
         let index_digest = Arc::new(Mutex::new(blake3::Hasher::new()));
         let sink = Box::new(DigestSink(Arc::clone(&index_digest)));
         let index = index.and_then(|format| format.begin(sink, &index_columns(manifest.product, &channels)).ok());
-        let rejects = match kernel::files::open(&folder.join(REJECTS)) {
+        let rejects = match files::open(&folder.join(REJECTS)) {
             Ok(file) => Some(BufReader::new(file).lines()),
             Err(error) => {
                 if !problems.iter().any(|problem| problem.file == REJECTS) {
@@ -308,7 +309,7 @@ pub(super) fn check_splits(
 pub(super) fn check_preview(folder: &Path, notes: &mut Vec<String>) {
     let path = folder.join(PREVIEW);
     let read = || -> Result<(), String> {
-        let file = kernel::files::open(&path).map_err(|error| error.to_string())?;
+        let file = files::open(&path).map_err(|error| error.to_string())?;
         let bytes = file.metadata().map_err(|error| error.to_string())?.len();
         let summary = read_summary(&file, bytes).map_err(|error| error.to_string())?;
         for record in records(&summary) {

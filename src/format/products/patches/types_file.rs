@@ -8,7 +8,10 @@ use crate::dataset::{
     durable::{self, json_text},
     error::REWRITE,
 };
-use kernel::words::GraspTypeCounts;
+use kernel::{
+    files::{self, Bound},
+    words::GraspTypeCounts,
+};
 
 /// Writes the table.
 ///
@@ -24,7 +27,7 @@ pub fn write_types(folder: &Path, types: &GraspTypeCounts) -> Result<(), Dataset
 /// When the file is missing or damaged.
 pub fn read_types(folder: &Path) -> Result<GraspTypeCounts, DatasetError> {
     let path = folder.join(TYPES);
-    let text = kernel::files::read(&path).map_err(DatasetError::io("reading", &path))?;
+    let text = files::read(&path, Bound::DATASET_TABLE).map_err(DatasetError::io("reading", &path))?;
     serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
         path: path.clone(),
         problem: error.to_string(),

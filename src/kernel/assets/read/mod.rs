@@ -15,10 +15,11 @@ pub(super) use self::raw::RawMesh;
 
 use self::raw::CONVERT;
 use super::{MeshRefusal, Refuse};
-use crate::{geom::Triangles, remedy};
-
-/// Largest file that is read [bytes]: about 21 million binary STL triangles.
-const LARGEST_FILE: u64 = 1 << 30;
+use crate::{
+    files::{self, Bound, FileRefusal},
+    geom::Triangles,
+    remedy,
+};
 
 /// Reads a mesh file: its bytes (for the digest) and its triangles.
 pub(super) fn read(path: &Path) -> Result<(Vec<u8>, RawMesh), MeshRefusal> {
@@ -40,21 +41,42 @@ pub fn read_triangles(path: &Path) -> Result<Triangles, MeshRefusal> {
 }
 
 fn load(path: &Path) -> Result<Vec<u8>, Refuse> {
-    let unreadable = |error: std::io::Error| match error.kind() {
-        std::io::ErrorKind::NotFound => {
+    let unreadable = |error: std::io::Error| match (error.kind(), FileRefusal::of(&error)) {
+        (std::io::ErrorKind::NotFound, _) => {
             Refuse::new("not_found", "no such file", "check the path, which starts at the job file's folder")
+        }
+        (_, Some(FileRefusal::NotRegular { found: "a folder" })) => {
+            Refuse::new("unreadable", "is a folder", "name a mesh file, or list the folder as `folder = ...`")
+        }
+        (_, Some(FileRefusal::TooLarge { size, bound })) => {
+            let problem = format!("holds {size} bytes; at most {} are read", bound.bytes);
+            Refuse::new("too_big_file", problem, "simplify the mesh: a million triangles are plenty")
         }
         _ => Refuse::new("unreadable", format!("cannot be read: {error}"), remedy::for_reading(&error)),
     };
-    let facts = std::fs::metadata(path).map_err(unreadable)?;
-    if facts.is_dir() {
-        return Err(Refuse::new("unreadable", "is a folder", "name a mesh file, or list the folder as `folder = ...`"));
+    let mut file = files::open_bounded(path, Bound::MESH).map_err(unreadable)?;
+    // What has no head of its format is refused by its first bytes.
+    let head = files::peek(&file).map_err(unreadable)?;
+    if let (Some(refuse), true) = (judged(path, &head), head.len() as u64 == files::HEAD_BYTES) {
+        return Err(refuse);
     }
-    if facts.len() > LARGEST_FILE {
-        let problem = format!("holds {} bytes; at most {LARGEST_FILE} are read", facts.len());
-        return Err(Refuse::new("too_big_file", problem, "simplify the mesh: a million triangles are plenty"));
-    }
-    crate::files::read(path).map_err(unreadable)
+    files::read_open(&mut file, Bound::MESH).map_err(unreadable)
+}
+
+/// Refusal of a file by its first bytes, where a reader needs no others for it.
+fn judged(path: &Path, head: &[u8]) -> Option<Refuse> {
+    let has_head = match extension_of(path).as_deref() {
+        Some("ply") => text::without_mark(head).starts_with(b"ply"),
+        // Text has no zero byte.
+        Some("obj" | "off") => !head.contains(&0),
+        Some("stl") => return None,
+        _ => false,
+    };
+    if has_head { None } else { parse(path, head).err() }
+}
+
+fn extension_of(path: &Path) -> Option<String> {
+    path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase())
 }
 
 fn parse(path: &Path, bytes: &[u8]) -> Result<RawMesh, Refuse> {
@@ -64,7 +86,7 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<RawMesh, Refuse> {
     if bytes.starts_with(b"version https://git-lfs") {
         return Err(Refuse::new("lfs_pointer", "a Git LFS pointer stands in for the mesh", "run git lfs pull"));
     }
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
+    let extension = extension_of(path);
     let reader: fn(&[u8]) -> Result<RawMesh, Refuse> = match extension.as_deref() {
         Some("stl") => stl::read,
         Some("obj") => obj::read,
@@ -93,6 +115,5 @@ fn read_faces(reader: fn(&[u8]) -> Result<RawMesh, Refuse>, bytes: &[u8]) -> Res
 
 /// Whether the name of a file ends like a mesh: a format that is read here, or one that is refused with a remedy.
 pub(super) fn is_mesh_name(path: &Path) -> bool {
-    let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-    matches!(extension.as_deref(), Some("stl" | "obj" | "ply" | "off" | "glb" | "gltf" | "dae" | "3mf"))
+    matches!(extension_of(path).as_deref(), Some("stl" | "obj" | "ply" | "off" | "glb" | "gltf" | "dae" | "3mf"))
 }

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::chart::{grouped, percent};
 use format::dataset::{DatasetError, Manifest};
+use kernel::files::{self, Bound};
 
 /// Where a replay of the dataset's own trials stands in its folder.
 const AGREEMENT: &str = "replay/agreement.json";
@@ -69,7 +70,7 @@ struct OtherView {
 /// When the file can't be read, or is of another dataset.
 pub(crate) fn replay(folder: &Path, manifest: &Manifest) -> Result<Option<ReplayView>, DatasetError> {
     let path = folder.join(AGREEMENT);
-    let text = match kernel::files::read_to_string(&path) {
+    let text = match files::read_text(&path, Bound::REPLAY) {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(DatasetError::Io { action: "reading", path, source }),

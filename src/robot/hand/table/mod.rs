@@ -11,6 +11,7 @@ use std::{
 use self::spec::HandTableSpec;
 use super::{Hand, Skeleton};
 use form::{Checker, FormErrors, Schema, decode, schema_of};
+use kernel::files::{self, Bound};
 
 static SCHEMA: LazyLock<Schema> = LazyLock::new(|| schema_of::<HandTableSpec>("table of a graspmill hand"));
 
@@ -53,7 +54,7 @@ impl HandTable {
     pub fn read(file: &Path) -> Result<Self, HandTableError> {
         let unreadable =
             |error: std::io::Error| HandTableError::Unreadable { file: file.to_owned(), message: error.to_string() };
-        Self::parse(file, &kernel::files::read_to_string(file).map_err(unreadable)?)
+        Self::parse(file, &files::read_text(file, Bound::HAND_TABLE).map_err(unreadable)?)
     }
 
     /// A table out of text; `file` is its name in messages.

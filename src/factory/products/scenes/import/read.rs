@@ -11,7 +11,10 @@ use super::{
 };
 use crate::products::listed_pose::check_pose;
 use form::{Checker, FormError, Path};
-use kernel::{files, words::Split};
+use kernel::{
+    files::{self, Bound},
+    words::Split,
+};
 
 /// Key that lists scenes in the job itself.
 const LISTED: &str = "import.scenes";
@@ -119,7 +122,7 @@ fn of_folders(
     for (index, name) in folders.iter().enumerate() {
         let files = bop::FILES.map(|file| folder.join(name).join(file));
         let mut text = |file: &FilePath| {
-            let read = files::read_to_string(file);
+            let read = files::read_text(file, Bound::BOP);
             let problem = read.as_ref().err().map(|error| format!("{}: {error}", file.display()));
             if let Some(problem) = problem {
                 let report = checker.not_found(Path::from(bop::KEY).index(index), "file of BOP", problem);
@@ -143,7 +146,7 @@ fn of_folders(
 
 /// Scenes of a CSV file.
 fn of_table(checker: &mut Checker, file: &FilePath) -> Vec<FoundScene> {
-    match files::read_to_string(file) {
+    match files::read_text(file, Bound::CSV) {
         Ok(text) => {
             let (scenes, errors) = table::scenes_of_table(&file.display().to_string(), &text);
             checker.add_errors(errors);

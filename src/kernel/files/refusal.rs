@@ -1,0 +1,53 @@
+//! Files that are not opened, whatever the operating system would allow.
+
+use std::{io, path::PathBuf};
+
+use super::Bound;
+
+/// Why a file is not opened, read or replaced, inside an [`io::Error`] of the kind [`io::ErrorKind::InvalidInput`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FileRefusal {
+    /// It is no regular file.
+    #[error("it is {found}, not a regular file; replace it by one")]
+    NotRegular {
+        /// Kind of file, with its article: `a FIFO`.
+        found: &'static str,
+    },
+    /// A part of its path inside a [`super::Folder`] is a symbolic link.
+    #[error(
+        "{} is a symbolic link, and links inside this folder are not followed; replace it by a copy of what it leads to \
+         (`cp -rL`)",
+        path.display()
+    )]
+    Link {
+        /// The link.
+        path: PathBuf,
+    },
+    /// A part of its path inside a [`super::Folder`] is no name of a file or folder.
+    #[error("'{name}' leads out of the folder; give a name inside it")]
+    Outside {
+        /// The path.
+        name: String,
+    },
+    /// It is larger than files of its kind may be.
+    #[error("it has {size} bytes, and {} may have at most {}; check that it is the right file", bound.kind, bound.bytes)]
+    TooLarge {
+        /// Size [bytes].
+        size: u64,
+        /// The bound.
+        bound: Bound,
+    },
+}
+
+impl FileRefusal {
+    /// The refusal inside an error; `None` for an error of the operating system.
+    pub fn of(error: &io::Error) -> Option<&Self> {
+        error.get_ref()?.downcast_ref()
+    }
+}
+
+impl From<FileRefusal> for io::Error {
+    fn from(refusal: FileRefusal) -> Self {
+        Self::new(io::ErrorKind::InvalidInput, refusal)
+    }
+}
