@@ -18,6 +18,7 @@
 //! ```
 //! use graspmill::{
 //!     factory::{Parallelism, RunContext, job::{JobContext, JobText}, run::OpenJob},
+//!     files::Folder,
 //!     format::dataset::{DatasetReader, Selection},
 //! };
 //!
@@ -32,10 +33,11 @@
 //! let job = OpenJob::open(&text, &JobContext::default(), &context)?;
 //!
 //! let folder = tempfile::tempdir()?;
-//! let summary = job.run(folder.path(), &context)?;
+//! let dataset = Folder::at(folder.path());
+//! let summary = job.run(&dataset, &context)?;
 //! assert_eq!((summary.made, summary.manifest.counts.objects), (8, 2));
 //!
-//! for sample in DatasetReader::open(folder.path())?.iter(Selection::default()) {
+//! for sample in DatasetReader::open(&dataset)?.iter(Selection::default()) {
 //!     let pair = sample?.pair()?;
 //!     assert_eq!(pair.both_cells, pair.partial_cells, "what is seen of a solid is part of it");
 //! }
@@ -49,7 +51,7 @@ pub use factory::{self, cluster};
 pub use form;
 pub use format;
 pub use infer;
-pub use kernel::{assets, contact, geom, ids, object, render, seed, voxel, words};
+pub use kernel::{assets, contact, files, geom, ids, object, render, seed, voxel, words};
 pub use measure;
 pub use perception;
 pub use publish::{self, export, preview};

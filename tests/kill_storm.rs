@@ -14,7 +14,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use graspmill::{format::dataset::DatasetReader, seed::Stream};
+use graspmill::{files::Folder, format::dataset::DatasetReader, seed::Stream};
 use support::{
     files::{digest_dataset, list_names, repository_path},
     jobs::{ABOUT, NO_SPLIT, barrett_line, fetch_table},
@@ -110,7 +110,7 @@ fn clutter(folder: &Path, size: u32) -> [String; 5] {
 
 /// Digests of all payloads, or the reason of a reject, by sample.
 fn read_fates(out: &Path) -> BTreeMap<String, String> {
-    let reader = DatasetReader::open(out).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(out)).expect("a dataset");
     let mut found = BTreeMap::new();
     for shard in 0..reader.manifest().shards.len() {
         for row in reader.ledger(shard).expect("a ledger").rows {

@@ -3,6 +3,7 @@
 use std::{fs, path::Path, sync::LazyLock};
 
 use graspmill::{
+    files::Folder,
     format::{
         Channel, PARTIAL_INSIDE_COMPLETE, Product,
         dataset::{DatasetReader, Manifest, Selection, SetTable, VerifyLevel, VerifyOptions, read_mark, verify},
@@ -51,10 +52,10 @@ impl Copy {
     /// Verifies, and reads what can be read.
     fn read(&self, level: VerifyLevel) {
         // What has no manifest or no index is refused, and nothing more is read.
-        let Ok(reader) = DatasetReader::open(self.path()) else { return };
+        let Ok(reader) = DatasetReader::open(&Folder::at(self.path())) else { return };
         let options =
             VerifyOptions { level, rules: &[PARTIAL_INSIDE_COMPLETE], index: Some(&ParquetIndex), threads: 1 };
-        if let Ok(report) = verify(self.path(), options, |_| {}) {
+        if let Ok(report) = verify(&Folder::at(self.path()), options, |_| {}) {
             for problem in &report.problems {
                 assert!(!problem.to_string().is_empty());
             }
@@ -89,10 +90,10 @@ pub fn tables(input: &[u8]) {
     let before = fs::read(&path).ok();
     fs::write(&path, unsealed(bytes)).expect("a file");
     COPY.read(VerifyLevel::Hashes);
-    if let Err(error) = Manifest::read(COPY.path()) {
+    if let Err(error) = Manifest::read(&Folder::at(COPY.path())) {
         assert!(!error.to_string().is_empty());
     }
-    let _ = (read_mark(COPY.path()), SetTable::read(COPY.path()));
+    let _ = (read_mark(&Folder::at(COPY.path())), SetTable::read(&Folder::at(COPY.path())));
     match before {
         Some(before) => fs::write(&path, before).expect("a file"),
         None => fs::remove_file(&path).expect("no file"),
@@ -136,11 +137,11 @@ pub fn beside(input: &[u8]) {
     let bytes = with_checksums(bytes);
     if file.is_multiple_of(2) {
         fs::write(SCRATCH.path().join("field.mcap"), bytes).expect("a file");
-        let _ = read_field(SCRATCH.path());
+        let _ = read_field(&Folder::at(SCRATCH.path()));
         return;
     }
     fs::write(SCRATCH.path().join("shapes.mcap"), bytes).expect("a file");
-    let Ok(shapes) = Shapes::open(SCRATCH.path()) else { return };
+    let Ok(shapes) = Shapes::open(&Folder::at(SCRATCH.path())) else { return };
     let _ = (shapes.hand(), shapes.trial_hand());
     for index in 0..shapes.objects() {
         let _ = shapes.object(index);

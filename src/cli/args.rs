@@ -2,13 +2,14 @@
 
 use std::{fmt, path::PathBuf};
 
-use clap::{Args, Parser, Subcommand, ValueEnum, builder::PossibleValue};
+use clap::{Args, Parser, Subcommand, ValueEnum, ValueHint, builder::PossibleValue};
 
 use super::{
     completion_args::{CompleteArgs, EvaluateCommand, ModelCommand, SegmentArgs},
-    local_path::local_path,
+    local_path::{folder, local_folder, local_path},
 };
 use factory::cluster::TaskChoice;
+use kernel::files::Folder;
 use publish::export::{ExportFormat, FORMATS};
 
 /// Simulation-driven data factory for robotic grasping.
@@ -118,8 +119,8 @@ pub struct RunArgs {
     #[command(flatten)]
     pub job: JobArgs,
     /// The dataset's folder; made if absent.
-    #[arg(short, long, value_name = "DIR", value_parser = local_path())]
-    pub out: PathBuf,
+    #[arg(short, long, value_name = "DIR", value_parser = local_folder(), value_hint = ValueHint::DirPath)]
+    pub out: Folder,
     /// Make one task's share of the shards and leave the dataset open for `merge`: task I (from 0) of N, or `env`, or `env/N`:
     /// as the variables of Slurm, Kubernetes, AWS Batch, Cloud Run, HyperQueue, PBS, Grid Engine, LSF or GNU parallel say.
     #[arg(long, value_name = "I/N")]
@@ -148,7 +149,8 @@ impl RunArgs {
 #[derive(Args, Debug)]
 pub struct MergeArgs {
     /// The dataset's folder.
-    pub dir: PathBuf,
+    #[arg(value_parser = folder(), value_hint = ValueHint::DirPath)]
+    pub dir: Folder,
     /// Wait so many minutes for shards that are missing.
     #[arg(long, value_name = "MINUTES", default_value_t = 0)]
     pub wait: u32,
@@ -166,8 +168,8 @@ pub struct SubmitArgs {
     #[arg(required_unless_present = "retry")]
     pub job: Option<PathBuf>,
     /// The dataset's folder; scripts and logs go to `cluster` in it.
-    #[arg(short, long, value_name = "DIR", value_parser = local_path())]
-    pub out: PathBuf,
+    #[arg(short, long, value_name = "DIR", value_parser = local_folder(), value_hint = ValueHint::DirPath)]
+    pub out: Folder,
     /// Engine that runs the tasks.
     #[arg(long, value_enum, required_unless_present = "retry")]
     pub backend: Option<EngineName>,
@@ -241,7 +243,8 @@ pub enum ProgressMode {
 #[derive(Args, Debug)]
 pub struct DatasetArgs {
     /// The dataset's folder.
-    pub dir: PathBuf,
+    #[arg(value_parser = folder(), value_hint = ValueHint::DirPath)]
+    pub dir: Folder,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
@@ -250,7 +253,8 @@ pub struct DatasetArgs {
 #[derive(Args, Debug)]
 pub struct VerifyArgs {
     /// The dataset's folder.
-    pub dir: PathBuf,
+    #[arg(value_parser = folder(), value_hint = ValueHint::DirPath)]
+    pub dir: Folder,
     /// Make this many random samples again from the manifest alone and compare bytes.
     #[arg(long, value_name = "K")]
     pub regenerate: Option<u64>,
@@ -272,9 +276,11 @@ pub struct VerifyArgs {
 #[derive(Args, Debug)]
 pub struct DiffArgs {
     /// A dataset's folder.
-    pub a: PathBuf,
+    #[arg(value_parser = folder(), value_hint = ValueHint::DirPath)]
+    pub a: Folder,
     /// Another's.
-    pub b: PathBuf,
+    #[arg(value_parser = folder(), value_hint = ValueHint::DirPath)]
+    pub b: Folder,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
@@ -283,7 +289,8 @@ pub struct DiffArgs {
 #[derive(Args, Debug)]
 pub struct ReportArgs {
     /// The folder of a dataset or of a set.
-    pub dir: PathBuf,
+    #[arg(value_parser = folder(), value_hint = ValueHint::DirPath)]
+    pub dir: Folder,
     /// Where to write; `report.html` in that folder by default. With it the page of a set leads nowhere, and only this page is
     /// written.
     #[arg(short, long, value_name = "FILE", value_parser = local_path())]
@@ -296,7 +303,8 @@ pub struct ReportArgs {
 #[derive(Args, Debug)]
 pub struct ReleaseArgs {
     /// The dataset's folder.
-    pub dir: PathBuf,
+    #[arg(value_parser = folder(), value_hint = ValueHint::DirPath)]
+    pub dir: Folder,
     /// The release's folder; must not exist yet or be empty.
     #[arg(short, long, value_name = "REL", value_parser = local_path())]
     pub out: PathBuf,
@@ -314,7 +322,8 @@ pub struct ReleaseArgs {
 #[derive(Args, Debug)]
 pub struct ExportArgs {
     /// The dataset's folder.
-    pub dir: PathBuf,
+    #[arg(value_parser = folder(), value_hint = ValueHint::DirPath)]
+    pub dir: Folder,
     /// The format.
     #[arg(long, value_enum)]
     pub to: ExportFormatName,
@@ -385,7 +394,8 @@ pub enum QueryCommand {
 #[derive(Args, Debug)]
 pub struct ReachArgs {
     /// The dataset's folder.
-    pub dir: PathBuf,
+    #[arg(value_parser = folder(), value_hint = ValueHint::DirPath)]
+    pub dir: Folder,
     /// A pose of the target site, metres and radians (repeatable): `--pose 0.6,0.1,0.9,0,0.5,0.2`.
     #[arg(long, value_name = "X,Y,Z,ROLL,PITCH,YAW", allow_hyphen_values = true)]
     pub pose: Vec<String>,
@@ -483,12 +493,13 @@ pub struct CompletionsArgs {
 #[derive(Args, Debug)]
 pub struct ManArgs {
     /// The folder for them; made if absent.
-    #[arg(short, long, value_name = "DIR", value_parser = local_path())]
-    pub out: PathBuf,
+    #[arg(short, long, value_name = "DIR", value_parser = local_folder(), value_hint = ValueHint::DirPath)]
+    pub out: Folder,
 }
 
 #[derive(Args, Debug)]
 pub struct DigestArgs {
     /// The dataset's folder.
-    pub dir: PathBuf,
+    #[arg(value_parser = folder(), value_hint = ValueHint::DirPath)]
+    pub dir: Folder,
 }

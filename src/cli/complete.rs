@@ -23,7 +23,7 @@ use super::{
     segment::write,
 };
 use format::dataset::NewFolder;
-use kernel::geom::TriMesh;
+use kernel::{files::Folder, geom::TriMesh, words::Show};
 use measure::free_space_violation;
 use perception::read_mask;
 use runtime::completion::{Completed, Completer, CompletionError, CompletionModel, InputName, Scene};
@@ -129,7 +129,7 @@ struct Times {
 /// `graspmill complete` on a picture.
 pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Failure> {
     if arguments.split.is_some() || arguments.limit.is_some() {
-        let message = format!("{} is no dataset: leave out --split and --limit", arguments.picture.depth.display());
+        let message = format!("{} is no dataset: leave out --split and --limit", arguments.picture.depth.shown());
         return Err(Failure::message(Exit::BadSpec, message));
     }
     let world_from_camera = arguments.world.as_deref().map(given_pose).transpose()?;
@@ -158,15 +158,15 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
     let results = complete_all(&completer, scene, &targets, &contacts, arguments.threads);
     let objects = milliseconds_since(began);
     if let (Some(file), Some(error)) = (&arguments.touch, results.iter().find_map(without_contact)) {
-        return Err(Failure::message(Exit::BadSpec, format!("--touch {}: {error}", file.display())));
+        return Err(Failure::message(Exit::BadSpec, format!("--touch {}: {error}", file.shown())));
     }
     let folder = NewFolder::begin(&arguments.out)?;
-    let rows = write_meshes(folder.path(), arguments, &completer, scene, &targets, &results)?;
+    let rows = write_meshes(folder.folder(), arguments, &completer, scene, &targets, &results)?;
     if arguments.to == MeshFormat::Mjcf {
-        write(folder.path(), "scene.xml", scene_xml(scene, &rows, world_from_camera.as_ref()).as_bytes())?;
+        write(folder.folder(), "scene.xml", scene_xml(scene, &rows, world_from_camera.as_ref()).as_bytes())?;
     }
     let meshes: Vec<Option<&TriMesh>> = results.iter().map(|result| Some(&result.as_ref().ok()?.mesh)).collect();
-    write(folder.path(), "overlay.png", &completed_picture(scene, &meshes).to_png())?;
+    write(folder.folder(), "overlay.png", &completed_picture(scene, &meshes).to_png())?;
     let report = SceneReport {
         format: "graspmill scene 1",
         frame: FRAME,
@@ -191,7 +191,7 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
             objects,
         },
     };
-    write(folder.path(), "scene.json", (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
+    write(folder.folder(), "scene.json", (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
     let out = folder.publish()?;
     if arguments.json {
         printer.json(&report)?;
@@ -212,7 +212,7 @@ fn without_contact(result: &ClusterResult) -> Option<&CompletionError> {
 
 /// Writes the meshes of all clusters; a row per cluster.
 fn write_meshes(
-    folder: &Path,
+    folder: &Folder,
     arguments: &CompleteArgs,
     completer: &Completer,
     scene: &Scene,
@@ -437,6 +437,6 @@ fn text(report: &SceneReport<'_>, plane: &str, targets: usize, out: &Path) -> St
         text,
         "T = segment {segment:.1} + {targets} x target {target:.1} + {others} x other {other:.1} ms; all objects in {objects:.1} ms by the clock"
     );
-    _ = write!(text, "{}: meshes, overlay.png, scene.json", out.display());
+    _ = write!(text, "{}: meshes, overlay.png, scene.json", out.shown());
     text
 }

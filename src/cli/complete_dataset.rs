@@ -17,7 +17,7 @@ use super::{
     stored_samples::{StoredSample, choose_samples},
 };
 use format::dataset::NewFolder;
-use kernel::geom::TriMesh;
+use kernel::{files::Folder, geom::TriMesh, words::Show};
 use measure::GridOverlap;
 
 /// Content of `samples.json`.
@@ -50,7 +50,7 @@ struct SampleRow {
 pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Failure> {
     let picture = &arguments.picture;
     if picture.intrinsics.is_some() || picture.plane.is_some() || picture.no_plane || picture.range {
-        let message = format!("{} is a dataset: leave out what is for pictures", picture.depth.display());
+        let message = format!("{} is a dataset: leave out what is for pictures", picture.depth.shown());
         return Err(Failure::message(Exit::BadSpec, message));
     }
     if arguments.to == MeshFormat::Mjcf || arguments.touch.is_some() || arguments.world.is_some() {
@@ -58,7 +58,7 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
         return Err(Failure::message(Exit::BadSpec, message));
     }
     let detail = arguments.detail.unwrap_or(DetailName::Off);
-    let (reader, chosen) = choose_samples(&picture.depth, arguments.split.as_deref(), arguments.limit)?;
+    let (reader, chosen) = choose_samples(&Folder::at(&picture.depth), arguments.split.as_deref(), arguments.limit)?;
     let method = match (&arguments.model, &arguments.method) {
         (Some(folder), _) => CompletionMethod::open(folder)?,
         (None, name) => CompletionMethod::by_name(name.as_deref().unwrap_or_default(), arguments.smoothing, &reader)?,
@@ -87,7 +87,7 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
         let (row, mesh) = result?;
         if let Some(file) = &row.mesh {
             let comments = [format!("sample: {}", row.sample), format!("model: {made_by}")];
-            write(folder.path(), file, &mesh_bytes(&mesh, arguments.to, &comments))?;
+            write(folder.folder(), file, &mesh_bytes(&mesh, arguments.to, &comments))?;
         }
         rows.push(row);
     }
@@ -99,7 +99,7 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
         detail,
         samples: rows,
     };
-    write(folder.path(), "samples.json", (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
+    write(folder.folder(), "samples.json", (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
     let out = folder.publish()?;
     let empty = report.samples.iter().filter(|row| row.mesh.is_none()).count();
     if arguments.json {
@@ -112,7 +112,7 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
             "{meshes} meshes, {empty} samples without; intersection over union {mean:.3} in the mean; {:.1} ms per sample\n{}: \
              meshes, samples.json",
             took / count,
-            out.display()
+            out.shown()
         ));
     }
     Ok(if empty == 0 { Exit::Complete } else { Exit::Refused })

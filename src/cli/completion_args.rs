@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand, ValueEnum, ValueHint};
 
-use super::local_path::local_path;
+use super::local_path::{folder, local_path};
+use kernel::files::Folder;
 use runtime::completion::{Detail, LaplacianRule, NeighbourWeights};
 
 /// A depth picture, its camera, and how it is taken apart.
@@ -233,7 +234,8 @@ pub enum EvaluateCommand {
 #[derive(Args, Debug)]
 pub struct EvaluateCompletionArgs {
     /// The dataset's folder.
-    pub dir: PathBuf,
+    #[arg(value_parser = folder(), value_hint = ValueHint::DirPath)]
+    pub dir: Folder,
     /// A model's folder (repeatable).
     #[arg(long, value_name = "DIR", required_unless_present = "method")]
     pub model: Vec<PathBuf>,

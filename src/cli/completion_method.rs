@@ -11,7 +11,7 @@ use super::{
 use format::dataset::DatasetReader;
 use kernel::{
     geom::{OccupancyGrid, TriMesh},
-    words::Split,
+    words::{Show, Split},
 };
 use measure::{Baseline, GridOverlap, SeenCells, TrainingPairs};
 use runtime::completion::{Answer, CompletionModel, LaplacianRule, Prediction, seen_points};
@@ -158,7 +158,7 @@ fn training_pairs(reader: &DatasetReader) -> Result<TrainingPairs, Failure> {
     if pairs.is_empty() {
         let message = format!(
             "{}: no pair is for training, and --method knn and mean learn from them",
-            reader.folder().display()
+            reader.folder().path().shown()
         );
         return Err(Failure::message(Exit::BadSpec, message));
     }

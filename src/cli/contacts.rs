@@ -3,7 +3,10 @@
 use std::path::Path;
 
 use super::exit::{Exit, Failure};
-use kernel::files::{self, Bound};
+use kernel::{
+    files::{self, Bound},
+    words::Show,
+};
 
 /// Names of the columns.
 const COLUMNS: [&str; 3] = ["x", "y", "z"];
@@ -11,10 +14,10 @@ const COLUMNS: [&str; 3] = ["x", "y", "z"];
 /// Points [m] in the camera's frame, one per line: x, y, z, with or without a line of these names before them.
 pub fn read_contacts(path: &Path) -> Result<Vec<[f32; 3]>, Failure> {
     let failed = |error: std::io::Error| {
-        Failure::of_input(anyhow::Error::new(error).context(format!("{}: it cannot be read", path.display())))
+        Failure::of_input(anyhow::Error::new(error).context(format!("{}: it cannot be read", path.shown())))
     };
     let text = files::read_text(path, Bound::CONTACTS).map_err(failed)?;
-    parse_contacts(&text).map_err(|problem| Failure::message(Exit::BadSpec, format!("{}: {problem}", path.display())))
+    parse_contacts(&text).map_err(|problem| Failure::message(Exit::BadSpec, format!("{}: {problem}", path.shown())))
 }
 
 fn parse_contacts(text: &str) -> Result<Vec<[f32; 3]>, String> {

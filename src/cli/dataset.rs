@@ -10,15 +10,25 @@ use super::{
 };
 use format::{
     Product,
-    dataset::{Manifest, Selection, read_mark, scan_shards},
+    dataset::{Manifest, Selection, layout, read_mark, scan_shards},
 };
-use kernel::words::{Split, counted, number_ranges, size_in_words};
+use kernel::{
+    files::Folder,
+    words::{Show, Split, capped, counted, number_ranges, size_in_words},
+};
 use publish::{
     ReportSummary,
     export::{self, ExportError, ExportSelection},
 };
 use serde::Serialize;
-use std::path::{self, Path};
+use std::{
+    os::unix::process::CommandExt,
+    path::{self, Path},
+    process::Stdio,
+};
+
+/// Bad shards that the text form shows.
+const MOST_BAD: usize = 50;
 
 /// Progress of a dataset.
 #[derive(Serialize)]
@@ -33,6 +43,8 @@ pub struct Status {
     /// Missing shards as schedulers write arrays: `3,17-19`.
     shards_missing: String,
     shards_bad: Vec<String>,
+    /// Names among the shards that no run gives.
+    shards_strange: Vec<String>,
     /// Temporary files that somebody writes, as far as locks show.
     at_work: usize,
     leftovers: usize,
@@ -47,20 +59,20 @@ pub fn status(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failur
     if arguments.json {
         printer.json(&status)?;
     } else {
-        printer.result(&status_words(&status));
+        printer.result(&status_words(folder, &status));
     }
     Ok(Exit::Complete)
 }
 
 /// Progress of the dataset in a folder; `None` where none was begun.
-pub fn status_of(folder: &Path) -> Result<Option<Status>, Failure> {
+pub fn status_of(folder: &Folder) -> Result<Option<Status>, Failure> {
     let Some(mark) = read_mark(folder)? else { return Ok(None) };
     let scan = scan_shards(folder, &mark)?;
     let manifest = Manifest::read(folder).ok();
     let missing = scan.missing(mark.shards);
     let complete = manifest.is_some() && scan.done.len() == mark.shards as usize;
     Ok(Some(Status {
-        dataset: folder.display().to_string(),
+        dataset: folder.path().display().to_string(),
         state: match (complete, missing.is_empty()) {
             (true, _) => "complete",
             (false, true) => "all shards are there",
@@ -72,7 +84,8 @@ pub fn status_of(folder: &Path) -> Result<Option<Status>, Failure> {
         shards: mark.shards,
         shards_done: scan.done.len(),
         shards_missing: number_ranges(&missing).join(","),
-        shards_bad: scan.bad.iter().map(|bad| format!("{}: {}", bad.path.display(), bad.problem)).collect(),
+        shards_bad: scan.bad.iter().map(ToString::to_string).collect(),
+        shards_strange: scan.strange.clone(),
         at_work: scan.at_work.len(),
         leftovers: scan.leftovers.len(),
         bytes: scan.done.values().map(|shard| shard.bytes).sum(),
@@ -81,9 +94,9 @@ pub fn status_of(folder: &Path) -> Result<Option<Status>, Failure> {
 }
 
 /// Progress in words, for people.
-pub fn status_words(status: &Status) -> String {
+pub fn status_words(folder: &Folder, status: &Status) -> String {
     let mut lines = vec![
-        format!("{}: {}", status.dataset, status.state),
+        format!("{}: {}", folder.path().shown(), status.state),
         format!(
             "{} of {} done, {}",
             status.shards_done,
@@ -92,17 +105,24 @@ pub fn status_words(status: &Status) -> String {
         ),
         format!("{} {} planned, job {}", status.samples, status.product.samples.many, status.job),
     ];
-    lines.extend(status.shards_bad.iter().map(|bad| format!("bad: {bad}")));
+    lines.extend(capped(status.shards_bad.iter().map(|bad| format!("bad: {}", bad.shown())), MOST_BAD, "bad shards"));
+    let strange = status
+        .shards_strange
+        .iter()
+        .map(|name| format!("strange: {}/{}: no run gives such a name; move it away", layout::SHARDS, name.shown()));
+    lines.extend(capped(strange, MOST_BAD, "strange names"));
     match &status.root {
         Some(root) => lines.push(format!("root {root}")),
-        None if status.shards_missing.is_empty() => lines.push(format!("close it: graspmill merge {}", status.dataset)),
+        None if status.shards_missing.is_empty() => {
+            lines.push(format!("close it: graspmill merge {}", folder.path().shown()))
+        }
         None => {
             lines.push(format!("missing: shards {}", status.shards_missing));
             if status.at_work > 0 {
                 lines.push(format!("{} being written", status.at_work));
             }
-            lines.push(match submitted(Path::new(&status.dataset)) {
-                true => format!("what failed, again: graspmill submit --retry --out {}", status.dataset),
+            lines.push(match submitted(folder) {
+                true => format!("what failed, again: graspmill submit --retry --out {}", folder.path().shown()),
                 false => "run the job again to resume".to_owned(),
             });
         }
@@ -134,24 +154,30 @@ pub fn report(arguments: &ReportArgs, printer: &Printer) -> Result<Exit, Failure
 
 /// A page that was written, in words.
 pub fn page_words(summary: &ReportSummary) -> String {
-    format!("{} ({})", summary.path.display(), size_in_words(summary.bytes))
+    format!("{} ({})", summary.path.shown(), size_in_words(summary.bytes))
 }
+
+/// Programs of desktops that show a file, with their arguments before it.
+const DESKTOPS: [(&str, &[&str]); 5] =
+    [("xdg-open", &[]), ("gio", &["open"]), ("gnome-open", &[]), ("kde-open", &[]), ("wslview", &[])];
 
 /// Shows a page in the first program of `BROWSER` that starts, else by the desktop's own; does not wait until it is closed.
 pub fn show_page(path: &Path) -> Result<(), Failure> {
-    let shown = path::absolute(path).and_then(|path| {
-        let browsers = machine::variable("BROWSER").unwrap_or_default();
-        let mut browsers = browsers.split(':').filter(|browser| !browser.is_empty());
-        if browsers.any(|browser| open::with_detached(&path, browser).is_ok()) {
-            Ok(())
-        } else {
-            open::that_detached(&path)
-        }
-    });
-    shown.map_err(|error| {
-        let path = path.display();
-        Failure::message(Exit::Failed, format!("{path}: no program to show it: {error}; open it in a browser"))
-    })
+    let path = path::absolute(path)?;
+    let browsers = machine::variable("BROWSER").unwrap_or_default();
+    let browsers = browsers.split(':').filter(|browser| !browser.is_empty()).map(|browser| (browser, &[][..]));
+    if browsers.chain(DESKTOPS).any(|(program, arguments)| starts(program, arguments, &path)) {
+        return Ok(());
+    }
+    let message = format!("{}: no program to show it; open it in a browser", path.shown());
+    Err(Failure::message(Exit::Failed, message))
+}
+
+/// Starts a program on a file, apart from this one.
+fn starts(program: &str, arguments: &[&str], path: &Path) -> bool {
+    let Some(mut command) = machine::program(program) else { return false };
+    command.args(arguments).arg(path).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.process_group(0).spawn().is_ok()
 }
 
 /// `graspmill export`.
@@ -172,7 +198,7 @@ pub fn export(arguments: &ExportArgs, printer: &Printer) -> Result<Exit, Failure
     let format = arguments.to.0;
     let summary = export::export(&arguments.dir, format, &arguments.out, &selection).map_err(export_failure)?;
     let counted = summary.counted.of(summary.count);
-    printer.result(&format!("{} {counted} in {} files, in {}", summary.count, summary.files, summary.folder.display()));
+    printer.result(&format!("{} {counted} in {} files, in {}", summary.count, summary.files, summary.folder.shown()));
     Ok(Exit::Complete)
 }
 

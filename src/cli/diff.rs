@@ -1,7 +1,5 @@
 //! `graspmill diff`.
 
-use std::path::Path;
-
 use serde::Serialize;
 
 use super::{
@@ -12,7 +10,11 @@ use super::{
 };
 use factory::job::{SettingDifference, setting_differences};
 use format::dataset::{DatasetDifference, DatasetReader, ObjectDifference, Reason, SampleCounts, diff as compare};
-use kernel::ids::{Digest, ObjectId};
+use kernel::{
+    files::Folder,
+    ids::{Digest, ObjectId},
+    words::Show,
+};
 
 /// Settings that are written out for people; the JSON has all.
 const MAX_SETTINGS: usize = 40;
@@ -37,7 +39,7 @@ pub fn diff(arguments: &DiffArgs, printer: &Printer) -> Result<Exit, Failure> {
     let settings = setting_differences(&texts[0], &texts[1])
         .map_err(|problem| Failure::message(Exit::Failed, format!("job.toml of one of them is no TOML: {problem}")))?;
     if arguments.json {
-        let (a, b) = (a.display().to_string(), b.display().to_string());
+        let (a, b) = (a.path().display().to_string(), b.path().display().to_string());
         printer.json(&DiffJson { a, b, difference: &difference, settings: &settings })?;
     } else {
         printer.result(&text(a, b, &difference, &settings));
@@ -46,10 +48,10 @@ pub fn diff(arguments: &DiffArgs, printer: &Printer) -> Result<Exit, Failure> {
 }
 
 /// Differences, for people.
-fn text(a: &Path, b: &Path, difference: &DatasetDifference, settings: &[SettingDifference]) -> String {
+fn text(a: &Folder, b: &Folder, difference: &DatasetDifference, settings: &[SettingDifference]) -> String {
     let DatasetDifference { both, appeared, vanished, channels, objects, examples, packaging, .. } = difference;
     let samples = difference.products[0].samples.many;
-    let mut lines = vec![format!("a: {}", a.display()), format!("b: {}", b.display())];
+    let mut lines = vec![format!("a: {}", a.path().shown()), format!("b: {}", b.path().shown())];
     let SampleCounts { same, changed, now_rejected, now_kept, other_reason } = both;
     let counts = [
         (changed, "changed"),

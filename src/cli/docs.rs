@@ -1,6 +1,6 @@
 //! Documents of the command line for shells and manual readers: completions, manual pages.
 
-use std::{fs, io, path::Path};
+use std::{io, path::Path};
 
 use clap::{Command, CommandFactory};
 
@@ -8,6 +8,10 @@ use super::{
     args::{Cli, CompletionsArgs, ManArgs},
     exit::{Exit, Failure},
     printer::Printer,
+};
+use kernel::{
+    files::{Folder, Temporary},
+    words::Show,
 };
 
 /// Prints a shell's completion script.
@@ -27,21 +31,21 @@ pub fn version(printer: &Printer) -> Result<Exit, Failure> {
 /// Writes a manual page of the program and one of each verb: `graspmill.1`, `graspmill-run.1`.
 pub fn man(arguments: &ManArgs, printer: &Printer) -> Result<Exit, Failure> {
     let folder = &arguments.out;
-    fs::create_dir_all(folder).map_err(|error| failed(folder, error))?;
+    folder.create().map_err(|error| failed(folder.path(), error))?;
     let mut command = Cli::command();
     command.build();
     let mut pages = 0;
     write_pages(&command, folder, &mut pages)?;
-    printer.result(&format!("{pages} pages in {}; MANPATH wants them in a folder man1", folder.display()));
+    printer.result(&format!("{pages} pages in {}; MANPATH wants them in a folder man1", folder.path().shown()));
     Ok(Exit::Complete)
 }
 
-fn write_pages(command: &Command, folder: &Path, pages: &mut u32) -> Result<(), Failure> {
+fn write_pages(command: &Command, folder: &Folder, pages: &mut u32) -> Result<(), Failure> {
     let name = command.get_display_name().unwrap_or_else(|| command.get_name()).to_owned();
-    let path = folder.join(format!("{name}.1"));
+    let file = format!("{name}.1");
     let mut page = Vec::new();
     clap_mangen::Man::new(command.clone()).title(name).render(&mut page)?;
-    fs::write(&path, page).map_err(|error| failed(&path, error))?;
+    Temporary::write(folder, &file, &page).map_err(|error| failed(&folder.path_of(&file), error))?;
     *pages += 1;
     let verbs = command.get_subcommands().filter(|verb| !verb.is_hide_set() && verb.get_name() != "help");
     verbs.into_iter().try_for_each(|verb| write_pages(verb, folder, pages))

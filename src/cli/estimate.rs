@@ -11,6 +11,7 @@ use super::{
     machine,
     printer::Printer,
     progress::duration_text,
+    run::MOST_WARNINGS,
 };
 use factory::{
     Parallelism, RunContext,
@@ -18,7 +19,7 @@ use factory::{
     job::JobText,
     run::{Estimate, OpenJob, PilotLimits, PilotRate, pilot},
 };
-use kernel::words::{counted, size_in_words};
+use kernel::words::{Show, capped, counted, size_in_words};
 
 /// Limits of the pilot run.
 const PILOT: PilotLimits = PilotLimits { samples: 2000, time: Duration::from_secs(8) };
@@ -173,7 +174,9 @@ fn words(costs: &Costs, parallelism: &Parallelism) -> String {
         format!("on a cluster {tasks}"),
     ];
     lines.extend(open.job.work.remarks());
-    lines.extend(open.warnings().iter().map(|warning| format!("warning: {warning}")));
+    let warnings = open.warnings();
+    let warnings = warnings.iter().map(|warning| format!("warning: {}", warning.shown()));
+    lines.extend(capped(warnings, MOST_WARNINGS, "warnings"));
     lines.push(format!("job {}", open.digest));
     lines.join("\n")
 }

@@ -1,8 +1,11 @@
 //! Exit codes, and which error means which.
 
-use std::{fmt, io, path::Path, process::ExitCode};
+use std::{fmt, io, process::ExitCode};
+
+use rustix::io::Errno;
 
 use format::dataset::{DatasetError, without_manifest};
+use kernel::files::{FileRefusal, Folder};
 
 /// Exit codes of the program: a contract with scripts and schedulers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,24 +42,25 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// An error with this exit code.
+    /// An error with this exit code; a disk that fails means 74, whatever the error is about.
     pub fn new(exit: Exit, error: impl Into<anyhow::Error>) -> Self {
-        Self { exit, error: error.into() }
+        let error = error.into();
+        let exit = if io_causes(&error).any(is_disk_failure) { Exit::InputOutput } else { exit };
+        Self { exit, error }
     }
 
     /// A folder in which no dataset was begun.
-    pub fn no_dataset(folder: &Path) -> Self {
+    pub fn no_dataset(folder: &Folder) -> Self {
         Self::from(without_manifest(folder))
     }
 
     /// A file of input that is none, or is not there, means 2; what the disk refuses means 74.
     pub fn of_input(error: impl Into<anyhow::Error>) -> Self {
         let error = error.into();
-        let is_disk =
-            |kind| !matches!(kind, io::ErrorKind::NotFound | io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData);
-        let cause = error.chain().find_map(|cause| cause.downcast_ref::<io::Error>());
-        let exit = if cause.is_some_and(|cause| is_disk(cause.kind())) { Exit::InputOutput } else { Exit::BadSpec };
-        Self { exit, error }
+        let is_wrong =
+            |kind| matches!(kind, io::ErrorKind::NotFound | io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData);
+        let is_disk = io_causes(&error).next().is_some_and(|cause| !is_wrong(cause.kind()));
+        Self::new(if is_disk { Exit::InputOutput } else { Exit::BadSpec }, error)
     }
 
     /// A message with this exit code.
@@ -66,18 +70,88 @@ impl Failure {
 }
 
 impl<E: Into<anyhow::Error>> From<E> for Failure {
-    /// Input/output errors anywhere in the chain mean 74, a folder of another kind than the verb wants 2, all others 1.
+    /// Input/output errors anywhere in the chain mean 74, files that are refused and a folder of another kind than the verb wants 2,
+    /// all others 1.
     fn from(error: E) -> Self {
         let error = error.into();
         let is_foreign =
             |cause: &(dyn std::error::Error + 'static)| cause.downcast_ref().is_some_and(DatasetError::is_foreign);
-        let exit = if error.chain().any(|cause| cause.is::<io::Error>()) {
-            Exit::InputOutput
-        } else if error.chain().any(is_foreign) {
-            Exit::BadSpec
-        } else {
-            Exit::Failed
+        let exit = match io_causes(&error).next() {
+            Some(cause) if FileRefusal::of(cause).is_some() => Exit::BadSpec,
+            Some(_) => Exit::InputOutput,
+            None if error.chain().any(is_foreign) => Exit::BadSpec,
+            None => Exit::Failed,
         };
-        Self { exit, error }
+        Self::new(exit, error)
+    }
+}
+
+/// Errors of the operating system among the causes of an error.
+fn io_causes(error: &anyhow::Error) -> impl Iterator<Item = &io::Error> {
+    error.chain().filter_map(|cause| cause.downcast_ref())
+}
+
+/// Whether a disk is full, over a quota or a limit, read-only or broken.
+fn is_disk_failure(error: &io::Error) -> bool {
+    const CODES: [Errno; 7] =
+        [Errno::NOSPC, Errno::DQUOT, Errno::FBIG, Errno::ROFS, Errno::IO, Errno::STALE, Errno::NODEV];
+    let is_code = |code| CODES.iter().any(|known| known.raw_os_error() == code);
+    // Libraries that wrap an error keep its kind at best.
+    error.raw_os_error().is_some_and(is_code)
+        || matches!(
+            error.kind(),
+            io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::ReadOnlyFilesystem
+        )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use factory::{ProduceError, RunError};
+
+    use super::*;
+    use crate::jobs::run_failure;
+
+    fn stored(error: io::Error) -> RunError {
+        RunError::Produce(ProduceError::Store(DatasetError::io("writing", Path::new("shard"))(error)))
+    }
+
+    #[test]
+    fn a_disk_that_fails_means_74_wherever_it_is_met() {
+        for errno in [Errno::NOSPC, Errno::DQUOT, Errno::FBIG, Errno::ROFS, Errno::IO] {
+            let error = || io::Error::from(errno);
+            let gone = ProduceError::gone(DatasetError::io("reading", Path::new("mesh"))(error()));
+            let mcap = DatasetError::mcap("writing", Path::new("shapes.mcap"));
+            for failure in [
+                run_failure(stored(error())),
+                run_failure(RunError::Produce(gone)),
+                run_failure(RunError::Dataset(mcap(error().into()))),
+                Failure::new(Exit::BadSpec, error()),
+                Failure::of_input(anyhow::Error::new(error()).context("job.toml")),
+                Failure::from(io::Error::new(error().kind(), error())),
+            ] {
+                assert_eq!(failure.exit, Exit::InputOutput, "{errno:?}: {:?}", failure.error);
+            }
+        }
+    }
+
+    #[test]
+    fn other_errors_keep_their_code() {
+        let denied = || io::Error::from(io::ErrorKind::PermissionDenied);
+        let absent = || io::Error::from(io::ErrorKind::NotFound);
+        let link = || io::Error::from(FileRefusal::Link { path: "report.html".into() });
+        for (failure, exit) in [
+            (run_failure(stored(denied())), Exit::InputOutput),
+            (run_failure(stored(absent())), Exit::InputOutput),
+            (run_failure(stored(link())), Exit::BadSpec),
+            (run_failure(RunError::Produce(ProduceError::gone(absent()))), Exit::Failed),
+            (run_failure(RunError::Interrupted), Exit::Interrupted),
+            (Failure::new(Exit::BadSpec, denied()), Exit::BadSpec),
+            (Failure::of_input(absent()), Exit::BadSpec),
+            (Failure::of_input(denied()), Exit::InputOutput),
+        ] {
+            assert_eq!(failure.exit, exit, "{:?}", failure.error);
+        }
     }
 }

@@ -4,8 +4,7 @@ use std::{
     collections::BTreeSet,
     f64::consts::PI,
     fmt::{self, Display},
-    fs,
-    path::{Path, PathBuf},
+    path::PathBuf,
 };
 
 use nalgebra::{IsometryMatrix3, Point3};
@@ -19,7 +18,12 @@ use super::{
 };
 use factory::{product::HandUse, products::PRODUCTS};
 use format::Product;
-use kernel::{geom::TouchShape, seed::Stream};
+use kernel::{
+    files::{Folder, Temporary},
+    geom::TouchShape,
+    seed::Stream,
+    words::Show,
+};
 use publish::picture::{Colour, Picture, Solid, SolidView, solid_picture};
 use robot::{
     collision::{Bodies, Geometry, Shape, TouchTest},
@@ -128,7 +132,7 @@ pub fn check(arguments: &HandCheckArgs, printer: &Printer) -> Result<Exit, Failu
     let model = HandModel::open(&arguments.hand).map_err(|error| Failure::new(Exit::BadSpec, error))?;
     let hand = model.hand();
     let (bodies, rules) = model.bodies().map_err(|error| Failure::new(Exit::BadSpec, error))?;
-    let no_surface = |error| Failure::message(Exit::BadSpec, format!("{}: {error}", model.path().display()));
+    let no_surface = |error| Failure::message(Exit::BadSpec, format!("{}: {error}", model.path().shown()));
     let test = TouchTest::new(&bodies).map_err(no_surface)?;
     let shapes = Shapes::new(&bodies).map_err(no_surface)?;
     let mut stream = Stream::of_job(0, b"", "hand check");
@@ -159,8 +163,8 @@ pub fn check(arguments: &HandCheckArgs, printer: &Printer) -> Result<Exit, Failu
         exclude: pairs.iter().filter(|pair| pair.always_touches(arguments.samples)).map(PairRow::exclude).collect(),
         uses: uses(&model),
         pairs,
-        pictures: match &arguments.picture {
-            Some(folder) => draw(hand, &shapes, folder)?,
+        pictures: match arguments.picture.as_ref().map(Folder::at) {
+            Some(folder) => draw(hand, &shapes, &folder)?,
             None => Vec::new(),
         },
     };
@@ -283,8 +287,8 @@ impl Shapes {
 
 /// The hand opened, half closed (joints that do not close it at the middle of their range) and closed, each seen from
 /// the side, from above a corner, and from above the palm, the contacts as orange balls.
-fn draw(hand: &Hand, shapes: &Shapes, folder: &Path) -> Result<Vec<PathBuf>, Failure> {
-    fs::create_dir_all(folder)?;
+fn draw(hand: &Hand, shapes: &Shapes, folder: &Folder) -> Result<Vec<PathBuf>, Failure> {
+    folder.create()?;
     let ball = TouchShape::new(&Shape::Sphere { radius: 0.002 })?;
     let half = |driven: &Driven| {
         let [low, high] = driven.range();
@@ -303,9 +307,9 @@ fn draw(hand: &Hand, shapes: &Shapes, folder: &Path) -> Result<Vec<PathBuf>, Fai
                 colour: Colour::COMPLETE,
             }
         }));
-        let path = folder.join(format!("{name}.png"));
-        fs::write(&path, picture(&solids).to_png())?;
-        written.push(path);
+        let file = format!("{name}.png");
+        Temporary::write(folder, &file, &picture(&solids).to_png())?;
+        written.push(folder.path_of(file));
     }
     Ok(written)
 }
@@ -384,7 +388,7 @@ impl Display for Report {
         if !self.pictures.is_empty() {
             writeln!(f)?;
         }
-        self.pictures.iter().try_for_each(|picture| writeln!(f, "{}", picture.display()))
+        self.pictures.iter().try_for_each(|picture| writeln!(f, "{}", picture.shown()))
     }
 }
 

@@ -5,10 +5,11 @@ use std::{collections::BTreeMap, path::PathBuf};
 use super::{
     args::JobArgs,
     exit::{Exit, Failure},
+    machine,
     printer::Printer,
 };
 use factory::{
-    RunContext, RunError,
+    ProduceError, RunContext, RunError,
     job::{self, JobContext, JobDraft, JobSet, JobText},
     run::{OpenError, OpenJob},
 };
@@ -22,8 +23,10 @@ pub fn schema(printer: &Printer) -> Result<Exit, Failure> {
 
 /// The text of a job file, or of a set.
 pub fn text(arguments: &JobArgs) -> Result<JobText, Failure> {
-    JobText::open(&arguments.job, &arguments.set)
-        .map_err(|error| Failure::message(Exit::BadSpec, format!("{}: {error}", arguments.job.display())))
+    JobText::open(&arguments.job, &arguments.set).map_err(|error| {
+        let error = anyhow::Error::new(error).context(arguments.job.display().to_string());
+        Failure::new(Exit::BadSpec, error)
+    })
 }
 
 /// Reads a job of one dataset, prepares its meshes, makes the plan.
@@ -38,13 +41,14 @@ pub fn open_one(text: &JobText, context: &RunContext<'_>) -> Result<OpenJob, Fai
 /// Reads and checks a job file without opening its meshes. `inputs`: folders of datasets that it reads, by the section that
 /// names each, in place of those that the file names.
 pub fn read(text: &JobText, inputs: &BTreeMap<String, PathBuf>) -> Result<JobDraft, Failure> {
-    JobDraft::read_with_inputs(text, inputs, &JobContext::default()).map_err(|errors| job_failure(&errors))
+    let context = JobContext { packages: machine::packages()?, ..JobContext::default() };
+    JobDraft::read_with_inputs(text, inputs, &context).map_err(|errors| job_failure(&errors))
 }
 
 /// Prepares a job's meshes and makes its plan.
 pub fn open(draft: JobDraft, context: &RunContext<'_>) -> Result<OpenJob, Failure> {
     if draft.work.draws_colours {
-        super::machine::set_gl_environment()?;
+        machine::set_gl_environment()?;
     }
     OpenJob::resolve(draft, context).map_err(|error| match error {
         OpenError::Job(errors) => job_failure(&errors),
@@ -59,15 +63,15 @@ pub fn job_failure(errors: &FormErrors) -> Failure {
 
 /// The exit code of a run that ended early.
 pub fn run_failure(error: RunError) -> Failure {
-    let exit = match &error {
-        RunError::Interrupted => Exit::Interrupted,
-        RunError::Dataset(error) if error.is_io() => Exit::InputOutput,
-        RunError::Dataset(error) if error.is_foreign() => Exit::BadSpec,
-        RunError::Dataset(_)
-        | RunError::Produce(_)
-        | RunError::Panicked { .. }
-        | RunError::Gap { .. }
-        | RunError::Threads(_) => Exit::Failed,
-    };
-    Failure::new(exit, error)
+    match &error {
+        RunError::Interrupted => Failure::new(Exit::Interrupted, error),
+        // A folder of another job, and whatever storing a sample or a table met.
+        RunError::Dataset(source) | RunError::Produce(ProduceError::Store(source)) if source.is_foreign() => {
+            Failure::new(Exit::BadSpec, error)
+        }
+        RunError::Dataset(_) | RunError::Produce(ProduceError::Store(_)) => Failure::from(error),
+        RunError::Produce(_) | RunError::Panicked { .. } | RunError::Gap { .. } | RunError::Threads(_) => {
+            Failure::new(Exit::Failed, error)
+        }
+    }
 }

@@ -40,7 +40,7 @@ mod task;
 mod true_meshes;
 mod verify;
 
-use std::{env, path, process::ExitCode};
+use std::{env, path, process::ExitCode, thread};
 
 use clap::{CommandFactory, Parser};
 use factory::job::JobSet;
@@ -49,6 +49,7 @@ use format::dataset::SetTable;
 use args::{Cli, Command, MeshesCommand, QueryCommand, RunArgs, SubmitArgs, VerifyArgs};
 use completion_args::{EvaluateCommand, ModelCommand};
 use exit::{Exit, Failure};
+use kernel::{files, words::Show};
 use log::Level;
 use printer::Printer;
 
@@ -57,8 +58,26 @@ pub fn command() -> clap::Command {
     Cli::command()
 }
 
-/// Parses the arguments, runs the command, returns its exit code.
+/// Stack of the program's main thread [bytes]: what Linux gives by default, whatever `ulimit -s` says.
+const STACK_BYTES: usize = 8 << 20;
+
+/// Parses the arguments, runs the command on a thread with a stack of its own, returns its exit code.
 pub fn main() -> ExitCode {
+    let program = thread::Builder::new().name("main".to_owned()).stack_size(STACK_BYTES).spawn(run_command);
+    match program.map(thread::JoinHandle::join) {
+        Ok(Ok(exit)) => exit.into(),
+        // The panic was printed; Rust's own code for it.
+        Ok(Err(_)) => ExitCode::from(101),
+        Err(error) => {
+            Printer::default()
+                .say(&format!("graspmill: no thread of {STACK_BYTES} bytes of stack: {error}; lift `ulimit -v` or -u"));
+            Exit::Failed.into()
+        }
+    }
+}
+
+/// Parses the arguments and runs the command.
+fn run_command() -> Exit {
     let mut printer = Printer::default();
     let exit = match Cli::try_parse() {
         Ok(cli) => {
@@ -82,8 +101,7 @@ pub fn main() -> ExitCode {
         }
     };
     // A result that is lost is no success.
-    let exit = if exit == Exit::Complete && printer.has_lost_output() { Exit::InputOutput } else { exit };
-    exit.into()
+    if exit == Exit::Complete && printer.has_lost_output() { Exit::InputOutput } else { exit }
 }
 
 /// Opens the log that a command asks for.
@@ -94,8 +112,8 @@ fn open_log(command: &Command, printer: &mut Printer) -> Result<(), Failure> {
         _ => return Ok(()),
     };
     let Some(log) = log else { return Ok(()) };
-    if path::absolute(log)?.starts_with(path::absolute(folder)?) {
-        let (log, folder) = (log.display(), folder.display());
+    if path::absolute(log)?.starts_with(path::absolute(folder.path())?) {
+        let (log, folder) = (log.shown(), folder.path().shown());
         let message = format!("--log {log}: {folder} holds the dataset and nothing else; give a file outside of it");
         return Err(Failure::message(Exit::BadSpec, message));
     }
@@ -121,7 +139,7 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Export(arguments) => dataset::export(arguments, printer),
         Command::Release(arguments) => release::release(arguments, printer),
         Command::Query(QueryCommand::Reach(arguments)) => query::reach(arguments, printer),
-        Command::Complete(arguments) if arguments.picture.depth.is_dir() => {
+        Command::Complete(arguments) if files::is_folder(&arguments.picture.depth) => {
             complete_dataset::complete_dataset(arguments, printer)
         }
         Command::Complete(arguments) => complete::complete(arguments, printer),

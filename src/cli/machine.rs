@@ -3,14 +3,19 @@
 use std::{
     env, fs,
     num::NonZero,
+    path::{Path, PathBuf},
+    process::Command,
     sync::{Arc, atomic::AtomicBool},
     thread,
     time::Duration,
 };
 
 use super::exit::{Exit, Failure};
-use factory::{Cancel, Parallelism, cluster::granted_threads};
-use kernel::geom::SimdLevel;
+use factory::{Cancel, Parallelism, cluster::granted_threads, job::JobContext};
+use kernel::{files, geom::SimdLevel, words::Show};
+
+/// Variable that names the folder of the packages.
+const PACKAGES: &str = "GRASPMILL_PACKAGES";
 
 /// The SIMD level: `GRASPMILL_SIMD` where it is set, else the best of this machine.
 pub fn simd_level() -> Result<SimdLevel, Failure> {
@@ -31,7 +36,7 @@ pub fn simd_level() -> Result<SimdLevel, Failure> {
 
 /// Starts the program again with [`sim::GL_ENVIRONMENT`] where the variable is not set; comes back otherwise.
 pub fn set_gl_environment() -> Result<(), Failure> {
-    use std::{os::unix::process::CommandExt, process::Command};
+    use std::os::unix::process::CommandExt;
 
     let (name, value) = sim::GL_ENVIRONMENT;
     if env::var_os(name).is_some() {
@@ -59,6 +64,34 @@ pub fn threads(asked: Option<u16>) -> usize {
 /// The value of a variable of the environment; one that is empty says nothing.
 pub fn variable(name: &str) -> Option<String> {
     env::var(name).ok().filter(|value| !value.is_empty())
+}
+
+/// The folder of the packages of meshes that jobs name: GRASPMILL_PACKAGES where it is set, else that of the program.
+pub fn packages() -> Result<PathBuf, Failure> {
+    let Some(named) = variable(PACKAGES) else { return Ok(JobContext::default().packages) };
+    let path = PathBuf::from(named);
+    if path.is_absolute() {
+        return Ok(path);
+    }
+    let message = format!("{PACKAGES}={}: give an absolute path", path.shown());
+    Err(Failure::message(Exit::BadSpec, message))
+}
+
+/// A program of others by its name on PATH. Folders that PATH names by a relative path are passed over, by this program and by the
+/// other one: what stands in the current folder is data. `None` where there is no such program.
+pub fn program(name: &str) -> Option<Command> {
+    let path = env::var_os("PATH").unwrap_or_default();
+    let folders: Vec<PathBuf> = env::split_paths(&path).filter(|folder| folder.is_absolute()).collect();
+    // A name with a folder in it, as in BROWSER, is a path, and joined with a folder stays one where it is absolute.
+    let candidates = folders.iter().map(|folder| folder.join(name));
+    let found = candidates.filter(|_| !name.contains('/') || name.starts_with('/')).find(|file| is_executable(file))?;
+    let mut command = Command::new(found);
+    command.env("PATH", env::join_paths(folders).ok()?);
+    Some(command)
+}
+
+fn is_executable(file: &Path) -> bool {
+    files::is_file(file) && rustix::fs::access(file, rustix::fs::Access::EXEC_OK).is_ok()
 }
 
 /// Makes a limit on the size of files (`ulimit -f`) an error of the write that meets it; left alone, the signal XFSZ would end
@@ -104,7 +137,7 @@ pub fn peak_memory() -> Option<u64> {
 }
 
 /// Free space of the file system that holds `path` [bytes], where the system says.
-pub fn free_disk(path: &std::path::Path) -> Option<u64> {
+pub fn free_disk(path: &Path) -> Option<u64> {
     let facts = rustix::fs::statvfs(path).ok()?;
     Some(facts.f_bavail * facts.f_frsize)
 }

@@ -2,7 +2,6 @@
 
 use std::{
     collections::BTreeMap,
-    path::Path,
     thread,
     time::{Duration, Instant},
 };
@@ -18,7 +17,10 @@ use super::{
 };
 use factory::{Cancel, RunContext, RunError, job::JobText, run};
 use format::dataset::{layout, listed_shards, read_mark, read_pending};
-use kernel::words::number_ranges;
+use kernel::{
+    files::Folder,
+    words::{Show, number_ranges},
+};
 
 /// Time between two checks of the folder.
 const PAUSE: Duration = Duration::from_secs(2);
@@ -31,14 +33,13 @@ pub fn merge(arguments: &MergeArgs, printer: &Printer) -> Result<Exit, Failure> 
     let parallelism = machine::parallelism(arguments.threads)?;
     let cancel = machine::cancel_on_signals()?;
     wait(folder, Duration::from_secs(60 * u64::from(arguments.wait)), &cancel, printer)?;
-    let job_file = folder.join(layout::JOB);
-    let text = JobText::open(&job_file, &[]).map_err(|error| {
-        let message = format!("{}: {error}; `run --task` writes it", job_file.display());
-        Failure::message(Exit::Failed, message)
+    let text = JobText::of_dataset(folder, &[]).map_err(|error| {
+        let what = format!("{}: `run --task` writes it", folder.path_of(layout::JOB).shown());
+        Failure::from(anyhow::Error::new(error).context(what))
     })?;
     let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &|_| {} };
     let open = jobs::open(jobs::read(&text, &BTreeMap::new())?, &context)?;
-    let mut header = open.header(folder);
+    let mut header = open.header(folder.path());
     if let Some(pending) = read_pending(folder)? {
         header.refused = pending.refused;
         header.warnings = pending.warnings;
@@ -49,7 +50,7 @@ pub fn merge(arguments: &MergeArgs, printer: &Printer) -> Result<Exit, Failure> 
 }
 
 /// Waits until every shard has its file, by their names alone; says at once what is missing where there is no time to wait.
-fn wait(folder: &Path, patience: Duration, cancel: &Cancel, printer: &Printer) -> Result<(), Failure> {
+fn wait(folder: &Folder, patience: Duration, cancel: &Cancel, printer: &Printer) -> Result<(), Failure> {
     let began = Instant::now();
     let mut said = String::new();
     loop {

@@ -1,4 +1,5 @@
-//! The one printer: results to stdout, messages to stderr, both to the log where there is one.
+//! The one printer: results to stdout, messages to stderr, both to the log where there is one. Control characters in them, which
+//! come from names of others, are escaped here.
 
 use std::{
     fmt::Display,
@@ -13,6 +14,10 @@ use super::{
     exit::{Exit, Failure},
     log::{Level, Log},
 };
+use kernel::words::{Show, shown_json, shown_lines};
+
+/// Longest message of an error [bytes]: what a stranger's file says, such as a list of a million names, is cut.
+const LONGEST_ERROR: usize = 1 << 20;
 
 /// Where everything that the program says goes.
 #[derive(Default)]
@@ -26,7 +31,7 @@ impl Printer {
     /// Writes a log, too, of a command in these words.
     pub fn open_log(&mut self, path: &Path, command: String) -> Result<(), Failure> {
         let failed = |error| {
-            let what = format!("--log {}: {error}", path.display());
+            let what = format!("--log {}: {error}", path.shown());
             Failure::new(Exit::InputOutput, anyhow::Error::new(error).context(what))
         };
         self.log = Some(Log::open(path, command).map_err(failed)?);
@@ -39,7 +44,7 @@ impl Printer {
     }
 
     fn log_by(&self, level: impl Fn(&str) -> Level, text: &str) {
-        let written = self.log.as_ref().map_or(Ok(()), |log| log.write(level, text));
+        let written = self.log.as_ref().map_or(Ok(()), |log| log.write(level, &shown_lines(text)));
         // A run does not end for its log's sake; once is enough said.
         if let Err(error) = written
             && !self.has_lost_log.swap(true, Ordering::Relaxed)
@@ -56,6 +61,7 @@ impl Printer {
 
     /// A reader that went away (`| head`) is no error.
     fn print(&self, text: &str) {
+        let text = shown_lines(text);
         let mut out = io::stdout().lock();
         let end = if text.ends_with('\n') { "" } else { "\n" };
         match write!(out, "{text}{end}").and_then(|()| out.flush()) {
@@ -75,8 +81,8 @@ impl Printer {
 
     /// A result for machines, to stdout.
     pub fn json(&self, value: &impl Serialize) -> Result<(), Failure> {
-        self.print(&serde_json::to_string_pretty(value)?);
-        self.log(Level::Info, &serde_json::to_string(value)?);
+        self.print(&shown_json(&serde_json::to_string_pretty(value)?));
+        self.log(Level::Info, &shown_json(&serde_json::to_string(value)?));
         Ok(())
     }
 
@@ -88,7 +94,7 @@ impl Printer {
 
     /// A line of progress, to stderr: the log has lines of its own.
     pub fn show(&self, text: impl Display) {
-        let _ = writeln!(io::stderr().lock(), "{text}");
+        let _ = writeln!(io::stderr().lock(), "{}", shown_lines(&text.to_string()));
     }
 
     /// An error with its causes, to stderr.
@@ -100,6 +106,7 @@ impl Printer {
                 text = format!("{text}: {cause}");
             }
         }
+        let text = cut(text);
         self.show(&text);
         self.log(Level::Error, &text);
     }
@@ -108,4 +115,15 @@ impl Printer {
     pub fn watched(&self) -> bool {
         io::stderr().is_terminal()
     }
+}
+
+/// A text that is not longer than [`LONGEST_ERROR`], and how much was cut.
+fn cut(mut text: String) -> String {
+    if text.len() > LONGEST_ERROR {
+        let kept = text.floor_char_boundary(LONGEST_ERROR);
+        let more = text.len() - kept;
+        text.truncate(kept);
+        text.push_str(&format!(" ... and {more} bytes more"));
+    }
+    text
 }

@@ -18,7 +18,7 @@ use super::{
 };
 use factory::{Event, Progress};
 use format::Product;
-use kernel::words::counted;
+use kernel::words::{counted, shown_json};
 
 /// Time between two plain or JSON lines.
 const PAUSE: Duration = Duration::from_secs(2);
@@ -68,7 +68,9 @@ impl ProgressView {
     pub fn name(&self, printer: &Printer, name: &str) {
         match &self.display {
             Display::Bar(_) | Display::Plain => printer.show(name),
-            Display::Json => printer.show(serde_json::json!({ "event": "dataset", "name": name })),
+            Display::Json => {
+                printer.show(shown_json(&serde_json::json!({ "event": "dataset", "name": name }).to_string()))
+            }
             Display::Silent => {}
         }
         printer.log(Level::Info, &format!("dataset {name}"));
@@ -89,7 +91,7 @@ impl ProgressView {
                 if self.pace.is_due(event)
                     && let Ok(line) = serde_json::to_string(event)
                 {
-                    printer.show(line);
+                    printer.show(shown_json(&line));
                 }
             }
             Display::Plain => {

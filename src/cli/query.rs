@@ -12,6 +12,7 @@ use super::{
 use kernel::{
     files::{self, Bound},
     geom::{FieldMetric, PoseLabel},
+    words::Show,
 };
 use runtime::ReachabilityMap;
 
@@ -127,7 +128,7 @@ fn poses(arguments: &ReachArgs) -> Result<Vec<[f64; 6]>, Failure> {
     }
     if let Some(path) = &arguments.csv {
         let text = files::read_text(path, Bound::POSES)
-            .map_err(|error| wrong(format!("{}: {error}; give a text file of poses, {FORM} a line", path.display())))?;
+            .map_err(|error| wrong(format!("{}: {error}; give a text file of poses, {FORM} a line", path.shown())))?;
         poses.append(&mut poses_of_file(&text, path).map_err(wrong)?);
     }
     Ok(poses)
@@ -141,7 +142,7 @@ fn poses_of_file(text: &str, path: &Path) -> Result<Vec<[f64; 6]>, String> {
     let mut poses = Vec::new();
     for (number, (line, content)) in lines.enumerate() {
         let fields: Vec<&str> = content.split(',').map(str::trim).collect();
-        let at = |problem: String| format!("{}:{line}: {problem}", path.display());
+        let at = |problem: String| format!("{}:{line}: {problem}", path.shown());
         if number == 0 && fields.iter().all(|field| field.parse::<f64>().is_err()) {
             columns = Some(columns_of(&fields).map_err(at)?);
             continue;
@@ -151,7 +152,7 @@ fn poses_of_file(text: &str, path: &Path) -> Result<Vec<[f64; 6]>, String> {
         let picked = picked.ok_or_else(|| at(format!("{} columns, fewer than the first line names", fields.len())))?;
         poses.push(numbers_of(&picked).map_err(at)?);
     }
-    if poses.is_empty() { Err(format!("{}: no pose in it; {FORM} a line", path.display())) } else { Ok(poses) }
+    if poses.is_empty() { Err(format!("{}: no pose in it; {FORM} a line", path.shown())) } else { Ok(poses) }
 }
 
 fn columns_of(names: &[&str]) -> Result<[usize; 6], String> {

@@ -8,7 +8,7 @@ use super::{
     printer::Printer,
     run, verify,
 };
-use kernel::words::{counted, size_in_words};
+use kernel::words::{Show, counted, size_in_words};
 use publish::{Published, ReleaseError, ReleaseOptions, make_release};
 
 /// Makes a publication of a dataset.
@@ -22,7 +22,7 @@ pub fn release(arguments: &ReleaseArgs, printer: &Printer) -> Result<Exit, Failu
         threads: machine::threads(None),
     };
     let published = make_release(&options).map_err(failure)?;
-    published.notes.iter().for_each(|note| printer.say(&format!("note: {note}")));
+    published.notes.iter().for_each(|note| printer.say(&format!("note: {}", note.shown())));
     if arguments.json {
         printer.json(&published)?;
     } else {
@@ -34,7 +34,7 @@ pub fn release(arguments: &ReleaseArgs, printer: &Printer) -> Result<Exit, Failu
 fn words(published: &Published) -> String {
     let Published { folder, root, files, bytes, left_out, .. } = published;
     let (count, size) = (counted(*files as u64, "file"), size_in_words(*bytes));
-    let mut lines = vec![format!("{count}, {size}, in {}", folder.display())];
+    let mut lines = vec![format!("{count}, {size}, in {}", folder.shown())];
     if !left_out.is_empty() {
         lines.push(format!("a recipe, without {} of the dataset", counted(left_out.len() as u64, "file")));
     }

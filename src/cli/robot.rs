@@ -14,7 +14,7 @@ use super::{
     pairs::{self, PairRow},
     printer::Printer,
 };
-use kernel::{assets::Description, seed::Stream};
+use kernel::{assets::Description, seed::Stream, words::Show};
 use robot::{
     collision::{Body, TouchTest},
     kinematics::{ClosedForm, Joint, JointKind, PlanningGroup},
@@ -68,7 +68,7 @@ pub fn check(arguments: &RobotCheckArgs, printer: &Printer) -> Result<Exit, Fail
     let rest = robot.rest(&joints, &fixed).map_err(wrong)?;
     let digest = Description::read(&arguments.scene).map_err(|error| Failure::new(Exit::BadSpec, error))?.digest;
     let test = TouchTest::new(&bodies)
-        .map_err(|error| Failure::message(Exit::BadSpec, format!("{}: {error}", arguments.scene.display())))?;
+        .map_err(|error| Failure::message(Exit::BadSpec, format!("{}: {error}", arguments.scene.shown())))?;
     let pairs: Vec<[usize; 2]> = rules.iter().map(|(pair, _)| *pair).collect();
     let mut stream = Stream::of_job(0, b"", "robot check");
     let counts = test.count(&group, &pairs, (0..arguments.samples).map(|_| anywhere(&group, &mut stream)));

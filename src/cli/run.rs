@@ -1,10 +1,6 @@
 //! `graspmill run`.
 
-use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
-    time::Instant,
-};
+use std::{collections::BTreeMap, path::PathBuf, time::Instant};
 
 use serde::Serialize;
 
@@ -27,11 +23,15 @@ use format::{
     dataset::{Counts, Manifest, layout},
 };
 use kernel::{
+    files::Folder,
     ids::Digest,
     render::DepthSource,
-    words::{NumberClass, counted, size_in_words},
+    words::{NumberClass, Show, capped, counted, size_in_words},
 };
 use publish::{CountedParts, RunNotes, Speed, preview::PreviewError};
+
+/// Warnings that the text form shows.
+pub const MOST_WARNINGS: usize = 100;
 
 /// Report of a run, for machines.
 #[derive(Serialize)]
@@ -75,7 +75,7 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
 
 /// Reports how a dataset was finished.
 pub fn show(
-    folder: &Path,
+    folder: &Folder,
     parallelism: &Parallelism,
     summary: &RunSummary,
     seconds: f64,
@@ -86,7 +86,7 @@ pub fn show(
         printer.json(&report(folder, parallelism, summary, seconds))?;
     } else {
         let text = text(folder, parallelism, summary, seconds)?;
-        printer.result(&format!("{text}\nnext: graspmill report {}", folder.display()));
+        printer.result(&format!("{text}\nnext: graspmill report {}", folder.path().shown()));
     }
     Ok(exit_of(&summary.manifest))
 }
@@ -110,7 +110,7 @@ fn no_sample(manifest: &Manifest) -> Option<String> {
 pub fn make(
     text: &JobText,
     inputs: &BTreeMap<String, PathBuf>,
-    folder: &Path,
+    folder: &Folder,
     context: &RunContext<'_>,
 ) -> Result<(RunSummary, f64), Failure> {
     let began = Instant::now();
@@ -123,7 +123,7 @@ pub fn make(
 /// Writes the side files of a dataset: notes for its report, and the preview. For a dataset that was finished before, only the
 /// missing ones: the run that finished it may have been killed first.
 pub fn add_views(
-    folder: &Path,
+    folder: &Folder,
     open: &OpenJob,
     summary: &RunSummary,
     parallelism: &Parallelism,
@@ -134,7 +134,7 @@ pub fn add_views(
     if !summary.finished_before || (notes != none && RunNotes::read(folder)? == none) {
         notes.write(folder)?;
     }
-    if summary.finished_before && folder.join(layout::PREVIEW).exists() {
+    if summary.finished_before && folder.contains(layout::PREVIEW) {
         return Ok(());
     }
     let mut source = job.work.depth_source(job.seed, parallelism.level).map_err(|error| run_failure(error.into()))?;
@@ -173,7 +173,7 @@ fn bytes(manifest: &Manifest) -> u64 {
 
 /// The summary of a run, for machines.
 pub fn report<'a>(
-    folder: &Path,
+    folder: &Folder,
     parallelism: &Parallelism,
     summary: &'a RunSummary,
     seconds: f64,
@@ -181,7 +181,7 @@ pub fn report<'a>(
     let RunSummary { finished_before, product, made, manifest, .. } = summary;
     let counts = &manifest.counts;
     RunReport {
-        dataset: folder.display().to_string(),
+        dataset: folder.path().display().to_string(),
         product: *product,
         root: manifest.root.hex(),
         classes: &manifest.classes,
@@ -205,16 +205,21 @@ pub fn report<'a>(
 }
 
 /// The summary of a run, for people.
-pub fn text(path: &Path, parallelism: &Parallelism, summary: &RunSummary, seconds: f64) -> Result<String, Failure> {
+pub fn text(
+    dataset: &Folder,
+    parallelism: &Parallelism,
+    summary: &RunSummary,
+    seconds: f64,
+) -> Result<String, Failure> {
     let RunSummary { finished_before, product, made, manifest, .. } = summary;
     let counts = &manifest.counts;
     let samples = product.samples.many;
-    let folder = path.display();
+    let folder = dataset.path().shown();
     let mut lines = Vec::new();
     if *finished_before {
         lines.push(format!("{folder} is complete already: nothing to do"));
     }
-    lines.extend(publish::counts_in_words(path, manifest)?);
+    lines.extend(publish::counts_in_words(dataset, manifest)?);
     let shards = counted(manifest.shards.len() as u64, "shard");
     lines.push(format!("{shards}, {}, in {folder}", size_in_words(bytes(manifest))));
     if *made > 0 {
@@ -238,7 +243,7 @@ pub fn text(path: &Path, parallelism: &Parallelism, summary: &RunSummary, second
         lines.push(format!("{} {were} refused:", counted(counts.refused_meshes, "mesh")));
     }
     let warnings = manifest.warnings.iter().cloned().chain(no_sample(manifest));
-    lines.extend(warnings.map(|warning| format!("warning: {warning}")));
+    lines.extend(capped(warnings.map(|warning| format!("warning: {}", warning.shown())), MOST_WARNINGS, "warnings"));
     // Of one class alone, the root over all says it.
     if manifest.classes.len() > 1 {
         lines.extend(manifest.classes.iter().map(|(class, root)| format!("{} {root}", class.name())));

@@ -1,11 +1,6 @@
 //! `graspmill segment`: the table in a depth picture, and the objects on it.
 
-use std::{
-    fmt::Write as _,
-    fs,
-    path::{Path, PathBuf},
-    time::Instant,
-};
+use std::{fmt::Write as _, io::Write as _, path::Path, time::Instant};
 
 use serde::Serialize;
 
@@ -16,6 +11,7 @@ use super::{
     printer::Printer,
 };
 use format::dataset::NewFolder;
+use kernel::{files::Folder, words::Show};
 use perception::{Cluster, DepthFrame, Refusal, draw_outlines};
 use surface::write_ply;
 
@@ -73,7 +69,7 @@ pub fn segment(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failu
         let file = (!sheet.triangles.is_empty()).then(|| format!("{name}.ply"));
         if let Some(file) = &file {
             let comments = [format!("frame: {FRAME}"), "the visible surface, open at its rim".to_owned()];
-            write(folder.path(), file, &write_ply(sheet, &comments))?;
+            write(folder.folder(), file, &write_ply(sheet, &comments))?;
         }
         let centre = mean_point(&scene.frame, cluster);
         objects.push(ObjectRow {
@@ -90,7 +86,7 @@ pub fn segment(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failu
             refusal: Refusal::of(cluster, sheet).map(|refusal| refusal.to_string()),
         });
     }
-    write(folder.path(), "outlines.png", &draw_outlines(&scene.frame, &scene.clusters))?;
+    write(folder.folder(), "outlines.png", &draw_outlines(&scene.frame, &scene.clusters))?;
     let report = SceneReport {
         format: "graspmill scene 1",
         frame: FRAME,
@@ -100,7 +96,7 @@ pub fn segment(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failu
         outlines: "outlines.png",
         milliseconds: Times { read: picture.read, segment: picture.segment, surfaces },
     };
-    write(folder.path(), "scene.json", (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
+    write(folder.folder(), "scene.json", (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
     let out = folder.publish()?;
     if arguments.json {
         printer.json(&report)?;
@@ -112,10 +108,9 @@ pub fn segment(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failu
 }
 
 /// Writes a file of a new folder.
-pub fn write(folder: &Path, name: &str, content: &[u8]) -> Result<PathBuf, Failure> {
-    let path = folder.join(name);
-    fs::write(&path, content)?;
-    Ok(path)
+pub fn write(folder: &Folder, name: &str, content: &[u8]) -> Result<(), Failure> {
+    let written = folder.create_new(name).and_then(|mut file| file.write_all(content));
+    written.map_err(|error| anyhow::Error::new(error).context(folder.path_of(name).display().to_string()).into())
 }
 
 fn mean_point(frame: &DepthFrame, cluster: &Cluster) -> [f64; 3] {
@@ -149,6 +144,6 @@ fn text(report: &SceneReport, plane: &str, out: &Path) -> String {
         }
     }
     _ = writeln!(text, "read in {read:.1} ms, segmented in {segment:.1} ms, surfaces in {surfaces:.1} ms");
-    _ = write!(text, "{}: surfaces (PLY), outlines.png, scene.json", out.display());
+    _ = write!(text, "{}: surfaces (PLY), outlines.png, scene.json", out.shown());
     text
 }

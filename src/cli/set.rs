@@ -2,7 +2,7 @@
 
 use std::{
     collections::BTreeMap,
-    path::{self, Path, PathBuf},
+    path::{self, PathBuf},
 };
 
 use serde::Serialize;
@@ -21,7 +21,10 @@ use factory::{
     job::{JobSet, JobText, SetMember},
 };
 use format::dataset::{DatasetError, SetContent, SetEntry, SetTable};
-use kernel::words::counted;
+use kernel::{
+    files::{self, Folder},
+    words::{Show, counted},
+};
 
 /// A set and what a verb found of its datasets, for machines.
 #[derive(Serialize)]
@@ -47,8 +50,8 @@ struct SetFindings {
 impl SetFindings {
     /// A line each.
     fn words(&self) -> impl Iterator<Item = String> + '_ {
-        let problems = self.problems.iter().map(|problem| format!("problem: {problem}"));
-        problems.chain(self.leaks.iter().map(|leak| format!("warning: {leak}")))
+        let problems = self.problems.iter().map(|problem| format!("problem: {}", problem.shown()));
+        problems.chain(self.leaks.iter().map(|leak| format!("warning: {}", leak.to_string().shown())))
     }
 }
 
@@ -74,7 +77,7 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
     let cancel = machine::cancel_on_signals()?;
     let (mut exit, mut texts, mut reports) = (Exit::Complete, Vec::new(), BTreeMap::new());
     for job in &set.jobs {
-        let folder = arguments.out.join(&job.name);
+        let folder = arguments.out.subfolder(&job.name);
         let view = ProgressView::new(arguments.progress(), printer);
         view.name(printer, &job.name);
         let listener = |event: Event| view.show(printer, &event);
@@ -97,7 +100,7 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
     } else {
         texts.extend(found.words());
         texts.extend(words(&arguments.out, &table));
-        printer.result(&format!("{}\nnext: graspmill report {}", texts.join("\n\n"), arguments.out.display()));
+        printer.result(&format!("{}\nnext: graspmill report {}", texts.join("\n\n"), arguments.out.path().shown()));
     }
     Ok(exit)
 }
@@ -106,10 +109,12 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
 pub fn status(arguments: &DatasetArgs, table: &SetTable, printer: &Printer) -> Result<Exit, Failure> {
     let (mut texts, mut found) = (Vec::new(), BTreeMap::new());
     for job in &table.jobs {
-        let folder = arguments.dir.join(&job.name);
+        let folder = arguments.dir.subfolder(&job.name);
         let status = dataset::status_of(&folder)?;
-        let begun = status.as_ref().map(dataset::status_words);
-        texts.push(begun.unwrap_or_else(|| format!("{}: not begun\nrun the set again to resume", folder.display())));
+        let begun = status.as_ref().map(|status| dataset::status_words(&folder, status));
+        texts.push(
+            begun.unwrap_or_else(|| format!("{}: not begun\nrun the set again to resume", folder.path().shown())),
+        );
         found.insert(job.name.clone(), status);
     }
     if arguments.json {
@@ -127,7 +132,7 @@ pub fn verify(arguments: &VerifyArgs, table: &SetTable, printer: &Printer) -> Re
     let cancel = machine::cancel_on_signals()?;
     let (mut exit, mut texts, mut reports) = (Exit::Complete, Vec::new(), BTreeMap::new());
     for job in &table.jobs {
-        let checked = verify::check(arguments, &arguments.dir.join(&job.name), &parallelism, &cancel)?;
+        let checked = verify::check(arguments, &arguments.dir.subfolder(&job.name), &parallelism, &cancel)?;
         exit = if checked.exit == Exit::Complete { exit } else { checked.exit };
         texts.push(checked.words());
         reports.insert(job.name.clone(), serde_json::to_value(checked.json())?);
@@ -170,7 +175,7 @@ pub fn report(arguments: &ReportArgs, table: &SetTable, printer: &Printer) -> Re
 }
 
 /// Prints the root of a set whose datasets are all finished.
-pub fn digest(folder: &Path, table: &SetTable, printer: &Printer) -> Result<Exit, Failure> {
+pub fn digest(folder: &Folder, table: &SetTable, printer: &Printer) -> Result<Exit, Failure> {
     let root = match &table.made {
         Some(made) => made.root,
         None => table.content(folder)?.root,
@@ -180,25 +185,30 @@ pub fn digest(folder: &Path, table: &SetTable, printer: &Printer) -> Result<Exit
 }
 
 /// Folders of the datasets that a job of a set in a folder reads, by the section that names each.
-fn job_inputs(job: &SetMember, folder: &Path) -> Result<BTreeMap<String, PathBuf>, Failure> {
-    let input = |(section, name): (&String, &String)| Ok((section.clone(), path::absolute(folder.join(name))?));
+fn job_inputs(job: &SetMember, folder: &Folder) -> Result<BTreeMap<String, PathBuf>, Failure> {
+    let input = |(section, name): (&String, &String)| {
+        // The job reads it by its path, which must not lead elsewhere.
+        let member = folder.subfolder(name);
+        member.names().map(drop).or_else(|error| if files::is_absent(&error) { Ok(()) } else { Err(error) })?;
+        Ok((section.clone(), path::absolute(member.path())?))
+    };
     job.inputs.iter().map(input).collect()
 }
 
 fn show<T: Serialize>(
-    folder: &Path,
+    folder: &Folder,
     table: &SetTable,
     datasets: BTreeMap<String, T>,
     SetFindings { problems, leaks }: SetFindings,
     printer: &Printer,
 ) -> Result<(), Failure> {
-    printer.json(&SetJson { set: folder.display().to_string(), table, datasets, problems, leaks })
+    printer.json(&SetJson { set: folder.path().display().to_string(), table, datasets, problems, leaks })
 }
 
 /// Content of a finished set, in words.
-fn words(folder: &Path, table: &SetTable) -> Option<String> {
+fn words(folder: &Folder, table: &SetTable) -> Option<String> {
     let made = table.made.as_ref()?;
-    let mut first = format!("{}: {}", folder.display(), counted(table.jobs.len() as u64, "dataset"));
+    let mut first = format!("{}: {}", folder.path().shown(), counted(table.jobs.len() as u64, "dataset"));
     // Of scenes and what is made of them no sample is of one object.
     if !made.objects.is_empty() {
         let (objects, complete) = (made.objects.len(), made.complete_objects(&table.jobs));
@@ -207,7 +217,8 @@ fn words(folder: &Path, table: &SetTable) -> Option<String> {
     let mut lines = vec![first];
     lines.extend(made.differing.iter().map(|name| {
         format!(
-            "warning: `{name}` is not the same object in all datasets: same name, other content (set.json has both)"
+            "warning: `{}` is not the same object in all datasets: same name, other content (set.json has both)",
+            name.shown()
         )
     }));
     lines.push(format!("root {}", made.root));

@@ -1,6 +1,6 @@
 //! Stored samples as a network's input.
 
-use std::{cell::OnceCell, path::Path};
+use std::cell::OnceCell;
 
 use super::{
     exit::{Exit, Failure},
@@ -11,9 +11,10 @@ use format::{
     dataset::{DatasetReader, Sample, Selection},
 };
 use kernel::{
+    files::Folder,
     geom::{DepthCrop, OccupancyGrid},
     ids::{ObjectId, SampleIndex},
-    words::Split,
+    words::{Show, Split},
 };
 use perception::{DepthFrame, without_outliers};
 use runtime::completion::{CompletionModel, InputName, Inputs, Prediction};
@@ -40,7 +41,7 @@ pub struct StoredSample {
 
 /// Samples of a dataset in order, of one split or of all, at most so many, evenly taken.
 pub fn choose_samples(
-    folder: &Path,
+    folder: &Folder,
     split: Option<&str>,
     limit: Option<u64>,
 ) -> Result<(DatasetReader, Vec<SampleIndex>), Failure> {
@@ -56,7 +57,7 @@ pub fn choose_samples(
     let count = limit.map_or(all.len(), |limit| usize::try_from(limit).unwrap_or(usize::MAX).min(all.len()));
     let chosen: Vec<SampleIndex> = (0..count).map(|index| all[index * all.len() / count]).collect();
     if chosen.is_empty() {
-        let message = format!("{}: no sample is in that split", folder.display());
+        let message = format!("{}: no sample is in that split", folder.path().shown());
         return Err(Failure::message(Exit::BadSpec, message));
     }
     Ok((reader, chosen))
@@ -65,7 +66,10 @@ pub fn choose_samples(
 /// A sample that the dataset lists.
 pub fn listed(reader: &DatasetReader, index: SampleIndex) -> Result<Sample, Failure> {
     reader.sample(index)?.ok_or_else(|| {
-        Failure::message(Exit::Failed, format!("{}: a sample that is listed is not there", reader.folder().display()))
+        Failure::message(
+            Exit::Failed,
+            format!("{}: a sample that is listed is not there", reader.folder().path().shown()),
+        )
     })
 }
 

@@ -1,10 +1,9 @@
 //! `graspmill submit`.
 
 use std::{
-    env, fs,
-    io::{self, Write},
+    env, io,
     path::{self, Path, PathBuf},
-    process::{Command, Stdio},
+    process::Stdio,
     time::Duration,
 };
 
@@ -24,8 +23,8 @@ use factory::{
 };
 use format::dataset::{DatasetError, layout, read_mark, scan_shards};
 use kernel::{
-    files::{self, Bound},
-    words::{counted, number_ranges},
+    files::{Bound, Folder, Temporary},
+    words::{Show, counted, number_ranges},
 };
 
 /// Record of what was sent, in the folder [`layout::CLUSTER`] beside scripts and [`LOGS`].
@@ -59,23 +58,23 @@ struct Record {
 }
 
 /// Whether the dataset in a folder was submitted.
-pub fn submitted(out: &Path) -> bool {
-    out.join(layout::CLUSTER).join(RECORD).exists()
+pub fn submitted(out: &Folder) -> bool {
+    out.subfolder(layout::CLUSTER).contains(RECORD)
 }
 
 /// Writes what an engine needs to make a job's dataset; sends it where the engine is Slurm.
 pub fn submit(arguments: &SubmitArgs, printer: &Printer) -> Result<Exit, Failure> {
-    let folder = arguments.out.join(layout::CLUSTER);
+    let folder = arguments.out.subfolder(layout::CLUSTER);
     let (submission, tasks) = if arguments.retry { again(arguments, &folder)? } else { anew(arguments, printer)? };
     if tasks.is_empty() {
         printer.result(&format!(
             "{0}: all {1} shards are there: graspmill merge {0}",
-            arguments.out.display(),
+            arguments.out.path().shown(),
             submission.plan.shards
         ));
         return Ok(Exit::Complete);
     }
-    let files = submission.files(&tasks, &path::absolute(folder.join(LOGS))?);
+    let files = submission.files(&tasks, &path::absolute(folder.path_of(LOGS))?);
     let files = files.map_err(|error| Failure::new(Exit::BadSpec, error))?;
     if arguments.print {
         printer.result(&files.iter().map(|file| file.text.as_str()).collect::<Vec<_>>().join("\n"));
@@ -106,7 +105,7 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
     if let Some(mark) = read_mark(&arguments.out)?
         && mark.job != open.digest
     {
-        let (folder, found) = (arguments.out.clone(), mark.job);
+        let (folder, found) = (arguments.out.path().to_owned(), mark.job);
         return Err(jobs::run_failure(DatasetError::ForeignJob { folder, found, expected: open.digest }.into()));
     }
     let cpus = arguments.cpus;
@@ -126,7 +125,7 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
         folder: env::current_dir()?,
         job: path::absolute(job)?,
         overrides: arguments.set.clone(),
-        out: path::absolute(&arguments.out)?,
+        out: path::absolute(arguments.out.path())?,
         // Until the pilot says more.
         plan: TaskPlan::suggested(0.0, cpus, 1),
         resources: Resources { cpus, memory: arguments.memory, minutes: arguments.minutes.unwrap_or(0) },
@@ -134,7 +133,7 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
         container,
     };
     // A name that no script may hold is refused before the pilot, which takes seconds.
-    let logs = path::absolute(arguments.out.join(layout::CLUSTER).join(LOGS))?;
+    let logs = path::absolute(arguments.out.subfolder(layout::CLUSTER).path_of(LOGS))?;
     submission.check(&logs).map_err(|error| Failure::new(Exit::BadSpec, error))?;
     let costs = Costs::measure(job_to_send, &context)?;
     let mut plan = costs.tasks(cpus);
@@ -169,17 +168,16 @@ fn container(arguments: &SubmitArgs) -> Result<Option<Container>, Failure> {
 }
 
 /// Reads what was sent before: the submission, and the tasks whose shards are missing.
-fn again(arguments: &SubmitArgs, folder: &Path) -> Result<(Submission, Vec<u32>), Failure> {
-    let path = folder.join(RECORD);
-    let text = files::read(&path, Bound::SUBMISSION).map_err(|error| {
-        let message = format!("{}: {error}; `submit JOB --out DIR --backend ...` writes it", path.display());
-        Failure::message(
-            if error.kind() == io::ErrorKind::NotFound { Exit::Failed } else { Exit::InputOutput },
-            message,
-        )
+fn again(arguments: &SubmitArgs, folder: &Folder) -> Result<(Submission, Vec<u32>), Failure> {
+    let path = folder.path_of(RECORD);
+    let text = folder.read(RECORD, Bound::SUBMISSION).map_err(|error| {
+        let is_absent = error.kind() == io::ErrorKind::NotFound;
+        let what = format!("{}: `submit JOB --out DIR --backend ...` writes it", path.shown());
+        let error = anyhow::Error::new(error).context(what);
+        if is_absent { Failure::new(Exit::Failed, error) } else { Failure::from(error) }
     })?;
     let Record { submission } = serde_json::from_slice(&text)
-        .map_err(|error| Failure::message(Exit::Failed, format!("{}: {error}; submit the job anew", path.display())))?;
+        .map_err(|error| Failure::message(Exit::Failed, format!("{}: {error}; submit the job anew", path.shown())))?;
     let Some(mark) = read_mark(&arguments.out)? else {
         let tasks = (0..submission.plan.tasks).collect();
         return Ok((submission, tasks));
@@ -189,19 +187,18 @@ fn again(arguments: &SubmitArgs, folder: &Path) -> Result<(Submission, Vec<u32>)
 }
 
 /// Writes the scripts and the record; where the scripts stand.
-fn write(folder: &Path, submission: &Submission, files: &[SubmissionFile]) -> Result<Vec<PathBuf>, Failure> {
-    let logs = folder.join(LOGS);
+fn write(folder: &Folder, submission: &Submission, files: &[SubmissionFile]) -> Result<Vec<PathBuf>, Failure> {
+    let logs = folder.subfolder(LOGS);
     let failed = |path: &Path| {
         let path = path.display().to_string();
         move |error: io::Error| Failure::new(Exit::InputOutput, anyhow::Error::new(error).context(path))
     };
-    fs::create_dir_all(&logs).map_err(failed(&logs))?;
+    logs.create().map_err(failed(logs.path()))?;
     let record = serde_json::to_string_pretty(&Record { submission: submission.clone() })? + "\n";
     let mut written = Vec::new();
     for (name, text) in files.iter().map(|file| (file.name, &file.text)).chain([(RECORD, &record)]) {
-        let path = path::absolute(folder.join(name))?;
-        let mut file = fs::File::create(&path).map_err(failed(&path))?;
-        file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).map_err(failed(&path))?;
+        let path = path::absolute(folder.path_of(name))?;
+        Temporary::write(folder, name, text.as_bytes()).map_err(failed(&path))?;
         written.push(path);
     }
     written.pop();
@@ -219,12 +216,14 @@ fn send(files: &[PathBuf]) -> Result<Sent, Failure> {
 
 /// Calls sbatch; the job's number.
 fn sbatch(arguments: &[&std::ffi::OsStr]) -> Result<String, Failure> {
-    let output = Command::new("sbatch").arg("--parsable").args(arguments).stdin(Stdio::null()).output();
-    let output = output.map_err(|error| {
+    let failed = |why: String| {
         let message =
-            format!("sbatch: {error}; the scripts are written, send them where Slurm is, the merge after the tasks");
+            format!("sbatch: {why}; the scripts are written, send them where Slurm is, the merge after the tasks");
         Failure::message(Exit::Failed, message)
-    })?;
+    };
+    let mut sbatch = machine::program("sbatch").ok_or_else(|| failed("no such program on PATH".to_owned()))?;
+    let output = sbatch.arg("--parsable").args(arguments).stdin(Stdio::null()).output();
+    let output = output.map_err(|error| failed(error.to_string()))?;
     if !output.status.success() {
         let said = String::from_utf8_lossy(&output.stderr);
         return Err(Failure::message(Exit::Failed, format!("sbatch: {}", said.trim())));
@@ -237,13 +236,13 @@ fn sbatch(arguments: &[&std::ffi::OsStr]) -> Result<String, Failure> {
 fn words(report: &SubmitReport, count: usize) -> String {
     let SubmitReport { submission, array, files, sent } = report;
     let TaskPlan { tasks, shards, .. } = submission.plan;
-    let out = submission.out.display();
+    let out = submission.out.shown();
     let mut lines = vec![format!(
         "{count} of {} ({array}) for {} of {out}",
         counted(tasks.into(), "task"),
         counted(shards.into(), "shard")
     )];
-    lines.extend(files.iter().map(|file| format!("wrote {}", file.display())));
+    lines.extend(files.iter().map(|file| format!("wrote {}", file.shown())));
     let first = files.first().map(|file| file.display().to_string()).unwrap_or_default();
     match (submission.backend, sent) {
         (_, Some(Sent { tasks, merge })) => lines.push(format!("sent: tasks {tasks}, then the merge {merge}")),

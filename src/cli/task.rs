@@ -20,7 +20,7 @@ use factory::{
     run::{ShareSummary, run_share},
 };
 use format::dataset::listed_shards;
-use kernel::words::counted;
+use kernel::words::{Show, counted};
 
 /// Report of a task, for machines.
 #[derive(Serialize)]
@@ -45,7 +45,7 @@ pub fn run(arguments: &RunArgs, choice: TaskChoice, text: &JobText, printer: &Pr
     if JobSet::is_one(text) {
         let message = format!(
             "{}: the datasets of a set are made one after another; give tasks one of its jobs",
-            arguments.job.job.display()
+            arguments.job.job.shown()
         );
         return Err(Failure::message(Exit::BadSpec, message));
     }
@@ -60,11 +60,11 @@ pub fn run(arguments: &RunArgs, choice: TaskChoice, text: &JobText, printer: &Pr
     let folder = &arguments.out;
     let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &listener };
     let open = jobs::open(jobs::read(text, &BTreeMap::new())?, &context)?;
-    let made = run_share(&open.task(&open.header(folder), folder), share, &context).map_err(run_failure);
+    let made = run_share(&open.task(&open.header(folder.path()), folder), share, &context).map_err(run_failure);
     view.finish(printer, &made);
     let summary = made?;
     let report = TaskReport {
-        dataset: folder.display().to_string(),
+        dataset: folder.path().display().to_string(),
         task: *task,
         tasks: *tasks,
         from: from.clone(),
@@ -96,6 +96,7 @@ fn words(report: &TaskReport, samples: &str) -> String {
         let rate = rate_text(report.samples_per_second);
         lines.push(format!("{made} {samples} in {seconds:.1} s: {rate} {samples}/s on {threads} threads"));
     }
+    let dataset = dataset.shown();
     lines.push(format!("{dataset_shards_there} of {} of {dataset}", counted(*dataset_shards as u64, "shard")));
     if dataset_shards_there == dataset_shards {
         lines.push(format!("all are there: graspmill merge {dataset}"));

@@ -14,6 +14,7 @@ use kernel::{
     assets::{MeshSource, built_in_source, list_folder, prepare},
     geom::TriMesh,
     ids::{ObjectId, SampleIndex},
+    words::Show,
 };
 use nalgebra::Point3;
 
@@ -30,7 +31,7 @@ impl TrueMeshes {
         let mut meshes = BTreeMap::new();
         for row in reader.assets()?.objects.iter().filter(|row| wanted.contains(&row.object)) {
             let source = source_of(row, &files).ok_or_else(|| {
-                let (folder, name) = (folder.display(), &row.name);
+                let (folder, name) = (folder.shown(), &row.name);
                 Failure::message(
                     Exit::BadSpec,
                     format!("--truth {folder}: no file is called {name}, as an object of the dataset is"),

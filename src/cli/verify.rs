@@ -1,9 +1,6 @@
 //! `graspmill verify`.
 
-use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
-};
+use std::collections::BTreeMap;
 
 use serde::Serialize;
 
@@ -25,7 +22,8 @@ use format::dataset::{
 };
 use kernel::{
     assets::MeshOrigin,
-    words::{counted, size_in_words},
+    files::Folder,
+    words::{Show, capped, counted, size_in_words},
 };
 use publish::{ReleaseCheck, check_release};
 use tables::ParquetIndex;
@@ -49,10 +47,13 @@ struct VerifyJson<'a> {
     release_files: Option<usize>,
 }
 
+/// Problems, and notes, that the text form shows.
+const MOST_LINES: usize = 500;
+
 /// Findings of the check of one dataset.
 pub struct Checked<'a> {
     arguments: &'a VerifyArgs,
-    folder: PathBuf,
+    folder: Folder,
     report: VerifyReport,
     regenerated: Option<Regeneration>,
     /// Where the folder is a release.
@@ -85,12 +86,11 @@ pub fn damage(error: DatasetError) -> Failure {
 /// Checks the dataset in a folder as the arguments say.
 pub fn check<'a>(
     arguments: &'a VerifyArgs,
-    folder: &Path,
+    folder: &Folder,
     parallelism: &Parallelism,
     cancel: &Cancel,
 ) -> Result<Checked<'a>, Failure> {
-    let job_file = folder.join(layout::JOB);
-    let text = JobText::open(&job_file, &arguments.set);
+    let text = JobText::of_dataset(folder, &arguments.set);
     // The settings alone, meshes unopened, say which rules its records obey.
     let draft = text.as_ref().ok().and_then(|text| jobs::read(text, &BTreeMap::new()).ok());
     let options = VerifyOptions {
@@ -132,7 +132,7 @@ pub fn check<'a>(
             };
             let message = format!(
                 "{}: {what}; they give job {}, the manifest says {}: samples cannot be made again here",
-                job_file.display(),
+                folder.path_of(layout::JOB).shown(),
                 open.digest.0.short(),
                 reader.manifest().job.0.short()
             );
@@ -143,7 +143,7 @@ pub fn check<'a>(
     }
     let same = regenerated.as_ref().is_none_or(|regenerated| regenerated.differences.is_empty());
     let exit = if report.is_intact() && same { Exit::Complete } else { Exit::Mismatch };
-    Ok(Checked { arguments, folder: folder.to_owned(), report, regenerated, release, exit })
+    Ok(Checked { arguments, folder: folder.clone(), report, regenerated, release, exit })
 }
 
 /// Objects of the dataset that its job does not find here, or finds with other content: by file where one was read.
@@ -166,7 +166,7 @@ impl Checked<'_> {
     pub fn json(&self) -> impl Serialize + use<'_> {
         let report = &self.report;
         VerifyJson {
-            dataset: self.folder.display().to_string(),
+            dataset: self.folder.path().display().to_string(),
             intact: report.is_intact(),
             root: report.saved.hex(),
             root_calculated: report.calculated.map(|digest| digest.hex()),
@@ -185,10 +185,12 @@ impl Checked<'_> {
     /// For people.
     pub fn words(&self) -> String {
         let Self { arguments, folder, report, regenerated, release, .. } = self;
-        let folder = folder.display();
+        let folder = folder.path().shown();
         let samples = report.product.samples.many;
-        let mut lines: Vec<String> = report.problems.iter().map(|problem| format!("problem: {problem}")).collect();
-        lines.extend(report.notes.iter().map(|note| format!("note: {note}")));
+        let problems = report.problems.iter().map(|problem| format!("problem: {}", problem.to_string().shown()));
+        let notes = report.notes.iter().map(|note| format!("note: {}", note.shown()));
+        let mut lines = capped(problems, MOST_LINES, "problems");
+        lines.extend(capped(notes, MOST_LINES, "notes"));
         lines.push(format!(
             "{} of {} intact, {} {samples}, {} checked, {}",
             report.intact_shards,

@@ -3,6 +3,9 @@
 use super::{Cancel, Listener, RunError};
 use kernel::geom::SimdLevel;
 
+/// Stack of a worker [bytes], whatever `ulimit -s` and RUST_MIN_STACK say.
+const STACK_BYTES: usize = 4 << 20;
+
 /// Threads and vector instructions of a run; they change no byte.
 #[derive(Clone, Copy, Debug)]
 pub struct Parallelism {
@@ -27,6 +30,7 @@ impl Parallelism {
         rayon::ThreadPoolBuilder::new()
             .num_threads(self.threads)
             .thread_name(|number| format!("worker-{number}"))
+            .stack_size(STACK_BYTES)
             .build()
             .map_err(|error| RunError::Threads(error.to_string()))
     }

@@ -113,5 +113,5 @@ impl From<ProduceError> for RunError {
 
 /// Lines about files that are no shards, after the list of missing ones.
 fn not_whole(bad: &[BadShard]) -> String {
-    bad.iter().map(|bad| format!("\n{}: {}", bad.path.display(), bad.problem)).collect()
+    bad.iter().map(|bad| format!("\n{bad}")).collect()
 }

@@ -6,7 +6,6 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     fmt,
-    path::Path,
 };
 
 use rayon::prelude::*;
@@ -19,6 +18,7 @@ use format::{
 };
 use kernel::{
     assets::AssetRecord,
+    files::Folder,
     ids::ObjectId,
     voxel::{ShapeDescriptor, twins},
     words::Split,
@@ -68,12 +68,12 @@ impl fmt::Display for Leak {
 ///
 /// # Errors
 /// When a file is missing or damaged, or the wish to stop is heard.
-pub fn find_leaks(folder: &Path, table: &SetTable, run: &RunContext<'_>) -> Result<Vec<Leak>, RunError> {
+pub fn find_leaks(folder: &Folder, table: &SetTable, run: &RunContext<'_>) -> Result<Vec<Leak>, RunError> {
     let mut sides: BTreeMap<ObjectId, Vec<LeakSide>> = BTreeMap::new();
     let mut meshes: BTreeMap<ObjectId, (usize, usize, AssetRow)> = BTreeMap::new();
     let mut shapes: Vec<Shapes> = Vec::new();
     for job in &table.jobs {
-        let reader = DatasetReader::open(&folder.join(&job.name))?;
+        let reader = DatasetReader::open(&folder.subfolder(&job.name))?;
         let mut rows = reader.assets()?.objects;
         rows.sort_by_key(|row| row.object);
         for row in &rows {

@@ -14,6 +14,7 @@ use format::{
     dataset::{DatasetHeader, RunMark},
 };
 use kernel::{
+    files::Folder,
     geom::SimdLevel,
     ids::{ItemId, JobDigest},
     render::DepthSource,
@@ -138,7 +139,7 @@ pub trait OpenWork: Sync {
     ///
     /// # Errors
     /// When a subject is gone or another one than when the job was resolved.
-    fn side_cost(&self, _visited: &[usize], _folder: &Path) -> Result<SideCost, ProduceError> {
+    fn side_cost(&self, _visited: &[usize], _folder: &Folder) -> Result<SideCost, ProduceError> {
         Ok(SideCost::default())
     }
 
@@ -154,7 +155,7 @@ pub trait OpenWork: Sync {
 /// A dataset that is being closed.
 pub struct Closing<'a> {
     /// Folder of the dataset.
-    pub folder: &'a Path,
+    pub folder: &'a Folder,
     /// Digest of the job.
     pub job: JobDigest,
     /// Mark of the folder: count of shards and samples.

@@ -4,7 +4,7 @@ use std::{collections::BTreeSet, fmt::Display, ops::Bound};
 
 use super::{
     document::{Document, Span},
-    errors::{FormError, FormErrors, Problem},
+    errors::{FormError, FormErrors, Mistakes, Problem},
     path::{Path, Step},
     requirement::Requirement,
 };
@@ -30,7 +30,7 @@ use super::{
 #[derive(Clone, Debug)]
 pub struct Checker {
     pub(super) document: Document,
-    errors: Vec<FormError>,
+    errors: Mistakes,
     /// Paths of what is wrong.
     wrong: BTreeSet<Vec<Step>>,
 }
@@ -54,7 +54,7 @@ impl Report<'_> {
 
 impl Checker {
     /// A document with the mistakes that reading it found.
-    pub fn new(document: Document, errors: Vec<FormError>) -> Self {
+    pub fn new(document: Document, errors: Mistakes) -> Self {
         Self { document, errors, wrong: BTreeSet::new() }
     }
 
@@ -70,7 +70,7 @@ impl Checker {
 
     /// Number of mistakes found so far.
     pub fn count(&self) -> usize {
-        self.errors.len()
+        self.errors.count()
     }
 
     /// Whether the value at a path, or one inside of it, was reported.
@@ -136,8 +136,13 @@ impl Checker {
     }
 
     /// Adds mistakes of a file that the document names.
-    pub fn add_errors(&mut self, errors: impl IntoIterator<Item = FormError>) {
-        self.errors.extend(errors);
+    pub fn add_errors(&mut self, errors: Mistakes) {
+        self.errors.append(errors);
+    }
+
+    /// Adds a mistake of a file that the document names.
+    pub fn add_error(&mut self, error: FormError) {
+        self.errors.push(error);
     }
 
     /// The document, once everything was checked.
@@ -155,8 +160,7 @@ impl Checker {
     /// Reports a mistake whose location is known.
     pub(super) fn report(&mut self, error: FormError, path: Path) -> Report<'_> {
         self.wrong.insert(path.0);
-        self.errors.push(error);
-        Report(self.errors.last_mut())
+        Report(self.errors.push(error))
     }
 
     pub(super) fn report_at(&mut self, span: &Span, path: &Path, problem: Problem) -> Report<'_> {

@@ -8,7 +8,7 @@ use toml::{
 };
 
 use super::{
-    errors::{FormError, OVERRIDE, Problem},
+    errors::{FormError, Mistakes, OVERRIDE, Problem},
     path::{Path, Step},
     requirement::Finding,
     source::{Location, Source},
@@ -65,11 +65,11 @@ impl Document {
     /// key by key, everything else is replaced, later overrides win.
     ///
     /// Everything that can be read is in the document, every syntax error in the list.
-    pub fn read(label: &str, text: &str, overrides: &[String]) -> (Self, Vec<FormError>) {
+    pub fn read(label: &str, text: &str, overrides: &[String]) -> (Self, Mistakes) {
         let (name, sources) = (label.to_owned(), vec![Source::new(label, text)]);
         let mut document = Self { name, sources, root: Node::default() };
         let (table, syntax) = DeTable::parse_recoverable(text);
-        let mut errors = Vec::new();
+        let mut errors = Mistakes::default();
         for error in syntax {
             let span = Span { source: 0, range: error.span().unwrap_or(0..0) };
             errors.push(syntax_error(document.location(&span), error.message().trim()));
@@ -137,7 +137,7 @@ impl Document {
         if span.source > 0 { Location { line: span.source as u32, ..location } } else { location }
     }
 
-    fn lay_over(&mut self, text: &str, errors: &mut Vec<FormError>) {
+    fn lay_over(&mut self, text: &str, errors: &mut Mistakes) {
         let source = self.sources.len();
         self.sources.push(Source::new(OVERRIDE, text));
         // A value that is no TOML is taken as a string, so that `--set name=mugs` needs no quotes within quotes.
@@ -168,7 +168,7 @@ impl Document {
         }
     }
 
-    fn table(&self, table: DeTable<'_>, source: usize, errors: &mut Vec<FormError>) -> BTreeMap<String, Node> {
+    fn table(&self, table: DeTable<'_>, source: usize, errors: &mut Mistakes) -> BTreeMap<String, Node> {
         let entries = table.into_iter().map(|(key, value)| {
             let key_span = Span { source, range: key.span() };
             (key.into_inner().into_owned(), self.node_of(value, key_span, errors))
@@ -176,7 +176,7 @@ impl Document {
         entries.collect()
     }
 
-    fn node_of(&self, value: Spanned<DeValue<'_>>, key_span: Span, errors: &mut Vec<FormError>) -> Node {
+    fn node_of(&self, value: Spanned<DeValue<'_>>, key_span: Span, errors: &mut Mistakes) -> Node {
         let source = key_span.source;
         let span = Span { source, range: value.span() };
         let value = match value.into_inner() {
@@ -280,7 +280,7 @@ impl Node {
 mod tests {
     use super::*;
 
-    fn read(text: &str, overrides: &[&str]) -> (Document, Vec<FormError>) {
+    fn read(text: &str, overrides: &[&str]) -> (Document, Mistakes) {
         let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
         Document::read("a.toml", text, &overrides)
     }
@@ -288,7 +288,7 @@ mod tests {
     #[test]
     fn overrides_join_tables_and_replace_the_rest() {
         let (document, errors) = read("a = { b = 1, c = [1, 2] }\n", &["a.c=[3]", "a.d=x y", "name=mugs"]);
-        assert_eq!(errors, []);
+        assert!(errors.is_empty());
         let expected: toml::Table = "a = { b = 1, c = [3], d = \"x y\" }\nname = \"mugs\"".parse().unwrap();
         assert_eq!(document.to_table(), expected);
         assert_eq!(document.text("name"), Some("mugs"));

@@ -191,11 +191,60 @@ impl Serialize for FormError {
     }
 }
 
+/// Mistakes as they are found. The first [`Mistakes::MOST`] are kept, of the others their count: a file of a million wrong lines
+/// takes neither memory nor pages.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mistakes {
+    list: Vec<FormError>,
+    more: usize,
+}
+
+impl Mistakes {
+    /// Mistakes that are kept, at most.
+    pub const MOST: usize = 1000;
+
+    /// Adds a mistake; returns it where it is kept.
+    pub fn push(&mut self, error: FormError) -> Option<&mut FormError> {
+        if self.list.len() == Self::MOST {
+            self.more += 1;
+            return None;
+        }
+        self.list.push(error);
+        self.list.last_mut()
+    }
+
+    /// Adds those of another file.
+    pub fn append(&mut self, other: Self) {
+        self.more += other.more;
+        for error in other.list {
+            self.push(error);
+        }
+    }
+
+    /// Number of mistakes, kept or not.
+    pub fn count(&self) -> usize {
+        self.list.len() + self.more
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// Those that are kept.
+    pub fn iter(&self) -> impl Iterator<Item = &FormError> {
+        self.list.iter()
+    }
+}
+
 /// All mistakes of a file, in the order of the file; never empty.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct FormErrors {
     list: Vec<FormError>,
+    /// Count of further ones.
+    #[serde(skip)]
+    more: usize,
     /// Name of the file with all that it names.
     #[serde(skip)]
     name: String,
@@ -203,25 +252,34 @@ pub struct FormErrors {
 
 impl FormErrors {
     /// The mistakes in the order of the file, then of the overrides.
-    pub(super) fn new(name: &str, mut list: Vec<FormError>) -> Self {
+    pub(super) fn new(name: &str, mistakes: Mistakes) -> Self {
+        let Mistakes { mut list, more } = mistakes;
         list.sort_by(|a, b| {
             let order =
                 |error: &FormError| (error.location.file == OVERRIDE, error.location.line, error.location.column);
             order(a).cmp(&order(b)).then_with(|| a.key.cmp(&b.key))
         });
-        Self { list, name: name.to_owned() }
+        Self { list, more, name: name.to_owned() }
     }
 
-    /// The mistakes.
+    /// The mistakes: the first [`Mistakes::MOST`].
     pub fn list(&self) -> &[FormError] {
         &self.list
+    }
+
+    /// Number of mistakes.
+    pub fn count(&self) -> usize {
+        self.list.len() + self.more
     }
 
     /// All mistakes as a compiler shows them, and how many.
     pub fn render(&self) -> String {
         let mut text: String = self.list.iter().map(|error| error.render() + "\n").collect();
-        let plural = if self.list.len() == 1 { "error" } else { "errors" };
-        let _ = writeln!(text, "{} {plural} in {}", self.list.len(), self.name);
+        if self.more > 0 {
+            let _ = writeln!(text, "and {} more", self.more);
+        }
+        let plural = if self.count() == 1 { "error" } else { "errors" };
+        let _ = writeln!(text, "{} {plural} in {}", self.count(), self.name);
         text
     }
 }
@@ -230,6 +288,9 @@ impl fmt::Display for FormErrors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, error) in self.list.iter().enumerate() {
             write!(f, "{}{error}", if index > 0 { "\n" } else { "" })?;
+        }
+        if self.more > 0 {
+            write!(f, "\nand {} more", self.more)?;
         }
         Ok(())
     }

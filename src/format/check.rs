@@ -1,12 +1,13 @@
 //! Checks that products contribute to `verify`: of each sample's records, and of the files that only they have.
 
-use std::path::Path;
-
 use super::{
     Channel, Product, RecordError,
     dataset::{DatasetError, DatasetReader, Manifest},
 };
-use kernel::ids::{Digest, ObjectId, SampleId};
+use kernel::{
+    files::Folder,
+    ids::{Digest, ObjectId, SampleId},
+};
 
 /// Checks the records of one sample after the other, on one thread, but for the channels whose
 /// [decoder](crate::ChannelFormat::decode) says all. Records of a sample come in the order of their channels, so that a record
@@ -86,13 +87,13 @@ pub struct RootPart {
     /// Word before the digest.
     pub word: &'static str,
     /// Digest of the content of a dataset's file.
-    pub digest: fn(&Path) -> Result<Digest, DatasetError>,
+    pub digest: fn(&Folder) -> Result<Digest, DatasetError>,
 }
 
 /// The dataset around a file that is checked.
 pub struct FileContext<'a> {
     /// Folder of the dataset.
-    pub folder: &'a Path,
+    pub folder: &'a Folder,
     /// Manifest of the dataset.
     pub manifest: &'a Manifest,
     /// Reader of the dataset; `None` when it cannot be opened.

@@ -5,10 +5,11 @@ use std::{io, path::PathBuf};
 use kernel::remedy;
 
 use crate::sample::InputName;
+use kernel::words::Show;
 
 /// Why a folder is no model that this program runs.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: {problem}", file.display())]
+#[error("{}: {problem}", file.shown())]
 pub struct ModelError {
     /// The file with the fault.
     pub file: PathBuf,

@@ -3,7 +3,6 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     io,
-    path::Path,
 };
 
 use serde_json::Value;
@@ -14,9 +13,12 @@ use super::release::{
     staging::files_below,
 };
 use format::dataset::{DatasetError, Manifest, Problem, VerifyReport};
-use kernel::files::{self, Bound};
+use kernel::files::{Bound, Folder};
 
 const REMEDY: &str = "fetch the release again, or make it anew with `graspmill release`";
+
+/// Problems of single files that are listed.
+const MOST_PROBLEMS: usize = 1000;
 
 /// Findings of the check of a release.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -49,9 +51,9 @@ impl ReleaseCheck {
 ///
 /// # Errors
 /// When the list or the manifest can't be read, or the operating system refuses to list the folder.
-pub fn check_release(folder: &Path) -> Result<Option<ReleaseCheck>, DatasetError> {
-    let path = folder.join(CHECKSUMS);
-    let bytes = match files::read(&path, Bound::RELEASE_TEXT) {
+pub fn check_release(folder: &Folder) -> Result<Option<ReleaseCheck>, DatasetError> {
+    let path = folder.path_of(CHECKSUMS);
+    let bytes = match folder.read(CHECKSUMS, Bound::RELEASE_TEXT) {
         Ok(bytes) => bytes,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(DatasetError::Io { action: "reading", path, source }),
@@ -76,32 +78,35 @@ fn problem(file: &str, what: String) -> Problem {
 }
 
 /// Every file against its digest, and every file of the folder against the list.
-fn check_files(folder: &Path, listed: &BTreeMap<String, String>) -> Result<Vec<Problem>, DatasetError> {
-    let mut problems = Vec::new();
+fn check_files(folder: &Folder, listed: &BTreeMap<String, String>) -> Result<Vec<Problem>, DatasetError> {
+    let (mut problems, mut more) = (Vec::new(), 0);
+    let mut push = |found: Problem| if problems.len() < MOST_PROBLEMS { problems.push(found) } else { more += 1 };
     for (path, saved) in listed {
-        match digests_of(&folder.join(path)) {
+        match digests_of(folder, path) {
             Ok(found) if found.sha256 == *saved => {}
             Ok(found) => {
                 let (saved, found) = (&saved[..16], &found.sha256[..16]);
-                problems
-                    .push(problem(path, format!("its content has changed: saved SHA-256 {saved}, calculated {found}")));
+                push(problem(path, format!("its content has changed: saved SHA-256 {saved}, calculated {found}")));
             }
-            Err(error) => problems.push(problem(path, error.to_string())),
+            Err(error) => push(problem(path, error.to_string())),
         }
     }
     let known: BTreeSet<&str> = listed.keys().map(String::as_str).chain([CHECKSUMS]).collect();
     for path in files_below(folder)?.iter().filter(|path| !known.contains(path.as_str())) {
-        problems.push(Problem {
+        push(Problem {
             remedy: "delete it or move it away",
             ..problem(path, format!("{CHECKSUMS} does not know this file"))
         });
+    }
+    if more > 0 {
+        problems.push(problem(CHECKSUMS, format!("and {more} more problems")));
     }
     Ok(problems)
 }
 
 /// The recipe, where it is one of this very dataset.
-fn read_recipe(folder: &Path, manifest: &Manifest, problems: &mut Vec<Problem>) -> Option<Recipe> {
-    let text = files::read(&folder.join(RECIPE), Bound::RELEASE_TEXT).ok()?;
+fn read_recipe(folder: &Folder, manifest: &Manifest, problems: &mut Vec<Problem>) -> Option<Recipe> {
+    let text = folder.read(RECIPE, Bound::RELEASE_TEXT).ok()?;
     let recipe: Recipe = match serde_json::from_slice(&text) {
         Ok(recipe) => recipe,
         Err(error) => {
@@ -127,18 +132,22 @@ fn other_root(found: &str, manifest: &Manifest) -> String {
 }
 
 /// Each document against root and shards of the manifest.
-fn check_documents(folder: &Path, manifest: &Manifest, listed: &BTreeMap<String, String>, problems: &mut Vec<Problem>) {
+fn check_documents(
+    folder: &Folder,
+    manifest: &Manifest,
+    listed: &BTreeMap<String, String>,
+    problems: &mut Vec<Problem>,
+) {
     let root = manifest.root.hex();
     for path in [CARD, CITATION, LICENCES, CROISSANT, PROVENANCE] {
-        match files::read_text(&folder.join(path), Bound::RELEASE_TEXT) {
+        match folder.read_text(path, Bound::RELEASE_TEXT) {
             Ok(text) if text.contains(&root) => {}
             Ok(_) => problems.push(problem(path, format!("it does not name the manifest's root {root}"))),
             Err(error) => problems.push(problem(path, error.to_string())),
         }
     }
-    let json = |path: &str| -> Option<Value> {
-        serde_json::from_slice(&files::read(&folder.join(path), Bound::RELEASE_TEXT).ok()?).ok()
-    };
+    let json =
+        |path: &str| -> Option<Value> { serde_json::from_slice(&folder.read(path, Bound::RELEASE_TEXT).ok()?).ok() };
     let mut compare = |path: &str, name: &str, sha256: Option<&str>| {
         if sha256 != listed.get(name).map(String::as_str) {
             problems.push(problem(path, format!("it names another SHA-256 of {name} than {CHECKSUMS}")));

@@ -1,12 +1,11 @@
 //! Counts of a manifest in words.
 
-use std::path::Path;
-
 use super::products::pages_of;
 use format::{
     Noun,
     dataset::{DatasetError, Manifest},
 };
+use kernel::files::Folder;
 
 /// Parts that the samples of a dataset consist of, such as poses, where people count those.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,7 +26,7 @@ pub fn counted_parts(manifest: &Manifest) -> Option<CountedParts> {
 ///
 /// # Errors
 /// When a file of the dataset that holds counts is missing or damaged.
-pub fn counts_in_words(folder: &Path, manifest: &Manifest) -> Result<Vec<String>, DatasetError> {
+pub fn counts_in_words(folder: &Folder, manifest: &Manifest) -> Result<Vec<String>, DatasetError> {
     let (product, counts) = (manifest.product, &manifest.counts);
     let samples = product.samples.of(counts.samples);
     let mut lines = Vec::new();

@@ -1,6 +1,6 @@
 //! Facts that the inspections of all products share.
 
-use std::{collections::BTreeMap, fmt, path::Path};
+use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::Value;
@@ -11,9 +11,13 @@ use format::{
     dataset::{DatasetError, DatasetReader, layout},
 };
 use kernel::{
+    files::Folder,
     ids::{Digest, JobDigest},
-    words::NumberClass,
+    words::{NumberClass, Show, capped},
 };
+
+/// Warnings that the text form shows.
+const MOST_WARNINGS: usize = 50;
 
 /// Facts that the inspections of all products share.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,15 +67,22 @@ impl InspectionHeader {
 
     /// Writes what names the dataset: its name and its root digest.
     pub(super) fn write_names(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}: {}, format {}, made by {}", self.name, self.product, self.format_version, self.generator)?;
+        writeln!(
+            f,
+            "{}: {}, format {}, made by {}",
+            self.name.shown(),
+            self.product,
+            self.format_version,
+            self.generator.shown()
+        )?;
         writeln!(f, "  root      {}", self.root)
     }
 
     /// Writes a line for each reason of rejected samples.
     pub(super) fn write_rejected(f: &mut fmt::Formatter<'_>, rejected: &BTreeMap<String, u64>) -> fmt::Result {
-        rejected
-            .iter()
-            .try_for_each(|(reason, count)| writeln!(f, "            {:>9} rejected: {reason}", grouped(*count)))
+        rejected.iter().try_for_each(|(reason, count)| {
+            writeln!(f, "            {:>9} rejected: {}", grouped(*count), reason.shown())
+        })
     }
 
     /// Writes the line about shards, without its end.
@@ -81,7 +92,8 @@ impl InspectionHeader {
 
     /// Writes a line for each warning.
     pub(super) fn write_warnings(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.warnings.iter().try_for_each(|line| writeln!(f, "warning: {line}"))
+        let lines = self.warnings.iter().map(|line| format!("warning: {}", line.shown()));
+        capped(lines, MOST_WARNINGS, "warnings").iter().try_for_each(|line| writeln!(f, "{line}"))
     }
 }
 
@@ -118,14 +130,14 @@ impl Serialize for Inspection {
 ///
 /// # Errors
 /// When the dataset is not finished, damaged, or of another product.
-pub(super) fn open_of(folder: &Path, product: Product) -> Result<DatasetReader, DatasetError> {
+pub(super) fn open_of(folder: &Folder, product: Product) -> Result<DatasetReader, DatasetError> {
     let reader = DatasetReader::open(folder)?;
     let found = reader.manifest().product;
     if found == product {
         return Ok(reader);
     }
     Err(DatasetError::Invalid {
-        path: folder.to_owned(),
+        path: folder.path().to_owned(),
         problem: format!("a dataset of {found}, not of {product}"),
         remedy: "`graspmill inspect` prints the facts of either",
     })
@@ -143,7 +155,7 @@ pub(super) fn evenly<T: Copy>(list: &[T], most: usize) -> Vec<T> {
 /// When it is missing or damaged.
 pub(crate) fn job_table(reader: &DatasetReader) -> Result<toml::Table, DatasetError> {
     reader.job_text()?.parse().map_err(|error: toml::de::Error| DatasetError::Invalid {
-        path: reader.folder().join(layout::JOB),
+        path: reader.folder().path_of(layout::JOB),
         problem: error.message().to_owned(),
         remedy: "restore it",
     })
@@ -156,6 +168,6 @@ pub(crate) fn job_table(reader: &DatasetReader) -> Result<toml::Table, DatasetEr
 pub fn dataset_name(reader: &DatasetReader) -> Result<String, DatasetError> {
     let job = job_table(reader)?;
     let named = (job.get("name")).or_else(|| job.get("job")?.get("name")).and_then(|name| name.as_str());
-    let folder = || reader.folder().file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = || reader.folder().path().file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(named.map_or_else(folder, str::to_owned))
 }

@@ -63,18 +63,18 @@ pub use set::{SetReportSummary, report_set};
 pub use tally::Spread;
 pub use touch::{HandFacts, TouchFacts, TouchKind};
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::preview::PreviewError;
 use format::dataset::DatasetReader;
-use kernel::render::DepthSource;
+use kernel::{files::Folder, render::DepthSource};
 
 /// Writes `preview.mcap` into the folder of a finished dataset: a few samples, or a map, in the well-known schemas that
 /// Foxglove and Rerun draw. Depth images that the dataset does not store are taken from the source, where there is one.
 ///
 /// # Errors
 /// When the dataset is not finished or damaged, the file cannot be written, or the source fails.
-pub fn write_preview(folder: &Path, depth: Option<&mut dyn DepthSource>) -> Result<PathBuf, PreviewError> {
+pub fn write_preview(folder: &Folder, depth: Option<&mut dyn DepthSource>) -> Result<PathBuf, PreviewError> {
     let reader = DatasetReader::open(folder)?;
     (pages_of(reader.manifest().product).write_preview)(&reader, depth)
 }

@@ -6,13 +6,12 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     io,
-    path::Path,
 };
 
 use serde::{Deserialize, Serialize};
 
 use format::dataset::DatasetError;
-use kernel::files::{self, Bound};
+use kernel::files::{Bound, Folder, Temporary};
 
 /// The file's name.
 const NOTES: &str = "notes.json";
@@ -70,9 +69,9 @@ impl RunNotes {
     ///
     /// # Errors
     /// When the file can't be read or is no such JSON.
-    pub fn read(folder: &Path) -> Result<Self, DatasetError> {
-        let path = folder.join(NOTES);
-        match files::read(&path, Bound::NOTES) {
+    pub fn read(folder: &Folder) -> Result<Self, DatasetError> {
+        let path = folder.path_of(NOTES);
+        match folder.read(NOTES, Bound::NOTES) {
             Ok(text) => serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
                 path,
                 problem: error.to_string(),
@@ -87,15 +86,11 @@ impl RunNotes {
     ///
     /// # Errors
     /// When the file can't be written.
-    pub fn write(&self, folder: &Path) -> Result<(), DatasetError> {
+    pub fn write(&self, folder: &Folder) -> Result<(), DatasetError> {
         let text = serde_json::to_string_pretty(self).expect("notes are plain data with text keys") + "\n";
-        write_atomically(&folder.join(NOTES), text.as_bytes())
+        let written = Temporary::write(folder, NOTES, text.as_bytes());
+        written.map_err(DatasetError::io("writing", &folder.path_of(NOTES)))
     }
-}
-
-/// Writes a file under a temporary name beside it and renames it, so that no reader sees half of it.
-pub(super) fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), DatasetError> {
-    files::replace(path, bytes).map_err(DatasetError::io("writing", path))
 }
 
 /// A count of a run's leak check by its name.

@@ -1,17 +1,15 @@
 //! One sample of a dataset as a row of panels, as the first screen of README.md shows it.
 
-use std::path::Path;
-
 use super::{picture::Panel, products::pages_of};
 use format::dataset::{DatasetError, DatasetReader, Selection};
-use kernel::ids::ItemId;
+use kernel::{files::Folder, ids::ItemId};
 
 /// Draws the sample of an object and an item in panels, each at most `side` pixels wide and high; `None` where the dataset
 /// stores no such sample. Of a robot's map every sample has that robot, so that the name is empty.
 ///
 /// # Errors
 /// When the dataset is not finished, or a file is missing or damaged.
-pub fn draw_panels(folder: &Path, object: &str, item: ItemId, side: u32) -> Result<Option<Vec<Panel>>, DatasetError> {
+pub fn draw_panels(folder: &Folder, object: &str, item: ItemId, side: u32) -> Result<Option<Vec<Panel>>, DatasetError> {
     let reader = DatasetReader::open(folder)?;
     let row = reader.assets()?.objects.into_iter().find(|row| row.name == object);
     let is_wanted = |index: &_| {

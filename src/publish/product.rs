@@ -1,6 +1,6 @@
 //! Products as people meet them: rows of a table. Reports, inspections, releases and previews know the rows alone.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use minijinja::Value;
 
@@ -17,7 +17,7 @@ use format::{
     Noun, Product,
     dataset::{DatasetError, DatasetReader, Manifest, Sample},
 };
-use kernel::render::DepthSource;
+use kernel::{files::Folder, render::DepthSource};
 
 /// A product as people meet it: one row of the table of products.
 pub struct ProductPages {
@@ -32,7 +32,7 @@ pub struct ProductPages {
     /// Parts that each sample consists of, where people count those.
     pub(super) parts: Option<SampleParts>,
     /// Lines with the counts that only this product has.
-    pub(super) counts_in_words: fn(&Path, &Manifest) -> Result<Vec<String>, DatasetError>,
+    pub(super) counts_in_words: fn(&Folder, &Manifest) -> Result<Vec<String>, DatasetError>,
     /// Writes the preview.
     pub(super) write_preview: WritePreview,
     /// Whether the preview of a run shows more than the dataset stores, so that a release keeps it.

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use super::{
-    notes::write_atomically,
     product::{Page, Survey},
     products::pages_of,
 };
 use format::dataset::{DatasetError, DatasetReader, layout::REPORT};
+use kernel::files::{self, Folder, Temporary};
 
 /// A report that was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,24 +27,37 @@ pub struct ReportSummary {
 ///
 /// # Errors
 /// When the dataset is not finished, a file is missing or damaged, or the page can't be written.
-pub fn report(folder: &Path, out: Option<&Path>) -> Result<ReportSummary, DatasetError> {
+pub fn report(folder: &Folder, out: Option<&Path>) -> Result<ReportSummary, DatasetError> {
     let reader = DatasetReader::open(folder)?;
     let survey = (pages_of(reader.manifest().product).survey)(&reader)?;
-    let path = out.map_or_else(|| folder.join(REPORT), Path::to_owned);
-    write_page(&reader, survey.as_ref(), path)
+    write_page(&reader, survey.as_ref(), out)
 }
 
-/// Writes the page of a dataset that was surveyed.
+/// Writes the page of a dataset that was surveyed, to `out` or into its folder.
 ///
 /// # Errors
 /// When a file of the dataset is missing or damaged, or the page can't be written.
 pub(super) fn write_page(
     reader: &DatasetReader,
     survey: &dyn Survey,
-    path: PathBuf,
+    out: Option<&Path>,
 ) -> Result<ReportSummary, DatasetError> {
     let Page { values, shown } = survey.page(reader)?;
     let html = pages_of(reader.manifest().product).templates.render_page(&values);
-    write_atomically(&path, html.as_bytes())?;
+    let path = write_html(reader.folder(), out, &html)?;
     Ok(ReportSummary { path, bytes: html.len() as u64, shown })
+}
+
+/// Writes a page to `out`, or as [`REPORT`] into a folder. What `out` leads to is replaced; in the folder a link goes itself.
+///
+/// # Errors
+/// When the page can't be written.
+pub(super) fn write_html(folder: &Folder, out: Option<&Path>, html: &str) -> Result<PathBuf, DatasetError> {
+    let path = out.map_or_else(|| folder.path_of(REPORT), Path::to_owned);
+    let written = match out {
+        Some(out) => files::replace(out, html.as_bytes()),
+        None => Temporary::write(folder, REPORT, html.as_bytes()),
+    };
+    written.map_err(DatasetError::io("writing", &path))?;
+    Ok(path)
 }

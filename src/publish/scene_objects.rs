@@ -5,7 +5,10 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use format::dataset::{DatasetError, DatasetReader};
-use kernel::{ids::ObjectId, words::Split};
+use kernel::{
+    ids::ObjectId,
+    words::{Show, Split},
+};
 
 /// An object of the scenes of a dataset.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,7 +44,7 @@ impl ScenesObject {
         let wide = objects.iter().map(|object| object.name.chars().count()).max().unwrap_or(0).clamp(6, 40);
         writeln!(f, "\n{:<wide$}  split", "object")?;
         for Self { name, split, .. } in objects {
-            writeln!(f, "{name:<wide$}  {}", split.map_or("", Split::name))?;
+            writeln!(f, "{:<wide$}  {}", name.shown(), split.map_or("", Split::name))?;
         }
         Ok(())
     }

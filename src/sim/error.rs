@@ -1,12 +1,13 @@
 //! Errors while a model is handed to MuJoCo.
 
+use kernel::words::Show;
 use std::path::PathBuf;
 
 /// Why a scene's camera could not be read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SceneError {
     /// MuJoCo cannot read or compile the file.
-    #[error("{}: MuJoCo refuses this scene: {message}", path.display())]
+    #[error("{}: MuJoCo refuses this scene: {message}", path.shown())]
     Refused {
         /// The scene.
         path: PathBuf,
@@ -14,7 +15,7 @@ pub enum SceneError {
         message: String,
     },
     /// No camera has that name.
-    #[error("{}: no camera is named {name:?}; the scene has {}", path.display(), list(present))]
+    #[error("{}: no camera is named {name:?}; the scene has {}", path.shown(), list(present))]
     NoCamera {
         /// The scene.
         path: PathBuf,
@@ -24,7 +25,7 @@ pub enum SceneError {
         present: Vec<String>,
     },
     /// The camera has no image size.
-    #[error("{}: camera {name:?} has no image size: give it resolution=\"WIDTH HEIGHT\"", path.display())]
+    #[error("{}: camera {name:?} has no image size: give it resolution=\"WIDTH HEIGHT\"", path.shown())]
     NoResolution {
         /// The scene.
         path: PathBuf,
@@ -32,7 +33,7 @@ pub enum SceneError {
         name: String,
     },
     /// The camera is not a pinhole camera.
-    #[error("{}: camera {name:?} is orthographic; a perspective camera is needed", path.display())]
+    #[error("{}: camera {name:?} is orthographic; a perspective camera is needed", path.shown())]
     Orthographic {
         /// The scene.
         path: PathBuf,
@@ -40,7 +41,7 @@ pub enum SceneError {
         name: String,
     },
     /// The camera's numbers are out of range.
-    #[error("{}: camera {name:?}: {source}", path.display())]
+    #[error("{}: camera {name:?}: {source}", path.shown())]
     Intrinsics {
         /// The scene.
         path: PathBuf,
@@ -55,7 +56,7 @@ pub enum SceneError {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RobotError {
     /// MuJoCo cannot read or compile the file.
-    #[error("{}: MuJoCo refuses this robot: {message}", path.display())]
+    #[error("{}: MuJoCo refuses this robot: {message}", path.shown())]
     Refused {
         /// The robot.
         path: PathBuf,
@@ -63,7 +64,7 @@ pub enum RobotError {
         message: String,
     },
     /// A file that the description names is not there.
-    #[error("{}: {} is not there; {}", path.display(), file.display(), kernel::assets::missing_remedy(file))]
+    #[error("{}: {} is not there; {}", path.shown(), file.shown(), kernel::assets::missing_remedy(file))]
     Missing {
         /// The robot.
         path: PathBuf,
@@ -71,7 +72,7 @@ pub enum RobotError {
         file: PathBuf,
     },
     /// A mesh file cannot be read.
-    #[error("{}: geom {geom}: {source}", path.display())]
+    #[error("{}: geom {geom}: {source}", path.shown())]
     Mesh {
         /// The robot.
         path: PathBuf,
@@ -81,7 +82,7 @@ pub enum RobotError {
         source: Box<kernel::assets::MeshRefusal>,
     },
     /// A mesh has no surface.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", path.shown())]
     Surface {
         /// The robot.
         path: PathBuf,
@@ -89,7 +90,7 @@ pub enum RobotError {
         source: kernel::geom::NoSurface,
     },
     /// Two bodies touch while the robot rests.
-    #[error("{}: {first:?} touches {second:?} at rest; if they may touch, <contact><exclude body1={first:?} body2={second:?}/></contact> says so; `graspmill robot check` finds all such pairs", path.display())]
+    #[error("{}: {first:?} touches {second:?} at rest; if they may touch, <contact><exclude body1={first:?} body2={second:?}/></contact> says so; `graspmill robot check` finds all such pairs", path.shown())]
     Rest {
         /// The robot.
         path: PathBuf,
@@ -99,7 +100,7 @@ pub enum RobotError {
         second: String,
     },
     /// A mesh that is in no file.
-    #[error("{}: geom {geom}: its mesh {mesh:?} is in no file; write it to an STL, OBJ, PLY or OFF file and name that", path.display())]
+    #[error("{}: geom {geom}: its mesh {mesh:?} is in no file; write it to an STL, OBJ, PLY or OFF file and name that", path.shown())]
     MeshInline {
         /// The robot.
         path: PathBuf,
@@ -109,7 +110,7 @@ pub enum RobotError {
         mesh: String,
     },
     /// A geom whose kind collision checking does not know.
-    #[error("{}: geom {geom} of body {body:?} is {kind}; {remedy}, or give it contype=\"0\" conaffinity=\"0\" if nothing can hit it", path.display())]
+    #[error("{}: geom {geom} of body {body:?} is {kind}; {remedy}, or give it contype=\"0\" conaffinity=\"0\" if nothing can hit it", path.shown())]
     Geom {
         /// The robot.
         path: PathBuf,
@@ -123,13 +124,13 @@ pub enum RobotError {
         remedy: &'static str,
     },
     /// Contacts that are listed one by one.
-    #[error("{}: <contact><pair> says which geoms may touch; say it by contype, conaffinity and <contact><exclude>", path.display())]
+    #[error("{}: <contact><pair> says which geoms may touch; say it by contype, conaffinity and <contact><exclude>", path.shown())]
     Pairs {
         /// The robot.
         path: PathBuf,
     },
     /// The joints of a group move different branches.
-    #[error("{}: joint {joint:?} does not hang on joint {before:?}; a planning group is one chain", path.display())]
+    #[error("{}: joint {joint:?} does not hang on joint {before:?}; a planning group is one chain", path.shown())]
     Branches {
         /// The robot.
         path: PathBuf,
@@ -139,7 +140,7 @@ pub enum RobotError {
         before: String,
     },
     /// No joint has that name.
-    #[error("{}: no joint is named {name:?}; the robot has {}", path.display(), list(present))]
+    #[error("{}: no joint is named {name:?}; the robot has {}", path.shown(), list(present))]
     NoJoint {
         /// The robot.
         path: PathBuf,
@@ -149,7 +150,7 @@ pub enum RobotError {
         present: Vec<String>,
     },
     /// No site has that name.
-    #[error("{}: no site is named {name:?}; the robot has {}; put <site name={name:?}/> into the body that is to reach", path.display(), list(present))]
+    #[error("{}: no site is named {name:?}; the robot has {}; put <site name={name:?}/> into the body that is to reach", path.shown(), list(present))]
     NoSite {
         /// The robot.
         path: PathBuf,
@@ -159,7 +160,7 @@ pub enum RobotError {
         present: Vec<String>,
     },
     /// No body and no site has a name.
-    #[error("{}: no body or site {name:?}", path.display())]
+    #[error("{}: no body or site {name:?}", path.shown())]
     NoFrame {
         /// The robot.
         path: PathBuf,
@@ -169,7 +170,7 @@ pub enum RobotError {
         present: Vec<String>,
     },
     /// A frame that has to stand still does not.
-    #[error("{}: {name:?} is moved by joint {joint:?}; the frame of poses has to stand still", path.display())]
+    #[error("{}: {name:?} is moved by joint {joint:?}; the frame of poses has to stand still", path.shown())]
     FrameMoves {
         /// The robot.
         path: PathBuf,
@@ -179,7 +180,7 @@ pub enum RobotError {
         joint: String,
     },
     /// A joint of the group is not between the world and the target.
-    #[error("{}: joint {joint:?} does not move site {site:?}; those that do: {}", path.display(), list(moving))]
+    #[error("{}: joint {joint:?} does not move site {site:?}; those that do: {}", path.shown(), list(moving))]
     NotMoved {
         /// The robot.
         path: PathBuf,
@@ -191,7 +192,7 @@ pub enum RobotError {
         moving: Vec<String>,
     },
     /// A ball or free joint stands between the world and the target.
-    #[error("{}: joint {joint:?} is a {kind} joint; a planning group needs hinge and slide joints", path.display())]
+    #[error("{}: joint {joint:?} is a {kind} joint; a planning group needs hinge and slide joints", path.shown())]
     Kind {
         /// The robot.
         path: PathBuf,
@@ -201,7 +202,7 @@ pub enum RobotError {
         kind: &'static str,
     },
     /// A joint of a hand has no name.
-    #[error("{}: a joint of body {body:?} has no name; give it one", path.display())]
+    #[error("{}: a joint of body {body:?} has no name; give it one", path.shown())]
     Unnamed {
         /// The hand.
         path: PathBuf,
@@ -209,7 +210,7 @@ pub enum RobotError {
         body: String,
     },
     /// The joints make no planning group.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", path.shown())]
     Group {
         /// The robot.
         path: PathBuf,
@@ -228,7 +229,7 @@ pub enum HandError {
     #[error(transparent)]
     Table(#[from] robot::hand::HandTableError),
     /// A coupling that is not read.
-    #[error("{}: <equality>: joint {joint:?} {reason}", path.display())]
+    #[error("{}: <equality>: joint {joint:?} {reason}", path.shown())]
     Coupling {
         /// The hand.
         path: PathBuf,
@@ -240,7 +241,7 @@ pub enum HandError {
     /// A geom of the hand that would have to touch a true mesh and can't.
     #[error(
         "{}: {body:?} can touch, and has a geom that is no box, sphere, capsule or cylinder: only these touch true meshes; put such shapes around it and give that geom contype=\"0\" conaffinity=\"0\"",
-        path.display()
+        path.shown()
     )]
     Geom {
         /// The hand.
@@ -249,7 +250,7 @@ pub enum HandError {
         body: String,
     },
     /// A hand with which grasps cannot be searched for.
-    #[error("{}: grasps are searched for with a hand that has {what}; docs/hands.md says how to give it some", path.display())]
+    #[error("{}: grasps are searched for with a hand that has {what}; docs/hands.md says how to give it some", path.shown())]
     NoGrasps {
         /// The hand's table.
         path: PathBuf,
@@ -259,7 +260,7 @@ pub enum HandError {
     /// A hand whose pads have no middles that could be placed on pairs of points.
     #[error(
         "{}: only a gripper has middles of pads: a `width` in its table, its pads slid towards each other by one motor; antipodal.depth = \"any\" takes every hand with contacts that face each other",
-        path.display()
+        path.shown()
     )]
     NoGripper {
         /// The hand's table.
@@ -268,7 +269,7 @@ pub enum HandError {
     /// A hand that cannot take a pair of points between two of its contacts.
     #[error(
         "{}: no two of its contacts face each other in a posture of its eigengrasps, so it takes no pair of points between them; grasps.sampler = \"annealing\" and \"uniform\" take every hand",
-        path.display()
+        path.shown()
     )]
     NoOpposition {
         /// The hand's table.

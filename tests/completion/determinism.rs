@@ -3,6 +3,7 @@
 use std::{collections::BTreeMap, fs, path::Path, time::Duration};
 
 use graspmill::{
+    files::Folder,
     format::dataset::{DatasetReader, Fate},
     geom::SimdLevel,
 };
@@ -50,7 +51,7 @@ fn shards(out: &Path) -> Vec<String> {
 
 /// Digests of every payload, by sample id and channel, read from the shards' ledgers.
 pub fn digest_payloads(out: &Path) -> BTreeMap<(String, String), String> {
-    let reader = DatasetReader::open(out).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(out)).expect("a dataset");
     let mut all = BTreeMap::new();
     for shard in 0..reader.manifest().shards.len() {
         let ledger = reader.ledger(shard).expect("a ledger");
@@ -112,7 +113,7 @@ fn shard_size_channels_and_other_objects_change_no_sample() {
         }
     }
     let other_size = workspace.path("change-0");
-    let reader = |out: &Path| DatasetReader::open(out).expect("a dataset");
+    let reader = |out: &Path| DatasetReader::open(&Folder::at(out)).expect("a dataset");
     let (a, b) = (reader(&first), reader(&other_size));
     assert_eq!(a.manifest().root, b.manifest().root, "the root digest knows no shards");
 }

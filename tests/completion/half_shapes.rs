@@ -7,6 +7,7 @@ use std::{
 };
 
 use graspmill::{
+    files::Folder,
     format::{Visibility, VoxelPair, dataset::DatasetReader},
     geom::{DepthCrop, GridPlacement},
     ids::{ItemId, SampleId},
@@ -31,7 +32,7 @@ type Shapes = BTreeMap<(u32, String), BTreeMap<String, Seen>>;
 /// Runs `jobs/half-shapes.toml` with these settings on top.
 fn run(folder: &Path, settings: &[&str], threads: &str) -> DatasetReader {
     Program::run_job("jobs/half-shapes.toml", folder).set(settings).option("--threads", threads).succeed();
-    DatasetReader::open(folder).expect("a dataset")
+    DatasetReader::open(&Folder::at(folder)).expect("a dataset")
 }
 
 /// Settings by which nothing is touched.

@@ -3,6 +3,7 @@
 use std::{fs, path::Path};
 
 use graspmill::{
+    files::Folder,
     format::{
         Channel, TactileContacts,
         dataset::{DatasetReader, Fate, Manifest, Selection, verify},
@@ -59,7 +60,10 @@ fn each_class_has_the_root_of_its_topics_alone() {
     let (plain, both) = (Workspace::new(), Workspace::new());
     with_channels(&PLAIN).finish(plain.folder());
     with_channels(&BOTH).finish(both.folder());
-    let (plain, both) = (DatasetReader::open(plain.folder()).unwrap(), DatasetReader::open(both.folder()).unwrap());
+    let (plain, both) = (
+        DatasetReader::open(&Folder::at(plain.folder())).unwrap(),
+        DatasetReader::open(&Folder::at(both.folder())).unwrap(),
+    );
     let (one, two) = (plain.manifest(), both.manifest());
     let hands = ["/completion/touch_exploration", "/completion/touch_grasp"];
     let rest = ["/completion/pair", "/completion/visibility", "/completion/touch_rays"];
@@ -92,7 +96,7 @@ fn one_class_leaves_no_trace_of_the_others() {
         let text = read_text(folder.join("manifest.json"));
         assert!(!text.contains("class_topics") && !text.contains("physics"), "{text}");
     }
-    let reader = DatasetReader::open(one.folder()).unwrap();
+    let reader = DatasetReader::open(&Folder::at(one.folder())).unwrap();
     let topics = BOTH.map(|channel| channel.topic);
     assert_eq!(reader.manifest().classes[&NumberClass::Exact], calculate_root(&reader, &topics));
 }
@@ -108,9 +112,9 @@ fn change(folder: &Path, from: &str, to: &str) {
 fn a_root_that_is_not_its_classs_is_named() {
     let folder = Workspace::new();
     with_channels(&BOTH).finish(folder.folder());
-    let saved = Manifest::read(folder.folder()).unwrap().classes[&NumberClass::Physics];
+    let saved = Manifest::read(&Folder::at(folder.folder())).unwrap().classes[&NumberClass::Physics];
     change(folder.folder(), &saved.hex(), &Digest::of(b"other").hex());
-    let report = verify(folder.folder(), CHECK_INSIDE, |_| {}).unwrap();
+    let report = verify(&Folder::at(folder.folder()), CHECK_INSIDE, |_| {}).unwrap();
     let what: Vec<&str> = report.problems.iter().map(|problem| problem.what.as_str()).collect();
     let expected =
         format!("digest of class physics: saved {}, calculated {}", Digest::of(b"other").short(), saved.short());
@@ -126,7 +130,7 @@ fn a_manifest_that_forgets_a_topics_class_is_refused() {
         let folder = Workspace::new();
         with_channels(&BOTH).finish(folder.folder());
         change(folder.folder(), from, to);
-        assert!(Manifest::read(folder.folder()).is_err(), "{to}");
+        assert!(Manifest::read(&Folder::at(folder.folder())).is_err(), "{to}");
     }
     let folder = Workspace::new();
     with_channels(&BOTH).finish(folder.folder());
@@ -135,7 +139,7 @@ fn a_manifest_that_forgets_a_topics_class_is_refused() {
     manifest.as_object_mut().unwrap().remove("class_topics");
     manifest.as_object_mut().unwrap().remove("seal");
     fs::write(&path, manifest.to_string()).unwrap();
-    let error = Manifest::read(folder.folder()).unwrap_err().to_string();
+    let error = Manifest::read(&Folder::at(folder.folder())).unwrap_err().to_string();
     assert!(error.contains("it has roots of [Exact, Physics] and topics of []"), "{error}");
 }
 
@@ -145,7 +149,7 @@ fn all_kinds_of_touch_of_a_sample_are_joined() {
     let small = with_channels(&BOTH);
     small.finish(folder.folder());
     assert_eq!(list_names(folder.path("shards")).len(), small.mark().shards as usize);
-    let reader = DatasetReader::open(folder.folder()).unwrap();
+    let reader = DatasetReader::open(&Folder::at(folder.folder())).unwrap();
     let (mut samples, mut cells) = (0, 0);
     for sample in reader.iter(Selection::default()) {
         let sample = sample.unwrap();

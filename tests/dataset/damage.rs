@@ -3,6 +3,7 @@
 use std::{env, fs, path::Path};
 
 use graspmill::{
+    files::Folder,
     format::{
         Channel, PairFacts, VoxelPair,
         dataset::{
@@ -26,7 +27,7 @@ use crate::support::{
 const HASHES: VerifyOptions = VerifyOptions { level: VerifyLevel::Hashes, ..CHECK_INSIDE };
 
 fn report(folder: &Path, options: VerifyOptions) -> VerifyReport {
-    verify(folder, options, |_| {}).unwrap()
+    verify(&Folder::at(folder), options, |_| {}).unwrap()
 }
 
 fn lines(report: &VerifyReport) -> String {
@@ -39,7 +40,7 @@ fn an_intact_dataset_is_intact_at_every_level_and_thread_count() {
     let root = small.finish(folder.folder());
     for options in [CHECK_INSIDE, HASHES, VerifyOptions { threads: 1, ..CHECK_INSIDE }] {
         let mut steps = 0;
-        let report = verify(folder.folder(), options, |_| steps += 1).unwrap();
+        let report = verify(&Folder::at(folder.folder()), options, |_| steps += 1).unwrap();
         assert!(report.is_intact(), "{}", lines(&report));
         assert_eq!((report.saved, report.calculated), (root, Some(root)));
         assert_eq!((report.intact_shards, report.checked.samples, steps), (5, small.samples(), 5));
@@ -51,7 +52,7 @@ fn an_intact_dataset_is_intact_at_every_level_and_thread_count() {
 fn a_flipped_byte_anywhere_names_its_shard_and_no_other() {
     let (small, folder) = (SmallDataset::default(), Workspace::new());
     small.finish(folder.folder());
-    let shard = DatasetReader::open(folder.folder()).unwrap().manifest().shard_path(folder.folder(), 2);
+    let shard = DatasetReader::open(&Folder::at(folder.folder())).unwrap().manifest().shard_path(folder.folder(), 2);
     let whole = fs::read(&shard).unwrap();
     let (mut named_chunks, mut opened) = (0, 0);
     for index in (0..whole.len()).step_by(41) {
@@ -67,7 +68,7 @@ fn a_flipped_byte_anywhere_names_its_shard_and_no_other() {
         }
         // Identities of samples stand in ledgers alone: a shard whose ledger is damaged is named, and the others read on past
         // every other damage.
-        match DatasetReader::open(folder.folder()) {
+        match DatasetReader::open(&Folder::at(folder.folder())) {
             Ok(reader) => {
                 assert!(reader.sample(SampleIndex(0)).unwrap().is_some(), "the other shards read on");
                 opened += 1;
@@ -86,7 +87,7 @@ fn a_flipped_byte_anywhere_names_its_shard_and_no_other() {
 fn a_truncated_a_missing_and_a_foreign_file_are_told_apart() {
     let (small, folder) = (SmallDataset::default(), Workspace::new());
     small.finish(folder.folder());
-    let reader = DatasetReader::open(folder.folder()).unwrap();
+    let reader = DatasetReader::open(&Folder::at(folder.folder())).unwrap();
     let path = |shard| reader.manifest().shard_path(folder.folder(), shard);
     let whole = fs::read(path(1)).unwrap();
     fs::write(path(1), &whole[..whole.len() * 6 / 10]).unwrap();
@@ -99,15 +100,16 @@ fn a_truncated_a_missing_and_a_foreign_file_are_told_apart() {
     assert!(lines.contains("does not know this file"), "{lines}");
     assert_eq!(report.intact_shards, 3);
     assert_eq!(report.calculated, None);
-    let error = DatasetReader::open(folder.folder()).map(|_| ()).unwrap_err().to_string();
+    let error = DatasetReader::open(&Folder::at(folder.folder())).map(|_| ()).unwrap_err().to_string();
     assert!(error.contains("completion-00001-of-00005") && error.contains("bytes"), "{error}");
     // The remedy: set aside, make only what is missing, close again.
-    clear_away(&scan_shards(folder.folder(), &small.mark()).unwrap()).unwrap();
+    let dataset = Folder::at(folder.folder());
+    clear_away(&dataset, &scan_shards(&dataset, &small.mark()).unwrap()).unwrap();
     for shard in [1, 3] {
         small.write_shard(folder.folder(), shard);
     }
-    finish_dataset(folder.folder(), &small.header(), &ParquetIndex).unwrap();
-    let mended = verify(folder.folder(), CHECK_INSIDE, |_| {}).unwrap();
+    finish_dataset(&Folder::at(folder.folder()), &small.header(), &ParquetIndex).unwrap();
+    let mended = verify(&Folder::at(folder.folder()), CHECK_INSIDE, |_| {}).unwrap();
     assert!(mended.is_intact(), "{:?}", mended.problems);
     assert_eq!(mended.notes.len(), 2, "{:?}", mended.notes);
 }
@@ -127,21 +129,21 @@ fn changed_tables_are_named() {
     let path = folder.path("manifest.json");
     let text = read_text(&path);
     fs::write(&path, text.replacen("\"format_version\": 2", "\"format_version\": 3", 1)).unwrap();
-    let error = verify(folder.folder(), HASHES, |_| {}).unwrap_err();
+    let error = verify(&Folder::at(folder.folder()), HASHES, |_| {}).unwrap_err();
     assert!(matches!(error, DatasetError::Version { found: 3, expected: 2, .. }), "{error}");
     fs::write(&path, text.replacen("\"kept\": 29", "\"kept\": 28", 1)).unwrap();
-    assert!(matches!(verify(folder.folder(), HASHES, |_| {}).unwrap_err(), DatasetError::Invalid { .. }));
+    assert!(matches!(verify(&Folder::at(folder.folder()), HASHES, |_| {}).unwrap_err(), DatasetError::Invalid { .. }));
     fs::write(&path, text.replacen("\"root\": \"", "\"root\": \"00", 1).replacen("00\",", "\",", 1)).unwrap();
-    assert!(verify(folder.folder(), HASHES, |_| {}).is_err(), "a digest of 66 digits is none");
+    assert!(verify(&Folder::at(folder.folder()), HASHES, |_| {}).is_err(), "a digest of 66 digits is none");
     fs::remove_file(&path).unwrap();
-    let error = DatasetReader::open(folder.folder()).map(|_| ()).unwrap_err();
+    let error = DatasetReader::open(&Folder::at(folder.folder())).map(|_| ()).unwrap_err();
     assert!(matches!(error, DatasetError::Unfinished { .. }), "{error}");
 }
 
 /// A shard whose bytes and digests are all right, but whose content is not.
 fn write_lie(small: &SmallDataset, folder: &Path, change: impl Fn(&mut VoxelPair)) {
-    begin_run(folder, &small.mark()).unwrap();
-    let mut writer = ShardWriter::create(&folder.join("shards"), &small.shard_header(0)).unwrap();
+    begin_run(&Folder::at(folder), &small.mark()).unwrap();
+    let mut writer = ShardWriter::create(&Folder::at(&folder.join("shards")), &small.shard_header(0)).unwrap();
     for index in 0..small.samples() {
         let mut pair = small.pair(index);
         if index == 4 {
@@ -178,7 +180,7 @@ fn a_well_formed_lie_is_found_in_its_sample() {
     for (expected, change) in lies {
         let folder = Workspace::new();
         write_lie(&small, folder.folder(), change);
-        finish_dataset(folder.folder(), &small.header(), &ParquetIndex).unwrap();
+        finish_dataset(&Folder::at(folder.folder()), &small.header(), &ParquetIndex).unwrap();
         let report = report(folder.folder(), CHECK_INSIDE);
         let lines = lines(&report);
         assert!(lines.contains(expected) && lines.contains("sample 4"), "{expected}: {lines}");
@@ -193,16 +195,16 @@ fn a_sample_that_stands_twice_is_refused() {
         SmallDataset { objects: 1, shard_samples: 11, channels: vec![Channel::PAIR], ..SmallDataset::default() };
     let twice = SmallDataset { objects: 2, ..small.clone() };
     let folder = Workspace::new();
-    begin_run(folder.folder(), &twice.mark()).unwrap();
+    begin_run(&Folder::at(folder.folder()), &twice.mark()).unwrap();
     for shard in 0..2 {
         let header = twice.shard_header(shard);
-        let mut writer = ShardWriter::create(&folder.path("shards"), &header).unwrap();
+        let mut writer = ShardWriter::create(&Folder::at(&folder.path("shards")), &header).unwrap();
         for index in header.samples {
             writer.reject(SampleIndex(index), &small.id(index % 11), PairFacts::default(), "few_cells", "").unwrap();
         }
         writer.finish().unwrap();
     }
-    let error = finish_dataset(folder.folder(), &twice.header(), &ParquetIndex).unwrap_err();
+    let error = finish_dataset(&Folder::at(folder.folder()), &twice.header(), &ParquetIndex).unwrap_err();
     assert!(
         matches!(error, DatasetError::DuplicateSample { first: SampleIndex(0), second: SampleIndex(11), .. }),
         "{error}"
@@ -216,10 +218,10 @@ fn a_shard_of_another_job_with_a_fitting_name_is_refused() {
     let job = JobDigest(Digest::of(b"another"));
     let header = ShardHeader { job, ..small.shard_header(4) };
     fs::remove_file(shards.pop().unwrap().path).unwrap();
-    let mut writer = ShardWriter::create(&folder.path("shards"), &header).unwrap();
+    let mut writer = ShardWriter::create(&Folder::at(&folder.path("shards")), &header).unwrap();
     writer.reject(SampleIndex(32), &small.id(32), PairFacts::default(), "few_cells", "").unwrap();
     writer.finish().unwrap();
-    let error = finish_dataset(folder.folder(), &small.header(), &ParquetIndex).unwrap_err().to_string();
+    let error = finish_dataset(&Folder::at(folder.folder()), &small.header(), &ParquetIndex).unwrap_err().to_string();
     assert!(error.contains("completion-00004-of-00005") && error.contains("belongs to job"), "{error}");
 }
 
@@ -231,7 +233,7 @@ fn write_under_a_limit() {
     let small =
         SmallDataset { shard_samples: 33, resolution: 64, reject_every: 1000, channels, ..SmallDataset::default() };
     let write = || -> Result<(), DatasetError> {
-        let mut writer = ShardWriter::create(Path::new(&folder), &small.shard_header(0))?;
+        let mut writer = ShardWriter::create(&Folder::at(Path::new(&folder)), &small.shard_header(0))?;
         let mut payload = Vec::new();
         for index in 0..small.samples() {
             let pair = small.pair(index);
@@ -260,6 +262,6 @@ fn a_disk_that_takes_no_more_is_an_io_error_and_leaves_nothing() {
 fn a_folder_that_is_not_there_is_an_io_error_with_its_path() {
     let small = SmallDataset::default();
     let file = tempfile::NamedTempFile::new().unwrap();
-    let error = begin_run(&file.path().join("dataset"), &small.mark()).unwrap_err();
+    let error = begin_run(&Folder::at(&file.path().join("dataset")), &small.mark()).unwrap_err();
     assert!(error.is_io() && error.to_string().contains("dataset"), "{error}");
 }

@@ -4,6 +4,7 @@ use std::{fs, path::Path};
 
 use graspmill::{
     export::{ExportError, ExportFormat, ExportSelection, ExportSummary, export},
+    files::Folder,
     format::dataset::{DatasetError, DatasetReader, Selection},
     geom::OccupancyGrid,
     words::Split,
@@ -27,7 +28,7 @@ fn export_as(
     out: &Path,
     selection: &ExportSelection,
 ) -> Result<ExportSummary, ExportError> {
-    export(folder, ExportFormat::from_name(format).expect("a format"), out, selection)
+    export(&Folder::at(folder), ExportFormat::from_name(format).expect("a format"), out, selection)
 }
 
 /// One byte per cell, in C order.
@@ -148,7 +149,7 @@ fn selections_hold_and_nothing_is_overwritten() {
     let shelf = folder.path("shelf");
     let rows = |out: &Path| read_text(out.join("samples.csv")).lines().count() - 1;
 
-    let reader = DatasetReader::open(&shelf).unwrap();
+    let reader = DatasetReader::open(&Folder::at(&shelf)).unwrap();
     let holdout = Selection::of(Split::Holdout);
     let out = folder.path("holdout");
     let selection = ExportSelection { samples: holdout, ..ExportSelection::default() };

@@ -6,6 +6,7 @@ use std::{
 };
 
 use graspmill::{
+    files::Folder,
     format::{
         Channel, Facts, Product,
         dataset::{
@@ -51,12 +52,12 @@ fn version_1_is_refused_with_its_number_and_the_remedy() {
         }
     };
     // Every door to a dataset.
-    assert_refused(DatasetReader::open(&folder).map(|_| ()).unwrap_err());
-    assert_refused(Manifest::read(&folder).unwrap_err());
-    assert_refused(verify(&folder, CHECK_INSIDE, |_| {}).unwrap_err());
-    assert_refused(read_mark(&folder).unwrap_err());
+    assert_refused(DatasetReader::open(&Folder::at(&folder)).map(|_| ()).unwrap_err());
+    assert_refused(Manifest::read(&Folder::at(&folder)).unwrap_err());
+    assert_refused(verify(&Folder::at(&folder), CHECK_INSIDE, |_| {}).unwrap_err());
+    assert_refused(read_mark(&Folder::at(&folder)).unwrap_err());
     let before = list_names(&folder);
-    assert_refused(begin_run(&folder, &small().mark()).unwrap_err());
+    assert_refused(begin_run(&Folder::at(&folder), &small().mark()).unwrap_err());
     assert_eq!(list_names(&folder), before, "nothing is changed in it");
 }
 
@@ -67,7 +68,7 @@ fn a_shard_of_version_1_among_others_is_refused_with_its_number() {
     small().finish(workspace.folder());
     let old = fs::read(&list_shards(golden("v1"))[0]).unwrap();
     let digest = Digest::of(&old);
-    let manifest = Manifest::read(workspace.folder()).unwrap();
+    let manifest = Manifest::read(&Folder::at(workspace.folder())).unwrap();
     let shard = &manifest.shards[0];
     let name = shard.file.replace(&shard.digest.short(), &digest.short());
     fs::remove_file(workspace.path(shard.path())).unwrap();
@@ -76,10 +77,11 @@ fn a_shard_of_version_1_among_others_is_refused_with_its_number() {
     let text = text.replace(&shard.digest.hex(), &digest.hex());
     let text = text.replacen(&format!("\"bytes\": {}", shard.bytes), &format!("\"bytes\": {}", old.len()), 1);
     workspace.write("manifest.json", unseal(&text));
-    let error = DatasetReader::open(workspace.folder()).map(|_| ()).unwrap_err();
+    let error = DatasetReader::open(&Folder::at(workspace.folder())).map(|_| ()).unwrap_err();
     assert!(matches!(error, DatasetError::Version { found: 1, expected: 2, .. }), "{error}");
     assert!(error.to_string().contains(&name), "{error}");
-    let VerifyReport { problems, intact_shards, .. } = verify(workspace.folder(), CHECK_INSIDE, |_| {}).unwrap();
+    let VerifyReport { problems, intact_shards, .. } =
+        verify(&Folder::at(workspace.folder()), CHECK_INSIDE, |_| {}).unwrap();
     let named = problems.iter().filter(|problem| problem.file.ends_with(&name));
     assert!(named.into_iter().any(|problem| problem.what.contains("format version 1")), "{problems:?}");
     assert_eq!(intact_shards, 1);
@@ -87,7 +89,7 @@ fn a_shard_of_version_1_among_others_is_refused_with_its_number() {
 
 #[test]
 fn version_2_reads_back() {
-    let (small, reader) = (small(), DatasetReader::open(&golden("v2")).unwrap());
+    let (small, reader) = (small(), DatasetReader::open(&Folder::at(&golden("v2"))).unwrap());
     let mut kept = 0;
     for index in 0..small.samples() {
         let (id, sample) = (small.id(index), reader.sample(SampleIndex(index)).unwrap());
@@ -110,7 +112,7 @@ fn version_2_reads_back() {
 
 #[test]
 fn ledgers_of_version_2_read_back() {
-    let (small, reader) = (small(), DatasetReader::open(&golden("v2")).unwrap());
+    let (small, reader) = (small(), DatasetReader::open(&Folder::at(&golden("v2"))).unwrap());
     let mut rows = Vec::new();
     for shard in 0..2 {
         let ledger = reader.ledger(shard).unwrap();
@@ -138,10 +140,10 @@ fn ledgers_of_version_2_read_back() {
 #[test]
 fn tables_of_version_2_read_back() {
     let (small, folder) = (small(), golden("v2"));
-    let reader = DatasetReader::open(&folder).unwrap();
+    let reader = DatasetReader::open(&Folder::at(&folder)).unwrap();
     let (manifest, header) = (reader.manifest(), small.header());
-    assert_eq!(read_mark(&folder).unwrap(), Some(small.mark()));
-    assert_eq!(scan_shards(&folder, &small.mark()).unwrap().done.len(), 2);
+    assert_eq!(read_mark(&Folder::at(&folder)).unwrap(), Some(small.mark()));
+    assert_eq!(scan_shards(&Folder::at(&folder), &small.mark()).unwrap().done.len(), 2);
     assert_eq!((manifest.format_version, manifest.product), (2, Product::COMPLETION));
     assert_eq!((&manifest.generator, manifest.job), (&header.generator, header.job));
     assert_eq!((&manifest.platform, &manifest.warnings), (&header.platform, &header.warnings));
@@ -196,7 +198,7 @@ fn version_2_is_written_byte_for_byte() {
     }
     let folder = Workspace::new();
     let root = small().finish(folder.folder());
-    assert_eq!(root, DatasetReader::open(&golden).unwrap().manifest().root, "the data has changed");
+    assert_eq!(root, DatasetReader::open(&Folder::at(&golden)).unwrap().manifest().root, "the data has changed");
     for part in ["", "shards"] {
         let names = list_names(golden.join(part));
         assert_eq!(list_names(folder.path(part)), names);

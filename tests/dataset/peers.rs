@@ -3,6 +3,7 @@
 use std::{collections::BTreeMap, fs, path::Path};
 
 use graspmill::{
+    files::Folder,
     format::dataset::{DatasetReader, Selection},
     geom::DepthCrop,
     preview::{PreviewSample, preview_samples, write_preview},
@@ -37,14 +38,14 @@ fn python_reads_our_shards_by_reflection() {
 /// A dataset's preview, with a depth image made by hand.
 fn preview(folder: &Path) -> Vec<PreviewSample> {
     SmallDataset::default().finish(folder);
-    let reader = DatasetReader::open(folder).unwrap();
+    let reader = DatasetReader::open(&Folder::at(folder)).unwrap();
     let mut samples = preview_samples(&reader, 8).unwrap();
     assert_eq!(samples.len(), 8);
     for sample in &mut samples {
         let depth = (0..200).map(|pixel| if pixel % 7 == 0 { f32::NAN } else { 0.9 + pixel as f32 * 1e-4 }).collect();
         sample.depth = Some(DepthCrop { left: 300, top: 200, width: 20, height: 10, depth });
     }
-    write_preview(folder, &samples).unwrap();
+    write_preview(&Folder::at(folder), &samples).unwrap();
     assert!(reader.indices(Selection::default()).count() > 8);
     samples
 }
@@ -71,7 +72,7 @@ fn a_preview_holds_well_known_schemas_at_one_time_a_sample() {
     let expected = expected.map(|(topic, schema, count)| ((topic.to_owned(), format!("foxglove.{schema}")), count));
     assert_eq!(topics.into_iter().collect::<Vec<_>>(), expected);
     let again = Workspace::new();
-    write_preview(again.folder(), &samples).unwrap();
+    write_preview(&Folder::at(again.folder()), &samples).unwrap();
     assert_eq!(fs::read(again.path("preview.mcap")).unwrap(), bytes);
 }
 

@@ -3,6 +3,7 @@
 use std::fs;
 
 use graspmill::{
+    files::Folder,
     format::{
         PairFacts,
         dataset::{
@@ -25,7 +26,7 @@ use crate::support::{
 fn every_sample_reads_back_by_id_and_by_index() {
     let (small, folder) = (SmallDataset::default(), Workspace::new());
     small.finish(folder.folder());
-    let reader = DatasetReader::open(folder.folder()).unwrap();
+    let reader = DatasetReader::open(&Folder::at(folder.folder())).unwrap();
     for index in 0..small.samples() {
         let (sample, id) = (SampleIndex(index), small.id(index));
         assert_eq!(reader.find(&id), Some(sample));
@@ -52,11 +53,11 @@ fn the_order_of_shards_and_another_folder_change_no_byte() {
     let small = SmallDataset::default();
     let (one, two) = (Workspace::new(), Workspace::new());
     let root = small.finish(one.folder());
-    begin_run(two.folder(), &small.mark()).unwrap();
+    begin_run(&Folder::at(two.folder()), &small.mark()).unwrap();
     for shard in (0..small.mark().shards).rev() {
         small.write_shard(two.folder(), shard);
     }
-    assert_eq!(finish_dataset(two.folder(), &small.header(), &ParquetIndex).unwrap().root, root);
+    assert_eq!(finish_dataset(&Folder::at(two.folder()), &small.header(), &ParquetIndex).unwrap().root, root);
     assert_eq!(list_names(one.folder()), list_names(two.folder()));
     assert_eq!(list_names(one.path("shards")), list_names(two.path("shards")));
     for name in ["manifest.json", "index.parquet", "assets.json", "splits.json", "rejects.jsonl", "run.json"] {
@@ -81,7 +82,7 @@ fn the_root_does_not_know_how_shards_were_cut() {
 fn splits_select_and_shuffling_only_reorders() {
     let (small, folder) = (SmallDataset::default(), Workspace::new());
     small.finish(folder.folder());
-    let reader = DatasetReader::open(folder.folder()).unwrap();
+    let reader = DatasetReader::open(&Folder::at(folder.folder())).unwrap();
     let mut seen = 0;
     for split in Split::ALL {
         let indices: Vec<_> = reader.indices(Selection::of(split)).collect();
@@ -107,21 +108,21 @@ fn splits_select_and_shuffling_only_reorders() {
 #[test]
 fn another_job_and_other_shards_are_refused_with_both_numbers() {
     let (small, folder) = (SmallDataset::default(), Workspace::new());
-    assert_eq!(begin_run(folder.folder(), &small.mark()).unwrap(), Begun::New);
-    assert_eq!(begin_run(folder.folder(), &small.mark()).unwrap(), Begun::Again);
+    assert_eq!(begin_run(&Folder::at(folder.folder()), &small.mark()).unwrap(), Begun::New);
+    assert_eq!(begin_run(&Folder::at(folder.folder()), &small.mark()).unwrap(), Begun::Again);
     let other = JobDigest(Digest::of(b"other"));
-    let error = begin_run(folder.folder(), &RunMark { job: other, ..small.mark() }).unwrap_err();
+    let error = begin_run(&Folder::at(folder.folder()), &RunMark { job: other, ..small.mark() }).unwrap_err();
     assert!(
         matches!(error, DatasetError::ForeignJob { found, expected, .. } if found == job_digest() && expected == other)
     );
-    let error = begin_run(folder.folder(), &RunMark { shards: 9, ..small.mark() }).unwrap_err();
+    let error = begin_run(&Folder::at(folder.folder()), &RunMark { shards: 9, ..small.mark() }).unwrap_err();
     assert!(matches!(error, DatasetError::OtherShards { .. }), "{error}");
     let strange = Workspace::new();
     strange.write("thesis.tex", "");
-    let error = begin_run(strange.folder(), &small.mark()).unwrap_err();
+    let error = begin_run(&Folder::at(strange.folder()), &small.mark()).unwrap_err();
     assert!(error.to_string().contains("thesis.tex"), "{error}");
     small.finish(folder.folder());
-    assert_eq!(begin_run(folder.folder(), &small.mark()).unwrap(), Begun::Finished);
+    assert_eq!(begin_run(&Folder::at(folder.folder()), &small.mark()).unwrap(), Begun::Finished);
 }
 
 #[test]
@@ -134,22 +135,28 @@ fn a_scan_knows_done_bad_and_leftover_files() {
     fs::write(&shards[3].path, &fs::read(&shards[3].path).unwrap()[..500]).unwrap();
     folder.write("shards/notes.txt", "");
     folder.write("shards/.completion-00004-of-00005.1-2-3.tmp", "");
-    let scan = scan_shards(folder.folder(), &small.mark()).unwrap();
+    let scan = scan_shards(&Folder::at(folder.folder()), &small.mark()).unwrap();
     let done: Vec<_> = scan.done.keys().map(|shard| shard.0).collect();
     assert_eq!(done, [0, 2, 4]);
-    let bad: Vec<_> = scan.bad.iter().map(|bad| bad.shard.map(|shard| shard.0)).collect();
-    assert_eq!(bad, [Some(1), Some(3), None]);
-    assert_eq!(scan.leftovers.len(), 1);
-    let error = finish_dataset(folder.folder(), &small.header(), &ParquetIndex).unwrap_err();
+    let bad: Vec<_> = scan.bad.iter().map(|bad| bad.shard.0).collect();
+    assert_eq!(bad, [1, 3]);
+    assert_eq!(scan.strange, ["notes.txt"]);
+    assert_eq!(scan.leftovers, ["shards/.completion-00004-of-00005.1-2-3.tmp"]);
+    let error = finish_dataset(&Folder::at(folder.folder()), &small.header(), &ParquetIndex).unwrap_err();
     assert!(matches!(&error, DatasetError::MissingShards { missing, .. } if *missing == [1, 3]), "{error}");
-    clear_away(&scan).unwrap();
-    let again = scan_shards(folder.folder(), &small.mark()).unwrap();
+    let dataset = Folder::at(folder.folder());
+    let aside = clear_away(&dataset, &scan).unwrap();
+    assert_eq!(aside, [&shards[1], &shards[3]].map(|shard| format!("{}.bad", shard.file_name())));
+    // Another run may have cleared away the same files.
+    assert_eq!(clear_away(&dataset, &scan).unwrap(), [""; 0]);
+    let again = scan_shards(&dataset, &small.mark()).unwrap();
     assert!(again.bad.is_empty() && again.leftovers.is_empty() && again.done == scan.done);
+    assert_eq!(folder.read("shards/notes.txt"), "", "what is not of a run stays under its name");
     small.write_shard(folder.folder(), 1);
     small.write_shard(folder.folder(), 3);
     let whole = Workspace::new();
     assert_eq!(
-        finish_dataset(folder.folder(), &small.header(), &ParquetIndex).unwrap().root,
+        finish_dataset(&Folder::at(folder.folder()), &small.header(), &ParquetIndex).unwrap().root,
         small.finish(whole.folder())
     );
 }
@@ -157,10 +164,10 @@ fn a_scan_knows_done_bad_and_leftover_files() {
 #[test]
 fn a_writer_that_is_given_up_leaves_nothing_and_one_at_work_is_no_leftover() {
     let (small, folder) = (SmallDataset::default(), Workspace::new());
-    begin_run(folder.folder(), &small.mark()).unwrap();
+    begin_run(&Folder::at(folder.folder()), &small.mark()).unwrap();
     let shards = folder.path("shards");
-    let mut writer = ShardWriter::create(&shards, &small.shard_header(0)).unwrap();
-    assert!(scan_shards(folder.folder(), &small.mark()).unwrap().leftovers.is_empty());
+    let mut writer = ShardWriter::create(&Folder::at(&shards), &small.shard_header(0)).unwrap();
+    assert!(scan_shards(&Folder::at(folder.folder()), &small.mark()).unwrap().leftovers.is_empty());
     let error = writer.keep(SampleIndex(0), &small.id(0), PairFacts::default()).unwrap_err();
     assert!(matches!(error, DatasetError::Sequence { .. }), "{error}");
     assert!(writer.reject(SampleIndex(1), &small.id(1), PairFacts::default(), "few_cells", "").is_err());
@@ -172,7 +179,7 @@ fn a_writer_that_is_given_up_leaves_nothing_and_one_at_work_is_no_leftover() {
 fn ledgers_say_what_became_of_every_sample() {
     let (small, folder) = (SmallDataset::default(), Workspace::new());
     small.finish(folder.folder());
-    let reader = DatasetReader::open(folder.folder()).unwrap();
+    let reader = DatasetReader::open(&Folder::at(folder.folder())).unwrap();
     let mut rows = Vec::new();
     for shard in 0..reader.manifest().shards.len() {
         rows.extend(reader.ledger(shard).unwrap().rows);

@@ -28,11 +28,12 @@ fn enter_shelf() {
 fn samples_are_read() -> Result<(), Box<dyn Error>> {
     enter_shelf();
     use graspmill::{
+        files::Folder,
         format::dataset::{DatasetReader, Selection},
         words::Split,
     };
 
-    let reader = DatasetReader::open("datasets/quickstart".as_ref())?;
+    let reader = DatasetReader::open(&Folder::at("datasets/quickstart"))?;
     for sample in reader.shuffled(Selection::of(Split::Training), 1) {
         let pair = sample?.pair()?;
         println!("{} of {} cells were seen", pair.partial_cells, pair.complete_cells);
@@ -110,11 +111,12 @@ fn a_hand_closes_and_a_grasp_is_tried() -> Result<(), Box<dyn Error>> {
 fn a_map_answers() -> Result<(), Box<dyn Error>> {
     enter_shelf();
     use graspmill::{
+        files::Folder,
         geom::Pose,
         runtime::{EndEffectorVolume, Obstacle, ReachabilityMap},
     };
 
-    let mut map = ReachabilityMap::open("datasets/fetch-reachability".as_ref())?;
+    let mut map = ReachabilityMap::open(&Folder::at("datasets/fetch-reachability"))?;
     let poses = [[0.6, 0.1, 0.9, 0.0, 0.5, 0.2], [0.7, -0.2, 0.8, 0.0, 0.5, 0.0]];
     let (distance, gradient) = map.distance_and_gradient(&poses[0]);
     let nearest = map.nearest_cell(&poses[0]).expect("the pose is finite");

@@ -17,6 +17,7 @@ use graspmill::{
         run::OpenJob,
         work::Opening,
     },
+    files::Folder,
     format::{
         Channel, Grasp, GraspLabel, GraspRun, GraspTrial, GraspTrials,
         dataset::{DatasetReader, Manifest, Sample, Selection, verify},
@@ -54,11 +55,11 @@ fn write_job_in(workspace: Workspace) -> Workspace {
 
 fn run(workspace: &Workspace, out: &str, arguments: &[&str]) -> Manifest {
     workspace.run_job("job", out).args(arguments).succeed();
-    Manifest::read(&workspace.path(out)).expect("a finished dataset")
+    Manifest::read(&Folder::at(&workspace.path(out))).expect("a finished dataset")
 }
 
 fn open(workspace: &Workspace, name: &str) -> DatasetReader {
-    DatasetReader::open(&workspace.path(name)).expect("a dataset")
+    DatasetReader::open(&Folder::at(&workspace.path(name))).expect("a dataset")
 }
 
 /// The dataset of [`write_job`], made once for all tests that only read it.
@@ -86,7 +87,7 @@ fn threads_levels_kills_and_shards_change_no_byte() {
     let other = run(&workspace, "shards", &["--set", "shards.runs=9"]);
     assert_eq!((other.root, other.shards.len()), (first.root, 1));
     workspace.run_job("job", "scalar").env("GRASPMILL_SIMD", "scalar").succeed();
-    assert_eq!(Manifest::read(&workspace.path("scalar")).expect("a dataset"), first);
+    assert_eq!(Manifest::read(&Folder::at(&workspace.path("scalar"))).expect("a dataset"), first);
     for kill in 0..4 {
         workspace.run_job("job", "killed").kill_after(Duration::from_millis(100 + 250 * kill));
     }
@@ -129,7 +130,7 @@ fn samplers_without_a_search_make_datasets() {
         assert_eq!(two.root, first.root);
         let scalar = format!("{name}-scalar");
         workspace.run_job("job", &scalar).env("GRASPMILL_SIMD", "scalar").succeed();
-        assert_eq!(Manifest::read(&workspace.path(&scalar)).expect("a dataset"), first);
+        assert_eq!(Manifest::read(&Folder::at(&workspace.path(&scalar))).expect("a dataset"), first);
         let reader = open(&workspace, &format!("{name}-one"));
         let samples = reader.iter(Selection::default()).map(|sample| sample.expect("a sample"));
         let runs: Vec<_> = samples.map(|sample| sample.grasp_run().expect("a run")).collect();
@@ -183,7 +184,7 @@ const TRIED: &[&str] = &[
 #[test]
 fn trials_move_no_grasp() {
     let workspace = write_job();
-    let plain = Manifest::read(&plain()).expect("a dataset");
+    let plain = Manifest::read(&Folder::at(&plain())).expect("a dataset");
     let tried = run(&workspace, "tried", &[TRIED, &["--threads", "2"]].concat());
     assert_eq!(tried.classes[&NumberClass::Exact], plain.classes[&NumberClass::Exact]);
     assert_eq!(tried.classes.keys().collect::<Vec<_>>(), [&NumberClass::Exact, &NumberClass::Physics]);
@@ -332,7 +333,7 @@ fn replays_in_plain_mujoco(dataset: &Path) {
     assert!(replayed == 8 && sure >= 4 && sure - agreed <= 1, "{said}");
     assert!(read_report(dataset).contains("Replayed in plain MuJoCo 3.17.0"));
     // An agreement about another dataset does not count.
-    let root = Manifest::read(dataset).expect("a dataset").root.hex();
+    let root = Manifest::read(&Folder::at(dataset)).expect("a dataset").root.hex();
     fs::write(&agreement, read_text(&agreement).replace(&root, &"0".repeat(64))).expect("written");
     assert!(Program::on("report", dataset).fail().stderr.contains("agreement.json"));
 }
@@ -341,10 +342,10 @@ fn replays_in_plain_mujoco(dataset: &Path) {
 fn a_dataset_tells_of_its_hand_its_objects_and_every_run() {
     let workspace = write_job();
     let out = plain();
-    let reader = DatasetReader::open(&out).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(&out)).expect("a dataset");
     let manifest = reader.manifest();
     let assets = reader.assets().expect("the asset table");
-    let shapes = Shapes::open(&out).expect("the shapes");
+    let shapes = Shapes::open(&Folder::at(&out)).expect("the shapes");
     let hand = shapes.hand().expect("the hand");
     assert_eq!((assets.hands.len(), hand.id), (1, assets.hands[0].object));
     assert!(hand.joints.len() == 8 && hand.solids.len() > 8);
@@ -402,7 +403,7 @@ fn objects_rest_and_hands_stay_above_the_table() {
     let workspace = write_job();
     let watched = run(&workspace, "watched", &["--set", "keep.table=true", "--threads", "1"]);
     let (plain_folder, other) = (plain(), open(&workspace, "watched"));
-    let plain = DatasetReader::open(&plain_folder).expect("a dataset");
+    let plain = DatasetReader::open(&Folder::at(&plain_folder)).expect("a dataset");
     let assets = plain.assets().expect("the asset table");
     assert_eq!(assets, other.assets().expect("the asset table"));
     let mut below = 0;
@@ -480,7 +481,7 @@ fn masses_of_the_table_are_those_of_trials() {
     // The resolved job says the same; the job itself says what all weigh.
     let again = workspace.path("resolved");
     Program::run_job(workspace.path("tried/job.toml"), &again).succeed();
-    assert_eq!(Manifest::read(&again).expect("a dataset").root, tried.root);
+    assert_eq!(Manifest::read(&Folder::at(&again)).expect("a dataset").root, tried.root);
     let bare = "objects=[{built_in=[\"can-01\",\"box-01\",\"mug-01\"]}]";
     let plain = run("plain", bare, physics);
     assert_eq!(plain.classes[&NumberClass::Exact], tried.classes[&NumberClass::Exact]);
@@ -505,11 +506,11 @@ fn damage_to_the_shapes_is_found() {
     assert_intact(&out, FULL_CHECK);
     let path = out.join("shapes.mcap");
     flip_bit(&path);
-    let report = verify(&out, FULL_CHECK, |_| ()).expect("readable");
+    let report = verify(&Folder::at(&out), FULL_CHECK, |_| ()).expect("readable");
     assert!(report.problems.iter().all(|problem| problem.file == "shapes.mcap"), "{:?}", report.problems);
     assert!(!report.is_intact());
     fs::remove_file(&path).expect("removed");
-    assert!(!verify(&out, FULL_CHECK, |_| ()).expect("readable").is_intact());
+    assert!(!verify(&Folder::at(&out), FULL_CHECK, |_| ()).expect("readable").is_intact());
     // The run mends it: shards are kept, tables and shapes are made again.
     fs::remove_file(out.join("manifest.json")).expect("removed");
     run(&workspace, "data", &[]);
@@ -603,8 +604,8 @@ fn loose_parts_are_refused_for_grasps_unless_the_job_joins_them() {
     let again = joined.path("again");
     Program::run_job(joined.path("data/job.toml"), &again).succeed();
     assert_eq!(
-        Manifest::read(&again).expect("a dataset").root,
-        Manifest::read(&joined.path("data")).expect("one").root
+        Manifest::read(&Folder::at(&again)).expect("a dataset").root,
+        Manifest::read(&Folder::at(&joined.path("data"))).expect("one").root
     );
     // Completion takes it as before, with a note.
     let pairs = write_job_in_parts("completion", "");

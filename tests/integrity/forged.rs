@@ -10,6 +10,7 @@ use std::{
 };
 
 use graspmill::{
+    files::Folder,
     format::{
         Channel, FactKind, check_record, checks_of,
         dataset::{DatasetHeader, DatasetReader, Fate, LedgerRow, Manifest, ShardName, finish_dataset, verify},
@@ -116,7 +117,7 @@ fn time_of(message: &[u8]) -> u64 {
 
 impl Original {
     pub fn read(name: &'static str, folder: &Path) -> Self {
-        let reader = DatasetReader::open(folder).expect("a dataset");
+        let reader = DatasetReader::open(&Folder::at(folder)).expect("a dataset");
         let manifest = reader.manifest().clone();
         let shard = |number: usize| {
             let bytes = fs::read(manifest.shard_path(folder, number)).expect("a shard");
@@ -153,7 +154,7 @@ impl Original {
         let name = ShardName::new(self.manifest.product, ShardId(shard as u32), count, &digest).to_string();
         fs::remove_file(self.manifest.shard_path(folder, shard)).expect("the true shard goes");
         fs::write(folder.join("shards").join(&name), &bytes).expect("a shard");
-        if finish_dataset(folder, &self.header, &ParquetIndex).is_err() {
+        if finish_dataset(&Folder::at(folder), &self.header, &ParquetIndex).is_err() {
             mend_manifest(folder, |manifest| {
                 let entry = &mut manifest["shards"][shard];
                 entry["file"] = name.clone().into();
@@ -366,7 +367,7 @@ impl Original {
         parts.chunks[place].records = join_records(&list);
         self.write(folder);
         fs::write(folder.join(file), parts.bytes()).expect("a file");
-        if finish_dataset(folder, &self.header, &ParquetIndex).is_err() {
+        if finish_dataset(&Folder::at(folder), &self.header, &ParquetIndex).is_err() {
             self.write_with_file(folder, file, &parts.bytes());
         }
         Some((format!("{file} field {path}"), kind))
@@ -499,7 +500,7 @@ impl Tally {
     /// Forges a dataset in a folder, and lets `verify` and one more verb read it; what was done, in words.
     fn forge(&mut self, original: &Original, data: &Path, out: &Path, stream: &mut Stream) -> Option<String> {
         let (what, kind) = original.forge(data, stream)?;
-        let is_found = verify(data, FULL_CHECK, |_| {}).map_or(true, |report| !report.is_intact());
+        let is_found = verify(&Folder::at(data), FULL_CHECK, |_| {}).map_or(true, |report| !report.is_intact());
         let verbs = verbs(original.name);
         let verb = &verbs[pick(verbs.len(), stream)];
         let (code, said) = observe(verb, data, out);
@@ -583,7 +584,7 @@ fn lies_about_where_messages_stand_are_found_and_read_by_nobody() {
         for lie in 0..CHUNK_LIES {
             let (what, _) = original.forge_chunk(&data, 0, lie, &mut stream);
             let label = format!("{name}: {what}");
-            let found = verify(&data, FULL_CHECK, |_| {}).is_ok_and(|report| !report.is_intact());
+            let found = verify(&Folder::at(&data), FULL_CHECK, |_| {}).is_ok_and(|report| !report.is_intact());
             assert!(found, "{label}: verify takes it");
             // A product with one message in a shard has none to change places with.
             let (code, said) = observe(&["export", "--to", "parquet", "--out"], &data, &out);

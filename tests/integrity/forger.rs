@@ -3,6 +3,7 @@
 use std::{collections::BTreeMap, fs, path::Path};
 
 use graspmill::{
+    files::Folder,
     format::{
         Channel, Facts, GraspFacts, GraspRun, HeatmapPatch, PatchFacts, Product, ReachabilityBlock, VoxelPair,
         dataset::{DatasetHeader, DatasetReader, Fate, Selection, ShardHeader, ShardWriter, finish_dataset},
@@ -86,7 +87,7 @@ pub fn header_of(reader: &DatasetReader) -> DatasetHeader {
 /// Writes the shard of one sample anew with another number in it, and index, tables and manifest after it: every digest
 /// fits. Returns the index of the sample.
 fn forge(folder: &Path) -> u64 {
-    let reader = DatasetReader::open(folder).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(folder)).expect("a dataset");
     let manifest = reader.manifest().clone();
     let product = manifest.product;
     let leading = product.leading();
@@ -106,7 +107,7 @@ fn forge(folder: &Path) -> u64 {
         samples: entry.first_sample..entry.first_sample + entry.samples,
         channels: ledger.channels.clone(),
     };
-    let mut writer = ShardWriter::create(&folder.join("shards"), &header).expect("a shard");
+    let mut writer = ShardWriter::create(&Folder::at(&folder.join("shards")), &header).expect("a shard");
     for row in &ledger.rows {
         match &row.fate {
             Fate::Rejected { reason, detail } => {
@@ -147,7 +148,7 @@ fn forge(folder: &Path) -> u64 {
     writer.finish().expect("a forged shard");
     let header = header_of(&reader);
     drop(reader);
-    let forged = finish_dataset(folder, &header, &ParquetIndex).expect("a forged dataset");
+    let forged = finish_dataset(&Folder::at(folder), &header, &ParquetIndex).expect("a forged dataset");
     assert_ne!(forged.root, manifest.root, "the root names what is there");
     target.index.0
 }

@@ -3,7 +3,10 @@
 
 use std::{fs, path::Path};
 
-use graspmill::format::dataset::{DatasetReader, Manifest, Selection};
+use graspmill::{
+    files::Folder,
+    format::dataset::{DatasetReader, Manifest, Selection},
+};
 
 use super::targets::{ARRANGEMENTS, CAMERAS, MESHES, MODELS, PICTURES, TABLES, channels, parts};
 use crate::support::{
@@ -40,7 +43,7 @@ pub fn write() {
 }
 
 fn dataset(name: &str, out: &Path) {
-    let manifest = Manifest::read(out).expect("a manifest");
+    let manifest = Manifest::read(&Folder::at(out)).expect("a manifest");
     for table in TABLES {
         if let Ok(bytes) = fs::read(out.join(table)) {
             table_seed(name, table, &bytes);
@@ -69,7 +72,7 @@ fn dataset(name: &str, out: &Path) {
         })
         .collect();
     save("shard_content", name, &parts(attachments(&shard).each_ref().map(Vec::as_slice), &renumbered));
-    let reader = DatasetReader::open(out).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(out)).expect("a dataset");
     let sample = reader.iter(Selection::default()).next().expect("a sample").expect("readable");
     for channel in sample.channels() {
         let kind = channels().position(|known| known == channel).expect("known") as u8;

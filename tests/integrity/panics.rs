@@ -18,6 +18,7 @@ use graspmill::{
         run::OpenJob,
         work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
     },
+    files::Folder,
     format::{Channel, Product},
     ids::ItemId,
 };
@@ -192,11 +193,11 @@ fn assert_contained(names: &[&str]) {
         let parallelism = Parallelism { threads: 2, ..Parallelism::available() };
         let context = RunContext::quiet(&parallelism);
         let job = OpenJob::open(&text, &JobContext::default(), &context).expect("a job");
-        let expected = job.run(&workspace.path(name), &context).expect("a dataset").manifest.root;
+        let expected = job.run(&Folder::at(&workspace.path(name)), &context).expect("a dataset").manifest.root;
 
         for (number, (place, countdown)) in PANICS.into_iter().enumerate() {
             let folder = workspace.path(format!("{name}-{number}"));
-            let error = with_defect(&job, place, countdown).run(&folder, &context);
+            let error = with_defect(&job, place, countdown).run(&Folder::at(&folder), &context);
             let at = format!("{name}, {place:?} {countdown}");
             let Err(RunError::Panicked { what, message }) = error else { panic!("{at}: {error:?}") };
             assert_eq!(message, MESSAGE, "{at}");
@@ -208,7 +209,7 @@ fn assert_contained(names: &[&str]) {
             };
             assert!(what.starts_with(&noun), "{at}: {what}");
 
-            let resumed = job.run(&folder, &context).unwrap_or_else(|error| panic!("{at}: {error}"));
+            let resumed = job.run(&Folder::at(&folder), &context).unwrap_or_else(|error| panic!("{at}: {error}"));
             assert_eq!(resumed.manifest.root, expected, "{at}");
             if place == Place::Finish {
                 assert_eq!(resumed.made, 0, "{at}: shards that were finished are made again");

@@ -3,6 +3,7 @@
 use std::{fs, path::Path};
 
 use graspmill::{
+    files::Folder,
     format::dataset::{DatasetReader, Manifest, Selection, SetTable},
     geom::TriMesh,
     surface::write_ply,
@@ -26,7 +27,7 @@ fn run(out: &Path) -> Program {
 
 fn make(out: &Path, arguments: &[&str]) -> SetTable {
     run(out).args(arguments).succeed();
-    SetTable::read(out).expect("readable").expect("a set")
+    SetTable::read(&Folder::at(out)).expect("readable").expect("a set")
 }
 
 #[test]
@@ -44,7 +45,7 @@ fn one_command_makes_datasets_that_share_their_objects() {
     assert!(content.differing.is_empty());
     // The ids are those of the samples themselves.
     for name in names {
-        let reader = DatasetReader::open(&out.join(name)).expect("a dataset");
+        let reader = DatasetReader::open(&Folder::at(&out.join(name))).expect("a dataset");
         assert_eq!(content.roots[name], reader.manifest().root);
         for object in &content.objects {
             let kept = reader.indices(Selection::default()).filter_map(|index| reader.id(index));
@@ -63,7 +64,7 @@ fn one_command_makes_datasets_that_share_their_objects() {
     // Each dataset is the one that its job alone makes.
     let alone = workspace.path("alone");
     Program::run_job("jobs/grasps-quick.toml", &alone).set(SHORT_SEARCH).succeed();
-    assert_eq!(Manifest::read(&alone).expect("a dataset").root, content.roots["grasps"]);
+    assert_eq!(Manifest::read(&Folder::at(&alone)).expect("a dataset").root, content.roots["grasps"]);
     assert_reports(&moved, &table);
     assert_resumes(&moved, &table);
     assert_finds_damage(&moved);
@@ -134,7 +135,8 @@ fn one_name_for_two_objects_is_said() {
     let (file, out) = (workspace.write("set.toml", set), workspace.path("out"));
     let said = Program::run_job(&file, &out).succeed().stdout;
     assert!(said.contains("`tetra` is not the same object"), "{said}");
-    let content = SetTable::read(&out).expect("readable").and_then(|table| table.made).expect("a finished set");
+    let content =
+        SetTable::read(&Folder::at(&out)).expect("readable").and_then(|table| table.made).expect("a finished set");
     assert_eq!((content.objects.len(), content.differing.len()), (2, 1));
     // Only `run` takes a set.
     let said = Program::on("estimate", &file).expect_code(2).stderr;

@@ -7,6 +7,7 @@ use std::{
 
 use graspmill::{
     assets::{MeshCheckReport, ScaleRule, SizeRule, check_report},
+    files::Folder,
     format::dataset::DatasetReader,
     geom::TriMesh,
     seed::Stream,
@@ -383,7 +384,7 @@ fn scenes_of_meshes_with_defects_are_kept_or_rejected() {
     // Some of the meshes are refused, and the scenes made of the others.
     Program::run_job(file, &out).expect_code(3);
     assert_intact(&out, FULL_CHECK);
-    let counts = DatasetReader::open(&out).expect("a dataset").manifest().counts.clone();
+    let counts = DatasetReader::open(&Folder::at(&out)).expect("a dataset").manifest().counts.clone();
     println!("{} meshes, {} scenes kept, rejected {:?}", 2 * kinds.len(), counts.kept, counts.rejected);
     assert_eq!(counts.kept + counts.rejected.values().sum::<u64>(), SCENES);
     assert!(counts.kept > SCENES / 4, "{counts:?}");

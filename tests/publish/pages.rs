@@ -3,6 +3,7 @@
 use std::{collections::BTreeSet, path::Path};
 
 use graspmill::{
+    files::Folder,
     format::products::reachability::read_field,
     geom::PoseLabel,
     ids::ItemId,
@@ -95,7 +96,7 @@ fn the_page_of_a_map_asks_for_its_deepest_pose() {
     let answers: Value = Program::new("query").args(["reach", ".", "--pose", pose]).current_dir(&data).read_json();
     let answer = &answers["poses"][0];
     assert_eq!(answer["nearest"]["label"], "reachable", "{pose}: {answer}");
-    let field = read_field(&data).expect("a field");
+    let field = read_field(&Folder::at(&data)).expect("a field");
     let labelled = field.labels.iter().zip(&field.distances);
     let reachable = labelled.filter(|(label, _)| **label == PoseLabel::Reachable).map(|(_, distance)| *distance);
     let deepest = f64::from(reachable.fold(f32::INFINITY, f32::min));
@@ -112,7 +113,8 @@ fn dots_at_contacts_are_seen() {
     let mut drawn = 0;
     for item in (0..4).map(ItemId) {
         // The same size as on the page.
-        let panels = draw_panels(&data, "box-01", item, 200).expect("an intact dataset").unwrap_or_default();
+        let panels =
+            draw_panels(&Folder::at(&data), "box-01", item, 200).expect("an intact dataset").unwrap_or_default();
         for panel in panels {
             let is_dot = |pixel: &&[u8; 4]| **pixel == Colour::CONTACT.opaque();
             let dots = panel.picture.pixels.iter().filter(is_dot).count();

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use graspmill::{
+    files::Folder,
     geom::OccupancyGrid,
     publish::{
         CompletionInspection, RunNotes, Speed, inspect_completion,
@@ -86,7 +87,7 @@ fn a_report_is_one_file_that_needs_nothing_else() {
     for (name, with_depth) in [("depth", true), ("default", false)] {
         let folder = out.path(name);
         let shelf = Shelf { views: if with_depth { 5 } else { 3 }, with_depth }.write(&folder);
-        let summary = report(&folder, None).unwrap();
+        let summary = report(&Folder::at(&folder), None).unwrap();
         let page = read_text(&summary.path);
         assert_eq!(summary.path, folder.join("report.html"));
         assert_eq!(summary.bytes, page.len() as u64);
@@ -101,7 +102,7 @@ fn a_report_is_one_file_that_needs_nothing_else() {
         }
         assert!(!page.contains("<care>"), "names are text, not markup");
         let again = out.path(format!("{name}.again.html"));
-        report(&folder, Some(&again)).unwrap();
+        report(&Folder::at(&folder), Some(&again)).unwrap();
         assert_eq!(read_text(again), page, "same bytes again");
     }
 }
@@ -115,9 +116,9 @@ fn overlaps_that_a_job_is_about_are_no_alarm() {
     let leaks = [(name.clone(), 6), ("groups_straddling".to_owned(), 1)].into();
     let mut notes = RunNotes { leaks, ..RunNotes::default() };
     let rendered = |notes: &RunNotes| {
-        notes.write(&folder).expect("notes");
-        let page = report(&folder, None).expect("a report").path;
-        (read_text(page), inspect_completion(&folder).expect("facts").to_string())
+        notes.write(&Folder::at(&folder)).expect("notes");
+        let page = report(&Folder::at(&folder), None).expect("a report").path;
+        (read_text(page), inspect_completion(&Folder::at(&folder)).expect("facts").to_string())
     };
     let (page, text) = rendered(&notes);
     let twins = "6 groups of objects of the same shape on more than one side of the split";
@@ -141,9 +142,9 @@ fn inspection_counts_what_stands_in_the_dataset() {
         leaks: [("twin_groups_straddling".to_owned(), 0)].into(),
         intended: BTreeSet::new(),
     }
-    .write(&folder)
+    .write(&Folder::at(&folder))
     .unwrap();
-    let facts = inspect_completion(&folder).unwrap();
+    let facts = inspect_completion(&Folder::at(&folder)).unwrap();
     assert_eq!((facts.planned, facts.kept), (36, shelf.kept.len() as u64));
     assert_eq!(facts.kept + facts.rejected.values().sum::<u64>(), facts.planned);
     let cells: Vec<f64> = shelf.kept.iter().map(|(_, pair, _)| f64::from(pair.partial_cells)).collect();

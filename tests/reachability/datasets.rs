@@ -3,6 +3,7 @@
 use std::{collections::BTreeMap, fs, path::Path, time::Duration};
 
 use graspmill::{
+    files::Folder,
     format::{
         Product,
         dataset::{DatasetReader, Selection, VerifyLevel, VerifyOptions, verify},
@@ -79,10 +80,10 @@ fn a_killed_run_resumes_to_the_same_bytes() {
 fn what_is_stored_is_what_the_robot_does() {
     let workspace = write_job(ORIENTATIONS);
     let data = run(&workspace, "data", &[]);
-    let reader = DatasetReader::open(&data).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(&data)).expect("a dataset");
     assert_eq!(reader.manifest().product, Product::REACHABILITY);
     assert!(reader.splits().objects.is_empty() && reader.split(SampleIndex(0)).is_none());
-    let field = read_field(&data).expect("a field");
+    let field = read_field(&Folder::at(&data)).expect("a field");
     let header = &field.header;
     assert_eq!((header.robot.as_str(), header.target.as_str(), header.frame.as_str()), ("fetch", FETCH_SITE, "world"));
     assert_eq!(header.grid.shape(), [3, 3, 4, 2, 4, 4]);
@@ -114,7 +115,7 @@ fn what_is_stored_is_what_the_robot_does() {
 /// Labels, proofs and joint values of reachable poses, cell by cell.
 fn read_cells(folder: &Path) -> Vec<(PoseLabel, Proof, Option<Vec<f64>>)> {
     let mut cells = Vec::new();
-    for sample in DatasetReader::open(folder).expect("a dataset").iter(Selection::default()) {
+    for sample in DatasetReader::open(&Folder::at(folder)).expect("a dataset").iter(Selection::default()) {
         let block = sample.expect("a sample").block().expect("a block");
         let each = block.labels.iter().zip(&block.proofs).enumerate();
         cells.extend(each.map(|(index, (label, proof))| (*label, *proof, block.witness(index).map(<[f64]>::to_vec))));
@@ -133,7 +134,7 @@ fn mujocos_contacts_decide_where_a_job_says_so() {
     let ours = run(&workspace, "ours", &[&finer[..], &["2"]].concat());
     assert_eq!(Program::on("inspect", &theirs).read_json()["collisions"], "mujoco");
     assert_regenerates(&theirs, 5);
-    let manifest = DatasetReader::open(&theirs).expect("a dataset").manifest().clone();
+    let manifest = DatasetReader::open(&Folder::at(&theirs)).expect("a dataset").manifest().clone();
     assert_eq!(manifest.platform["mujoco"], "3.17.0", "{:?}", manifest.platform);
     let robot = open_robot(workspace.path("fetch.xml"));
     let mut worker = robot.contact_worker(&FETCH_ARM, &BTreeMap::new()).expect("a worker");
@@ -177,7 +178,7 @@ fn poses_are_in_the_frame_that_a_job_names() {
         let more = ["--set", &x, "--set", &y, "--set", &z, "--set", "robot.frame=torso_lift_link", "--set", &collide];
         let torso = run(&workspace, &format!("torso {collisions}"), &more);
         let world = run(&workspace, &format!("world {collisions}"), &["--set", &collide]);
-        let header = read_field(&torso).expect("a field").header;
+        let header = read_field(&Folder::at(&torso)).expect("a field").header;
         assert_eq!(header.frame, "torso_lift_link");
         let (seen, plain) = (read_cells(&torso), read_cells(&world));
         let alike = seen.iter().zip(&plain).filter(|(one, other)| one.0 == other.0).count();
@@ -201,7 +202,7 @@ fn poses_are_in_the_frame_that_a_job_names() {
 fn a_flipped_byte_is_found() {
     let workspace = write_job(ORIENTATIONS);
     let data = run(&workspace, "data", &["--set", "shards.positions=18"]);
-    let shard = DatasetReader::open(&data).expect("a dataset").manifest().shard_path(&data, 1);
+    let shard = DatasetReader::open(&Folder::at(&data)).expect("a dataset").manifest().shard_path(&data, 1);
     for (path, step, level) in
         [(data.join("field.mcap"), 17, VerifyLevel::Hashes), (shard.clone(), 41, VerifyLevel::Full)]
     {
@@ -211,7 +212,7 @@ fn a_flipped_byte_is_found() {
             bytes[index] ^= 0x10;
             fs::write(&path, &bytes).expect("a damaged file");
             let options = VerifyOptions { level, threads: 1, ..FULL_CHECK };
-            let report = verify(&data, options, |_| {}).expect("a report");
+            let report = verify(&Folder::at(&data), options, |_| {}).expect("a report");
             let name = path.file_name().expect("a name").to_string_lossy().into_owned();
             assert!(report.problems.iter().any(|problem| problem.file.contains(&name)), "byte {index} of {name}");
         }

@@ -1,6 +1,7 @@
 //! Datasets for people and planners: answers, reports, previews, and files for other programs.
 
 use graspmill::{
+    files::Folder,
     format::{
         dataset::{DatasetReader, Selection},
         products::reachability::read_field,
@@ -21,13 +22,13 @@ use crate::support::{
 fn a_map_opens_with_the_datasets_labels_distances_and_witnesses() {
     let workspace = write_job(ORIENTATIONS);
     let data = run(&workspace, "data", &[]);
-    let mut map = ReachabilityMap::open(&data).expect("a map");
-    let field = read_field(&data).expect("a field");
+    let mut map = ReachabilityMap::open(&Folder::at(&data)).expect("a map");
+    let field = read_field(&Folder::at(&data)).expect("a field");
     assert_eq!((map.labels(), map.distances()), (field.labels.as_slice(), field.distances.as_slice()));
     assert_eq!((map.robot().joints.as_slice(), map.has_witnesses()), (&FETCH_ARM.map(str::to_owned)[..], false));
-    map.read_witnesses(&data).expect("witnesses");
+    map.read_witnesses(&Folder::at(&data)).expect("witnesses");
     let mut cell = 0;
-    for sample in DatasetReader::open(&data).expect("a dataset").iter(Selection::default()) {
+    for sample in DatasetReader::open(&Folder::at(&data)).expect("a dataset").iter(Selection::default()) {
         let block = sample.expect("a sample").block().expect("a block");
         for angle in 0..block.labels.len() {
             assert_eq!(map.witness(cell), block.witness(angle), "cell {cell}");
@@ -37,9 +38,13 @@ fn a_map_opens_with_the_datasets_labels_distances_and_witnesses() {
     assert_eq!(cell, map.grid().cells());
     // Witnesses of another robot's map, and of none.
     let other = run(&workspace, "other", &["--set", "poses.z.from=0.6"]);
-    let error = ReachabilityMap::open(&other).expect("a map").read_witnesses(&data).unwrap_err().to_string();
+    let error = ReachabilityMap::open(&Folder::at(&other))
+        .expect("a map")
+        .read_witnesses(&Folder::at(&data))
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("not of this map's field"), "{error}");
-    let error = ReachabilityMap::open(&workspace.path("nowhere")).err().expect("no map").to_string();
+    let error = ReachabilityMap::open(&Folder::at(&workspace.path("nowhere"))).err().expect("no map").to_string();
     assert!(error.contains("field.mcap") && error.contains("run"), "{error}");
 }
 
@@ -47,7 +52,7 @@ fn a_map_opens_with_the_datasets_labels_distances_and_witnesses() {
 fn poses_are_asked_for_on_the_command_line_and_in_files() {
     let workspace = write_job(ORIENTATIONS);
     let data = run(&workspace, "data", &[]);
-    let field = read_field(&data).expect("a field");
+    let field = read_field(&Folder::at(&data)).expect("a field");
     let (grid, labels) = (&field.header.grid, &field.labels);
     let cell_of = |wanted| labels.iter().position(|label| *label == wanted).expect("a cell of each label");
     let ask = |arguments: &[&str]| query(&data, arguments);
@@ -91,7 +96,7 @@ fn numpy_reads_the_files_of_the_thesis() {
     let data = run(&workspace, "data", &["--set", "field.profile=thesis"]);
     let out = workspace.path("graspit");
     Program::on("export", &data).args(["--to", "graspit"]).option("--out", &out).succeed();
-    let field = read_field(&data).expect("a field");
+    let field = read_field(&Folder::at(&data)).expect("a field");
     let bytes: Vec<u8> = field.labels.iter().map(|label| *label as u8).collect();
     workspace.write("raw.labels", bytes);
     let bytes: Vec<u8> = field.distances.iter().flat_map(|distance| distance.to_le_bytes()).collect();
@@ -148,7 +153,7 @@ fn a_report_is_one_page_with_every_count_and_every_arrow() {
     for outside in ["http://", "https://", "<script", "url(", "<b>", "NaN", "inf"] {
         assert!(!page.contains(outside), "the page has {outside}");
     }
-    let manifest = DatasetReader::open(&data).expect("a dataset").manifest().clone();
+    let manifest = DatasetReader::open(&Folder::at(&data)).expect("a dataset").manifest().clone();
     for part in [manifest.root.hex().as_str(), "a &lt;b&gt; &amp; c", "wrist_flex_joint", "searched only", "y = 0 m"] {
         assert!(page.contains(part), "{part} is missing");
     }
@@ -157,7 +162,7 @@ fn a_report_is_one_page_with_every_count_and_every_arrow() {
     }
     // Four pitches and yaws: up, down and four level directions; of those, each section shows four as arrows. Where the
     // poses of a direction have no solution, the arrow is red.
-    let field = read_field(&data).expect("a field");
+    let field = read_field(&Folder::at(&data)).expect("a field");
     let approaches = field.header.grid.approaches();
     let sections: Vec<&str> = page.split("<figure class=\"section ").skip(1).collect();
     assert!(sections.len() > 2 && sections[0].starts_with("upright"), "{}", sections.len());
@@ -207,7 +212,7 @@ fn a_report_of_nothing_reachable_stands() {
 fn a_preview_holds_a_point_for_each_reachable_position_and_arrows() {
     let workspace = write_job(ORIENTATIONS);
     let data = run(&workspace, "data", &[]);
-    let field = read_field(&data).expect("a field");
+    let field = read_field(&Folder::at(&data)).expect("a field");
     let bytes: Vec<u8> = field.labels.iter().map(|label| *label as u8).collect();
     let raw = workspace.write("labels", bytes);
     let script = r#"

@@ -7,6 +7,7 @@ use std::{
 
 use graspmill::{
     factory::products::reachability::{LabelledPosition, PoseLabeller, Scratch, Solver},
+    files::Folder,
     format::{
         dataset::{DatasetReader, Selection},
         products::reachability::read_field,
@@ -80,16 +81,16 @@ fn every_verb_knows_directions() {
 #[test]
 fn what_is_stored_is_what_the_robot_does() {
     let (workspace, data) = make_map();
-    let field = read_field(&data).expect("a field");
+    let field = read_field(&Folder::at(&data)).expect("a field");
     let header = &field.header;
     assert!(matches!(&header.grid, PoseGrid::Sphere(_)));
     assert_eq!(header.grid.shape(), [3, 3, 4, 12, 6]);
     assert_eq!(field.distances, header.distances(&field.labels));
     let robot = open_robot(workspace.path("fetch.xml"));
-    let mut map = ReachabilityMap::open(&data).expect("a map");
-    map.read_witnesses(&data).expect("witnesses");
+    let mut map = ReachabilityMap::open(&Folder::at(&data)).expect("a map");
+    map.read_witnesses(&Folder::at(&data)).expect("witnesses");
     let (mut cell, mut counts) = (0, BTreeMap::new());
-    for sample in DatasetReader::open(&data).expect("a dataset").iter(Selection::default()) {
+    for sample in DatasetReader::open(&Folder::at(&data)).expect("a dataset").iter(Selection::default()) {
         let block = sample.expect("a sample").block().expect("a block");
         for orientation in 0..block.labels.len() {
             *counts.entry(block.labels[orientation]).or_insert(0) += 1;
@@ -135,7 +136,7 @@ fn evenly_spread_orientations_answer_better() {
     let maps = ["fetch-reachability", "fetch-reachability-sphere"].map(|name| {
         let out = workspace.path(name);
         Program::run_job(format!("jobs/{name}.toml"), &out).succeed();
-        ReachabilityMap::open(&out).expect("a map")
+        ReachabilityMap::open(&Folder::at(&out)).expect("a map")
     });
     let rotations: Vec<_> = (0..61).map(|index| super_fibonacci(index, 61)).collect();
     let (robot, fixed) = (open_robot(FETCH), BTreeMap::new());

@@ -12,6 +12,7 @@ use graspmill::{
         job::{JobSet, JobText},
         products::pair::touch::{RandomRays, RayTarget, SeenSurface, TouchObstacles, TouchSurface},
     },
+    files::Folder,
     format::{
         AmodalFacts, Channel, Product, Scene, SceneContainer, SceneImage, TactileContacts, VoxelPair,
         dataset::{
@@ -69,7 +70,7 @@ fn with_views() -> Workspace {
 }
 
 fn reader(folder: &Path) -> DatasetReader {
-    DatasetReader::open(folder).expect("a dataset")
+    DatasetReader::open(&Folder::at(folder)).expect("a dataset")
 }
 
 pub(super) fn samples(folder: &Path) -> Vec<Sample> {
@@ -180,11 +181,11 @@ fn write_lone_scenes(like: &Path, folder: &Path, pairs: &[VoxelPair]) -> Vec<Obj
     assert_eq!(scenes.len(), pairs.len());
     let job = JobDigest(manifest.job.0);
     let count = pairs.len() as u64;
-    begin_run(folder, &RunMark::new(Product::SCENES, job, count, 1, count as u32)).expect("a folder");
+    begin_run(&Folder::at(folder), &RunMark::new(Product::SCENES, job, count, 1, count as u32)).expect("a folder");
     let channels = vec![Channel::SCENE];
     let header =
         ShardHeader { product: Product::SCENES, job, shard: ShardId(0), shards: 1, samples: 0..count, channels };
-    let mut writer = ShardWriter::create(&folder.join("shards"), &header).expect("a shard");
+    let mut writer = ShardWriter::create(&Folder::at(&folder.join("shards")), &header).expect("a shard");
     let mut ids = Vec::new();
     for ((index, mut scene), pair) in (0..).map(SampleIndex).zip(scenes).zip(pairs) {
         scene.container = SceneContainer::Plane { size: [2.0, 2.0] };
@@ -216,7 +217,7 @@ fn write_lone_scenes(like: &Path, folder: &Path, pairs: &[VoxelPair]) -> Vec<Obj
         splits: Some(reader.splits().clone()),
         warnings: Vec::new(),
     };
-    finish_dataset(folder, &header, &ParquetIndex).expect("a dataset");
+    finish_dataset(&Folder::at(folder), &header, &ParquetIndex).expect("a dataset");
     ids
 }
 
@@ -293,7 +294,7 @@ fn compare_with_lone_rays(sample: &Sample, views: &Path) {
     let mut ids: Vec<ObjectId> = rows.iter().map(|row| row.object).collect();
     ids.sort();
     let place = ids.iter().position(|id| *id == clutter.object).expect("its place");
-    let mesh = Shapes::open(views).expect("meshes").object(place).expect("its mesh").mesh;
+    let mesh = Shapes::open(&Folder::at(views)).expect("meshes").object(place).expect("its mesh").mesh;
     let (surface, alone) = (TouchSurface::new(&mesh, SimdLevel::detect()), TouchObstacles::default());
     let render = RenderMesh::new(&mesh, true);
     let seen = SeenSurface::new(&surface, &render, &pair.camera_from_object, &alone);
@@ -502,7 +503,7 @@ fn mistakes_of_amodal_pairs_are_said_with_key_and_remedy() {
     workspace.make_dataset("views", &views_job("scenes", SHELL, "").replace("seed = 3", "seed = 4"), &[]);
     let changed = Program::on("verify", &pairs).option("--regenerate", "4").fail();
     assert!(changed.text().contains("views.root"), "{}", changed.text());
-    assert!(Manifest::read(&pairs).is_ok());
+    assert!(Manifest::read(&Folder::at(&pairs)).is_ok());
     let facts = read_json(pairs.join("manifest.json"));
     assert_eq!(facts["product"], "amodal");
 }

@@ -5,6 +5,7 @@ use std::{collections::BTreeMap, sync::Arc};
 use graspmill::{
     contact::ContactSurface,
     factory::products::pair::touch::{RandomRays, RayTarget, SeenSurface, TouchObstacles, TouchSurface},
+    files::Folder,
     format::{ApproachEnd as RecordedEnd, Channel, SceneImage, TactileContacts},
     geom::{CameraCv, GridPlacement, Object, Pose, RenderMesh, SimdLevel, TriMesh, World, rotation_from_rpy},
     ids::{Digest, ItemId, ObjectId, SampleId},
@@ -164,7 +165,7 @@ fn threads_and_tasks_change_no_touch_and_touch_changes_nothing_else() {
     assert_eq!(read, counted);
     let kind = &Program::on("inspect", &two).read_json()["touch"]["kinds"][0];
     assert_eq!((&kind["channel"], &kind["blocked"]), (&Value::from("touch_rays"), &Value::from(counted[1])));
-    assert!(inspect(&two).expect("facts").to_string().contains("stopped by something else than the body"));
+    assert!(inspect(&Folder::at(&two)).expect("facts").to_string().contains("stopped by something else than the body"));
     Program::on("report", &two).succeed();
     let page = workspace.read("two/report.html");
     assert!(page.contains("Touch points, from behind") && page.contains("stopped by something else (grey)"));
@@ -293,7 +294,7 @@ fn a_hand_among_bodies_touches_what_it_reaches_and_says_what_was_in_its_way() {
         Program::python_lines(READ_HAND).arg(&two).env("PYTHONPATH", repository_path("python")).succeed().json();
     assert_eq!(read, counted);
     assert!(counted[0] > 20, "{counted:?}");
-    let text = inspect(&two).expect("facts").to_string();
+    let text = inspect(&Folder::at(&two)).expect("facts").to_string();
     assert!(text.contains("touch_exploration by") && text.contains(&format!("{blocked} blocked")), "{text}");
     Program::on("report", &two).succeed();
     assert!(workspace.read("two/report.html").contains("by exploration (light blue)"));

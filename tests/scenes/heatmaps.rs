@@ -8,6 +8,7 @@ use std::{
 };
 
 use graspmill::{
+    files::Folder,
     format::{
         HeatmapFacts, HeatmapLabel, PickState, SceneHeatmap,
         dataset::{DatasetReader, Fate},
@@ -119,7 +120,7 @@ fn threads_and_tasks_change_nothing_and_rejected_views_have_no_heatmap() {
 
     // As many images as views, of their splits, under their names.
     let [reader, views] =
-        [&two, &workspace.path("views")].map(|folder| DatasetReader::open(folder).expect("a dataset"));
+        [&two, &workspace.path("views")].map(|folder| DatasetReader::open(&Folder::at(folder)).expect("a dataset"));
     assert_eq!(reader.manifest().counts.samples, 3 * 5);
     let rows = |reader: &DatasetReader| {
         let all = (0..reader.manifest().shards.len()).flat_map(|shard| reader.ledger(shard).expect("a ledger").rows);

@@ -3,6 +3,7 @@
 use std::{collections::BTreeSet, path::Path};
 
 use graspmill::{
+    files::Folder,
     format::{Scene, SceneMode, dataset::DatasetReader},
     geom::{Pose, SourceWorld, TriMesh, World, rotation_from_quaternion},
     ids::ObjectId,
@@ -135,7 +136,7 @@ fn scenes_of_a_split_have_objects_of_its_side() {
     let bodies = format!("bodies = [{}, {}]", body(0.0), body(length - 0.005));
     let listed = format!("scenes = [{{ source = \"by hand\", {bodies} }}]\nsplit = \"test\"\ntable_height = 0.0");
     let data = workspace.make_dataset("listed", &job(&listed, split), &[]);
-    let reader = DatasetReader::open(&data).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(&data)).expect("a dataset");
     let sample =
         reader.iter(graspmill::format::dataset::Selection::default()).next().expect("a sample").expect("readable");
     assert_eq!(reader.split(sample.index), Some(Split::Test));

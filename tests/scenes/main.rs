@@ -23,6 +23,7 @@ use std::path::Path;
 
 use alike::make_alike;
 use graspmill::{
+    files::Folder,
     format::{
         Scene,
         dataset::{DatasetReader, Fate},
@@ -56,7 +57,7 @@ const BINS: &str =
 
 /// Outcome of each scene: its record, or the reason of its reject.
 fn scenes(folder: &Path) -> Vec<Result<Scene, String>> {
-    let reader = DatasetReader::open(folder).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(folder)).expect("a dataset");
     let mut found = Vec::new();
     for shard in 0..reader.manifest().shards.len() {
         for row in reader.ledger(shard).expect("a ledger").rows {
@@ -269,7 +270,7 @@ fn an_object_larger_than_its_bin_is_announced_and_its_scenes_rejected() {
     assert!(said.text().contains("do not fit into the container"), "{}", said.text());
     let fates = scenes(&out);
     assert!(fates.contains(&Err("too_large".to_owned())), "{fates:?}");
-    let reader = DatasetReader::open(&out).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(&out)).expect("a dataset");
     assert!(reader.splits().objects.iter().all(|row| row.split == Split::Training));
 }
 

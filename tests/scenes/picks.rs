@@ -10,6 +10,7 @@ use std::{
 
 use graspmill::{
     contact::ContactSurface,
+    files::Folder,
     format::{
         GraspLabel, GraspRun, PickCandidates, PickFacts, PickObstacle, PickStage, PickTrials, Scene, SceneContainer,
         dataset::{DatasetReader, Fate, Sample, Selection},
@@ -73,7 +74,7 @@ fn with_inputs(tried: bool) -> Workspace {
 }
 
 fn reader(folder: &Path) -> DatasetReader {
-    DatasetReader::open(folder).expect("a dataset")
+    DatasetReader::open(&Folder::at(folder)).expect("a dataset")
 }
 
 pub(super) fn samples(folder: &Path) -> Vec<Sample> {
@@ -238,7 +239,7 @@ fn every_row_follows_from_the_stored_scene_and_grasp() {
     let runs: BTreeMap<(ObjectId, u32), GraspRun> = (samples(&workspace.path("grasps")).iter())
         .map(|sample| ((sample.id.subject, sample.id.item.0), sample.grasp_run().expect("a run")))
         .collect();
-    let stored = Shapes::open(&picks).expect("shapes");
+    let stored = Shapes::open(&Folder::at(&picks)).expect("shapes");
     let shapes = (0..stored.objects()).map(|index| stored.object(index).expect("an object"));
     let shapes: BTreeMap<ObjectId, TriMesh> = shapes.map(|shape| (shape.object, shape.mesh)).collect();
     let model = open_hand(GRIPPER);

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use graspmill::{
+    files::Folder,
     format::{
         SceneImage,
         dataset::{DatasetReader, Sample, Selection},
@@ -107,7 +108,7 @@ fn objects_on_tables_are_found_by_the_gaps_between_them() {
     let work = Workspace::new();
     work.make_dataset("tables", &format!("{TABLES}{NO_SPLIT}"), &[]);
     let views = work.make_dataset("views", VIEWS, &[]);
-    let reader = DatasetReader::open(&views).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(&views)).expect("a dataset");
     let (mut planes, mut times, mut spurious) = (Vec::new(), Vec::new(), 0);
     let mut counts = [Counts::default(); GAPS.len()];
     for (number, sample) in reader.iter(Selection::default()).enumerate() {

@@ -2,9 +2,12 @@
 
 use std::{collections::BTreeSet, fs, path::Path};
 
-use graspmill::format::{
-    AmodalFacts,
-    dataset::{DatasetReader, Fate, LedgerRow, SetTable},
+use graspmill::{
+    files::Folder,
+    format::{
+        AmodalFacts,
+        dataset::{DatasetReader, Fate, LedgerRow, SetTable},
+    },
 };
 
 use crate::support::{
@@ -61,7 +64,7 @@ fn write_set(workspace: &Workspace) {
 
 /// Rows of the stored samples of a dataset.
 fn kept(folder: &Path) -> Vec<LedgerRow> {
-    let reader = DatasetReader::open(folder).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(folder)).expect("a dataset");
     let rows = (0..reader.manifest().shards.len()).flat_map(|shard| reader.ledger(shard).expect("a ledger").rows);
     rows.filter(|row| matches!(row.fate, Fate::Kept(_))).collect()
 }
@@ -74,7 +77,7 @@ fn expected_body(set: &Path) -> String {
     };
     let pairs = kept(&set.join("amodal"));
     let nearest = pairs.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).expect("a pair");
-    let reader = DatasetReader::open(&set.join("amodal")).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(&set.join("amodal"))).expect("a dataset");
     let object = reader.sample(nearest.index).expect("readable").expect("stored").clutter().expect("a record").object;
     let row = reader.assets().expect("assets").objects.into_iter().find(|row| row.object == object);
     row.expect("a row").name
@@ -107,7 +110,7 @@ fn the_page_of_a_set_shows_one_scene_and_leads_to_the_pages_of_its_datasets_alon
     for outside in ["http://", "https://", "<script", "url(", "<bins>"] {
         assert!(!page.contains(outside), "the page names {outside}");
     }
-    let content = SetTable::read(&set).expect("readable").expect("a set").made.expect("a finished set");
+    let content = SetTable::read(&Folder::at(&set)).expect("readable").expect("a set").made.expect("a finished set");
     assert!(page.contains("small &lt;bins&gt;") && page.contains(&content.root.hex()));
 
     // Depth, instances, a pair of two pictures, a pick.

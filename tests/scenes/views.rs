@@ -8,6 +8,7 @@ use std::{
 };
 
 use graspmill::{
+    files::Folder,
     format::{
         SceneImage, ViewFacts,
         dataset::{DatasetReader, Fate, Sample, Selection},
@@ -57,7 +58,7 @@ fn with_scenes() -> Workspace {
 }
 
 fn samples(folder: &Path) -> Vec<Sample> {
-    let reader = DatasetReader::open(folder).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(folder)).expect("a dataset");
     reader.iter(Selection::default()).map(|sample| sample.expect("readable")).collect()
 }
 
@@ -97,7 +98,7 @@ fn threads_and_tasks_change_nothing_and_every_mask_is_the_body_alone() {
     let two = make_alike(&workspace, &job(&[SHELL, OVERHEAD], ""), "16");
 
     // Each body rendered alone by the renderer of single objects: its mask to the bit, and its depth where it is seen.
-    let shapes = Shapes::open(&two).expect("meshes");
+    let shapes = Shapes::open(&Folder::at(&two)).expect("meshes");
     let meshes: Vec<_> = (0..shapes.objects()).map(|index| shapes.object(index).expect("a mesh")).collect();
     let mut rasteriser = Rasteriser::new(SimdLevel::detect());
     let views = samples(&two);
@@ -229,7 +230,7 @@ fn cameras_that_see_nothing_or_stand_in_something_are_rejected_and_counted() {
         "{ shell = { radius = [0.05, 0.30], polar_deg = [0, 60] }, views = 2, width = 64, height = 64, fx = 40.0 }";
     let data = workspace.make_dataset("views", &job(&[low, away, inside], ""), &["views.min_pixels=20"]);
     assert_intact(&data, FULL_CHECK);
-    let reader = DatasetReader::open(&data).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(&data)).expect("a dataset");
     let (mut blocked, mut unseen, mut drawn) = (0, 0, 0);
     for shard in 0..reader.manifest().shards.len() {
         for row in reader.ledger(shard).expect("a ledger").rows {
@@ -314,7 +315,7 @@ fn the_jobs_of_views_that_travel_with_the_source_are_jobs() {
         let out: PathBuf = workspace.path(name);
         let dataset = format!("scenes.dataset={:?}", scenes.display().to_string());
         Program::run_job(format!("jobs/{name}.toml"), &out).set([dataset]).succeed();
-        let reader = DatasetReader::open(&out).expect("a dataset");
+        let reader = DatasetReader::open(&Folder::at(&out)).expect("a dataset");
         assert_eq!(reader.manifest().counts.samples, 2 * views);
         assert!(reader.splits().objects.iter().all(|row| row.split == Split::Training));
     }
@@ -404,7 +405,7 @@ fn colours_are_of_the_bodies_that_the_instances_name_and_change_nothing_else() {
     Program::run_job(workspace.path("colour.toml"), &one).set(colours).option("--threads", "1").succeed();
     let plain = workspace.make_dataset("plain", &job, &[]);
     let random = workspace.make_dataset("random", &job, &["render.colour=true", "render.randomise=true"]);
-    let manifest = |folder: &Path| DatasetReader::open(folder).expect("a dataset").manifest().clone();
+    let manifest = |folder: &Path| DatasetReader::open(&Folder::at(folder)).expect("a dataset").manifest().clone();
     assert_eq!(manifest(&one), manifest(&colour), "every file");
     let exact = |folder: &Path| manifest(folder).classes[&NumberClass::Exact];
     assert_eq!((exact(&colour), exact(&random)), (exact(&plain), exact(&plain)));

@@ -8,6 +8,7 @@ use std::{
 };
 
 use graspmill::{
+    files::Folder,
     format::{
         PickState, Product, VolumeFacts, VolumeTruth,
         dataset::{DatasetReader, Fate, Sample, Selection},
@@ -71,7 +72,7 @@ fn with_views() -> Workspace {
 }
 
 fn reader(folder: &Path) -> DatasetReader {
-    DatasetReader::open(folder).expect("a dataset")
+    DatasetReader::open(&Folder::at(folder)).expect("a dataset")
 }
 
 fn samples(folder: &Path) -> Vec<Sample> {

@@ -7,6 +7,7 @@ use std::{
 };
 
 use graspmill::{
+    files::Folder,
     format::{
         PARTIAL_INSIDE_COMPLETE,
         dataset::{VerifyLevel, VerifyOptions, verify},
@@ -76,7 +77,7 @@ pub const CHECK_INSIDE: VerifyOptions = VerifyOptions { rules: &[PARTIAL_INSIDE_
 /// Verifies a dataset whole.
 #[track_caller]
 pub fn assert_intact(folder: impl AsRef<Path>, options: VerifyOptions) {
-    let report = verify(folder.as_ref(), options, |_| ()).expect("readable");
+    let report = verify(&Folder::at(folder.as_ref()), options, |_| ()).expect("readable");
     assert!(report.is_intact(), "{:?}", report.problems);
 }
 

@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use graspmill::{
+    files::Folder,
     format::{
         Channel, Cloud, Depth, DepthCoding, Product, Visibility, VoxelPair,
         dataset::{DatasetHeader, Manifest, RunMark, ShardHeader, ShardWriter, begin_run, finish_dataset},
@@ -58,7 +59,7 @@ impl Shelf {
         let job = JobDigest(Digest::of(b"shelf"));
         let samples = u64::from(self.views) * SHAPES.len() as u64;
         let shards = SHAPES.len() as u32;
-        begin_run(folder, &RunMark::new(Product::COMPLETION, job, samples, shards, self.views)).unwrap();
+        begin_run(&Folder::at(folder), &RunMark::new(Product::COMPLETION, job, samples, shards, self.views)).unwrap();
         let mut channels = vec![Channel::PAIR, Channel::VISIBILITY];
         if self.with_depth {
             channels.extend([Channel::DEPTH, Channel::CLOUD]);
@@ -75,7 +76,7 @@ impl Shelf {
                 samples: samples.clone(),
                 channels: channels.clone(),
             };
-            let mut writer = ShardWriter::create(&folder.join("shards"), &header).unwrap();
+            let mut writer = ShardWriter::create(&Folder::at(&folder.join("shards")), &header).unwrap();
             for (view, index) in (0..).zip(samples) {
                 let id = SampleId::of_object(object(name), ItemId(view));
                 let (pair, free, depth, cloud) = sample(id, inside);
@@ -99,7 +100,7 @@ impl Shelf {
             }
             writer.finish().unwrap();
         }
-        ShelfContent { manifest: finish_dataset(folder, &self.header(job), &ParquetIndex).unwrap(), kept }
+        ShelfContent { manifest: finish_dataset(&Folder::at(folder), &self.header(job), &ParquetIndex).unwrap(), kept }
     }
 
     fn header(&self, job: JobDigest) -> DatasetHeader {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use graspmill::{
+    files::Folder,
     format::{
         Approach, ApproachEnd, Channel, Felt, HandTouch, PairFacts, Product, TactileContacts, TouchContact, Visibility,
         VoxelPair,
@@ -116,7 +117,7 @@ impl SmallDataset {
 
     pub fn write_shard(&self, folder: &Path, shard: u32) -> FinishedShard {
         let header = self.shard_header(shard);
-        let mut writer = ShardWriter::create(&folder.join("shards"), &header).unwrap();
+        let mut writer = ShardWriter::create(&Folder::at(&folder.join("shards")), &header).unwrap();
         let mut payload = Vec::new();
         for index in header.samples {
             let (sample, id) = (SampleIndex(index), self.id(index));
@@ -172,13 +173,13 @@ impl SmallDataset {
     }
 
     pub fn write(&self, folder: &Path) -> Vec<FinishedShard> {
-        begin_run(folder, &self.mark()).unwrap();
+        begin_run(&Folder::at(folder), &self.mark()).unwrap();
         (0..self.mark().shards).map(|shard| self.write_shard(folder, shard)).collect()
     }
 
     pub fn finish(&self, folder: &Path) -> Digest {
         self.write(folder);
-        finish_dataset(folder, &self.header(), &ParquetIndex).unwrap().root
+        finish_dataset(&Folder::at(folder), &self.header(), &ParquetIndex).unwrap().root
     }
 }
 

@@ -22,6 +22,7 @@ use super::{
     true_meshes::TrueMeshes,
 };
 use format::dataset::DatasetReader;
+use kernel::words::Show;
 
 /// `graspmill evaluate completion`.
 pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer) -> Result<Exit, Failure> {
@@ -63,7 +64,7 @@ pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer
     } else {
         printer.result(&text(&report));
         if let Some(path) = &arguments.out {
-            printer.result(&format!("page: {}", path.display()));
+            printer.result(&format!("page: {}", path.shown()));
         }
     }
     Ok(Exit::Complete)

@@ -9,7 +9,7 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use super::template::{Verbatim, fill, plain_name};
-use kernel::words::number_ranges;
+use kernel::words::{Show, number_ranges};
 
 /// Engine that runs the tasks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -115,7 +115,7 @@ pub enum SubmissionError {
         character: char,
     },
     /// A path that no script can name.
-    #[error("{argument}: {} is not UTF-8, which scripts are written in; use another name", path.display())]
+    #[error("{argument}: {} is not UTF-8, which scripts are written in; use another name", path.shown())]
     NotText {
         /// The argument that says it.
         argument: &'static str,

@@ -11,29 +11,29 @@ pub(crate) struct CsvField {
     pub range: Range<usize>,
 }
 
-/// The records of a table, without comments and empty lines, each of at least one field.
-pub(crate) fn csv_records(text: &str) -> Vec<Vec<CsvField>> {
-    let mut records = Vec::new();
+/// The records of a table, one after the other, without comments and empty lines, each of at least one field.
+pub(crate) fn csv_records(text: &str) -> impl Iterator<Item = Vec<CsvField>> {
     let mut rest = 0;
-    while rest < text.len() {
-        let line_end = text[rest..].find('\n').map_or(text.len(), |newline| rest + newline);
-        let line = text[rest..line_end].trim();
-        if line.is_empty() || line.starts_with('#') {
-            rest = line_end + 1;
-            continue;
-        }
-        let mut record = Vec::new();
-        loop {
-            let (field, end) = field(text, rest);
-            record.push(field);
-            rest = end + 1;
-            if text.as_bytes().get(end) != Some(&b',') {
-                break;
+    std::iter::from_fn(move || {
+        while rest < text.len() {
+            let line_end = text[rest..].find('\n').map_or(text.len(), |newline| rest + newline);
+            let line = text[rest..line_end].trim();
+            if line.is_empty() || line.starts_with('#') {
+                rest = line_end + 1;
+                continue;
+            }
+            let mut record = Vec::new();
+            loop {
+                let (field, end) = field(text, rest);
+                record.push(field);
+                rest = end + 1;
+                if text.as_bytes().get(end) != Some(&b',') {
+                    return Some(record);
+                }
             }
         }
-        records.push(record);
-    }
-    records
+        None
+    })
 }
 
 /// The field that starts at `start`, and the byte that ends it: a comma, a line's end or the text's.

@@ -6,6 +6,7 @@ use form::{Checker, Path};
 use kernel::{
     assets::{Description, DescriptionError},
     ids::Digest,
+    words::Show,
 };
 
 /// The description that stands at `key`, compared with the content that the job pins. `None` when it cannot be read or is
@@ -40,7 +41,7 @@ pub fn check_content(
 ) -> bool {
     let Some(pinned) = pinned.and_then(Digest::from_hex).filter(|pinned| *pinned != digest) else { return true };
     let expected = format!("a {noun} of content {}", pinned.short());
-    let found = format!("{}: {} has changed", digest.short(), file.display());
+    let found = format!("{}: {} has changed", digest.short(), file.shown());
     let report = checker.invalid(Path::from(key).key("content"), expected, found);
     report.help("restore its files, or take `content` out of the job for a new dataset");
     false

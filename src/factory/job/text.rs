@@ -1,6 +1,8 @@
 //! Job files as text.
 
-use kernel::files::{self, Bound};
+use super::packages::packages_of_program;
+use format::dataset::layout::JOB;
+use kernel::files::{self, Bound, Folder};
 use std::{
     io,
     path::{Path, PathBuf},
@@ -40,6 +42,21 @@ impl JobText {
     }
 }
 
+impl JobText {
+    /// Reads the resolved job of a dataset.
+    ///
+    /// # Errors
+    /// When the file cannot be read as UTF-8 text.
+    pub fn of_dataset(dataset: &Folder, overrides: &[String]) -> io::Result<Self> {
+        Ok(Self {
+            label: dataset.path_of(JOB).display().to_string(),
+            folder: dataset.path().to_owned(),
+            text: dataset.read_text(JOB, Bound::JOB)?,
+            overrides: overrides.to_vec(),
+        })
+    }
+}
+
 /// Folders beyond its own that a job may refer to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct JobContext {
@@ -51,10 +68,10 @@ pub struct JobContext {
 }
 
 impl Default for JobContext {
-    /// Packages in `.deps` below the current folder, where `make setup` puts them, and the built-in shapes of the program.
+    /// Packages and built-in shapes of the program, wherever it is called.
     fn default() -> Self {
         Self {
-            packages: ".deps".into(),
+            packages: packages_of_program(),
             built_in: kernel::assets::built_in_names(kernel::assets::DEFAULT_BUILT_INS).collect(),
         }
     }

@@ -8,7 +8,11 @@ use format::{
     Product,
     dataset::{DatasetError, DatasetReader, Manifest},
 };
-use kernel::{ids::Digest, words::NumberClass};
+use kernel::{
+    files::Folder,
+    ids::Digest,
+    words::{NumberClass, Show},
+};
 
 /// Reason why a folder is no dataset that a job can be about.
 #[derive(Debug, thiserror::Error)]
@@ -17,7 +21,7 @@ pub enum InvalidInput {
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// The dataset's product is another one.
-    #[error("{} is a dataset of {found}, not of {wanted}", folder.display())]
+    #[error("{} is a dataset of {found}, not of {wanted}", folder.shown())]
     Product {
         /// Folder of the dataset.
         folder: PathBuf,
@@ -27,7 +31,7 @@ pub enum InvalidInput {
         wanted: Product,
     },
     /// The dataset has no digest of a class of numbers.
-    #[error("{} has no {}", folder.display(), numbers_in_words(*class))]
+    #[error("{} has no {}", folder.shown(), numbers_in_words(*class))]
     NoNumbers {
         /// Folder of the dataset.
         folder: PathBuf,
@@ -45,7 +49,7 @@ fn numbers_in_words(class: NumberClass) -> String {
 /// # Errors
 /// When the folder holds none.
 pub fn root_of_input(folder: &FilePath, wanted: Product, class: NumberClass) -> Result<Digest, InvalidInput> {
-    let manifest = Manifest::read(folder)?;
+    let manifest = Manifest::read(&Folder::at(folder))?;
     if manifest.product != wanted {
         return Err(InvalidInput::Product { folder: folder.to_owned(), found: manifest.product, wanted });
     }
@@ -63,7 +67,7 @@ pub fn open_input(
     class: NumberClass,
 ) -> Result<(DatasetReader, Digest), InvalidInput> {
     let root = root_of_input(folder, wanted, class)?;
-    Ok((DatasetReader::open(folder)?, root))
+    Ok((DatasetReader::open(&Folder::at(folder))?, root))
 }
 
 /// Section of a job that names a dataset.
@@ -100,7 +104,7 @@ impl InputSection {
     pub fn has_root(&self, checker: &mut Checker, pinned: Option<&str>, root: Digest, dataset: &FilePath) -> bool {
         let Self { name, .. } = self;
         let Some(pinned) = pinned.and_then(Digest::from_hex).filter(|pinned| *pinned != root) else { return true };
-        let seen = format!("{}: {} holds others", root.short(), dataset.display());
+        let seen = format!("{}: {} holds others", root.short(), dataset.shown());
         let report =
             checker.invalid(format!("{name}.root").as_str(), format!("{name} of root {}", pinned.short()), seen);
         report.help("restore the dataset, or take `root` out of the job for a new dataset");
@@ -119,7 +123,7 @@ impl InputSection {
         let Some((pinned, trials)) = pinned.zip(trials).filter(|(pinned, trials)| pinned != trials) else {
             return true;
         };
-        let seen = format!("{}: {} holds others", trials.short(), dataset.display());
+        let seen = format!("{}: {} holds others", trials.short(), dataset.shown());
         let key = format!("{}.trials_root", self.name);
         let report = checker.invalid(key.as_str(), format!("trials of root {}", pinned.short()), seen);
         report.help("restore the dataset, or take `trials_root` out of the job for new trials");

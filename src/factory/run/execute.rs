@@ -1,7 +1,6 @@
 //! Makes the shards of a plan that are missing, then closes the dataset.
 
 use std::{
-    path::Path,
     sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering},
     time::Instant,
 };
@@ -23,7 +22,10 @@ use format::{
         shards_folder, write_pending,
     },
 };
-use kernel::ids::{ItemId, JobDigest, SampleIndex};
+use kernel::{
+    files::Folder,
+    ids::{ItemId, JobDigest, SampleIndex},
+};
 use tables::ParquetIndex;
 
 /// Milliseconds between two progress events.
@@ -40,7 +42,7 @@ pub struct RunTask<'a> {
     /// The tables.
     pub header: &'a DatasetHeader,
     /// The dataset's folder.
-    pub folder: &'a Path,
+    pub folder: &'a Folder,
 }
 
 /// Result of a run.
@@ -80,7 +82,7 @@ pub fn run(task: &RunTask, context: &RunContext<'_>) -> Result<RunSummary, RunEr
     let (mark, product) = (task.mark(), task.job.product());
     let begun = begin_run(task.folder, &mark)?;
     let scan = scan_shards(task.folder, &mark)?;
-    clear_away(&scan)?;
+    clear_away(task.folder, &scan)?;
     if begun == Begun::Finished && scan.done.len() == task.plan.shards.len() {
         let manifest = Manifest::read(task.folder)?;
         return Ok(RunSummary { finished_before: true, product, made: 0, seconds: 0.0, manifest });
@@ -111,7 +113,7 @@ pub fn run_share(task: &RunTask, share: Share, context: &RunContext<'_>) -> Resu
     let mut scan = scan_some_shards(task.folder, &mark, &|shard| share.holds(shard))?;
     // On some file systems a lock is seen on one machine only: a temporary file may be another task's, at work.
     scan.leftovers.clear();
-    clear_away(&scan)?;
+    clear_away(task.folder, &scan)?;
     let own: Vec<&ShardPlan> = task.plan.shards.iter().filter(|shard| share.holds(shard.id)).collect();
     let (shards, shards_before) = (own.len() as u32, scan.done.len() as u32);
     if shards == shards_before {
@@ -135,7 +137,7 @@ pub fn merge(task: &RunTask, context: &RunContext<'_>) -> Result<RunSummary, Run
         // Nothing is cleared away: tasks may be at work.
         return Err(RunError::Gap { missing, shards: mark.shards, bad: scan.bad });
     }
-    clear_away(&scan)?;
+    clear_away(task.folder, &scan)?;
     let finished_before = begun == Begun::Finished;
     let manifest =
         if finished_before { Manifest::read(task.folder)? } else { close(task, task.open(context)?, context)? };
@@ -186,9 +188,9 @@ fn make_missing(
             let made =
                 ShardMaker::of_thread(&mut maker, work).and_then(|maker| maker.make(task, shard, cancel, &tally));
             failed.fetch_or(made.is_err(), Ordering::Relaxed);
-            let FinishedShard { path, kept, rejected, .. } = made?;
-            let file = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            listener(Event::ShardFinished { shard: shard.id.0, file, samples: kept + rejected });
+            let made = made?;
+            let (file, samples) = (made.file_name(), made.kept + made.rejected);
+            listener(Event::ShardFinished { shard: shard.id.0, file, samples });
         }
         Ok::<_, RunError>(())
     };

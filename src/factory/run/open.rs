@@ -11,7 +11,7 @@ use crate::{
 };
 use form::FormErrors;
 use format::dataset::DatasetHeader;
-use kernel::{ids::JobDigest, voxel::twins};
+use kernel::{files::Folder, ids::JobDigest, voxel::twins};
 
 /// Intersection over union from which on two objects are twins, after pose and scale are taken out.
 pub(crate) const TWIN_LIKENESS: f64 = 0.85;
@@ -104,7 +104,7 @@ impl OpenJob {
     }
 
     /// The task of making the job's dataset in a folder.
-    pub fn task<'a>(&'a self, header: &'a DatasetHeader, folder: &'a Path) -> RunTask<'a> {
+    pub fn task<'a>(&'a self, header: &'a DatasetHeader, folder: &'a Folder) -> RunTask<'a> {
         RunTask { job: &self.job, plan: &self.plan, digest: self.digest, header, folder }
     }
 
@@ -113,7 +113,7 @@ impl OpenJob {
     /// # Errors
     /// When the folder belongs to another job or cannot be written, a mesh changed since the job was opened, or the run is
     /// interrupted. Finished shards stay; the same call resumes.
-    pub fn run(&self, folder: &Path, context: &RunContext<'_>) -> Result<RunSummary, RunError> {
-        run(&self.task(&self.header(folder), folder), context)
+    pub fn run(&self, folder: &Folder, context: &RunContext<'_>) -> Result<RunSummary, RunError> {
+        run(&self.task(&self.header(folder.path()), folder), context)
     }
 }

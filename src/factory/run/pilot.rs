@@ -3,7 +3,7 @@
 use std::{
     collections::BTreeSet,
     ops::Range,
-    path::{Path, PathBuf},
+    path::Path,
     sync::atomic::{AtomicUsize, Ordering},
     time::Duration,
 };
@@ -26,7 +26,10 @@ use format::{
     Channel, Facts,
     dataset::{DatasetError, FinishedShard, ShardHeader, ShardWriter, TableSizes},
 };
-use kernel::ids::{ItemId, SampleId, SampleIndex, ShardId};
+use kernel::{
+    files::Folder,
+    ids::{ItemId, SampleId, SampleIndex, ShardId},
+};
 use tables::ParquetIndex;
 
 /// Subjects that a pilot visits, where the job has so many.
@@ -77,15 +80,16 @@ pub fn pilot(open: &OpenJob, limits: PilotLimits, context: &RunContext<'_>) -> R
     let work = job.work.open(Opening { seed: job.seed, level: context.parallelism.level, splits })?;
     let opened = processor_time();
     let folder = tempfile::tempdir().map_err(DatasetError::io("making", Path::new("a folder for the pilot")))?;
-    let pilot = Pilot { job, plan, limits, work: work.as_ref(), folder: folder.path(), context };
+    let of_shards = Folder::at(folder.path());
+    let pilot = Pilot { job, plan, limits, work: work.as_ref(), folder: &of_shards, context };
     let visits = pilot.visits();
     let next = AtomicUsize::new(0);
     let on_thread = |_: rayon::BroadcastContext<'_>| pilot.work_through(&visits, &next);
     let tallies: Result<Vec<Tally>, RunError> = context.parallelism.pool()?.broadcast(on_thread).into_iter().collect();
     let tally = tallies?.into_iter().fold(Tally::default(), Tally::plus);
-    let tables = TableSizes::measure(&tally.shards, &open.header(Path::new(".")), &ParquetIndex)?;
+    let tables = TableSizes::measure(&of_shards, &tally.shards, &open.header(Path::new(".")), &ParquetIndex)?;
     let visited: Vec<usize> = visits.iter().map(|visit| visit.subject).collect::<BTreeSet<_>>().into_iter().collect();
-    let side = work.side_cost(&visited, folder.path())?;
+    let side = work.side_cost(&visited, &of_shards)?;
     let per = |total: f64, count: u64| total / count.max(1) as f64;
     let bytes_per_shard = pilot.bytes_of_empty_shard(&work.producer()?.channels())? as f64;
     let stored = tally.bytes as f64 - tally.shards.len() as f64 * bytes_per_shard;
@@ -108,7 +112,7 @@ struct Pilot<'a> {
     plan: &'a Plan,
     limits: PilotLimits,
     work: &'a dyn OpenWork,
-    folder: &'a Path,
+    folder: &'a Folder,
     context: &'a RunContext<'a>,
 }
 
@@ -123,7 +127,8 @@ struct Visit {
 struct Tally {
     samples: u64,
     loads: u64,
-    shards: Vec<PathBuf>,
+    /// Names of their files.
+    shards: Vec<String>,
     bytes: u64,
     loading: Duration,
     making: Duration,
@@ -214,7 +219,7 @@ impl Pilot<'_> {
         let stored = if count > 0 { Some(self.store(index, &producer.channels(), &samples)?) } else { None };
         let bytes = stored.as_ref().map_or(0, |shard| shard.bytes);
         let (loading, making) = (loaded - began, processor_time() - loaded);
-        let shards = stored.into_iter().map(|shard| shard.path).collect();
+        let shards = stored.iter().map(FinishedShard::file_name).collect();
         Ok(Tally { samples: count, loads: 1, shards, bytes, loading, making })
     }
 

@@ -6,10 +6,7 @@ use super::{
     DatasetError, DatasetReader,
     layout::{ASSETS, JOB},
 };
-use kernel::{
-    files::{self, Bound},
-    ids::ObjectId,
-};
+use kernel::{files::Bound, ids::ObjectId};
 
 /// `assets.json`: the objects, sorted by id, the hands that touched, and the meshes that could not be used.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -57,8 +54,8 @@ impl DatasetReader {
     /// # Errors
     /// When it is missing or damaged.
     pub fn assets(&self) -> Result<AssetTable, DatasetError> {
-        let path = self.folder().join(ASSETS);
-        let text = files::read(&path, Bound::DATASET_TABLE).map_err(DatasetError::io("reading", &path))?;
+        let path = self.folder().path_of(ASSETS);
+        let text = self.folder().read(ASSETS, Bound::DATASET_TABLE).map_err(DatasetError::io("reading", &path))?;
         serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
             path,
             problem: error.to_string(),
@@ -71,7 +68,7 @@ impl DatasetReader {
     /// # Errors
     /// When it is missing or no text.
     pub fn job_text(&self) -> Result<String, DatasetError> {
-        let path = self.folder().join(JOB);
-        files::read_text(&path, Bound::JOB).map_err(DatasetError::io("reading", &path))
+        let text = self.folder().read_text(JOB, Bound::JOB);
+        text.map_err(DatasetError::io("reading", &self.folder().path_of(JOB)))
     }
 }

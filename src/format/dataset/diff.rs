@@ -2,16 +2,16 @@
 //! payload is read, no mesh wanted. Whether a dataset is what its ledgers say is for [`verify`](super::verify()) to
 //! find.
 
-use std::{
-    collections::{BTreeMap, BTreeSet, VecDeque},
-    path::Path,
-};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use serde::Serialize;
 
 use super::{DatasetError, DatasetReader, Fate, Ledger, LedgerRow, Manifest, finish::root_parts};
 use crate::{Channel, Product};
-use kernel::ids::{Digest, ObjectId, SampleIndex};
+use kernel::{
+    files::Folder,
+    ids::{Digest, ObjectId, SampleIndex},
+};
 
 /// Ledgers of the second dataset in memory at a time: objects stand in both in about one order, shards may not.
 const LEDGERS: usize = 4;
@@ -139,7 +139,7 @@ pub enum Reason {
 ///
 /// # Errors
 /// When one is not finished or a table or ledger of it can't be read.
-pub fn diff(a: &Path, b: &Path) -> Result<DatasetDifference, DatasetError> {
+pub fn diff(a: &Folder, b: &Folder) -> Result<DatasetDifference, DatasetError> {
     let (a, b) = (DatasetReader::open(a)?, DatasetReader::open(b)?);
     let mut pass = Pass {
         names: [names_of(&a)?, names_of(&b)?],
@@ -349,7 +349,7 @@ impl Ledgers<'_> {
 
 fn unknown(reader: &DatasetReader, index: SampleIndex) -> DatasetError {
     DatasetError::Invalid {
-        path: reader.folder().to_owned(),
+        path: reader.folder().path().to_owned(),
         problem: format!("sample {index} stands in the index and in no ledger"),
         remedy: "`graspmill verify` says what is wrong",
     }

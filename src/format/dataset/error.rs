@@ -9,14 +9,14 @@ use crate::RecordError;
 use kernel::{
     ids::{Digest, JobDigest, SampleIndex},
     remedy,
-    words::number_ranges,
+    words::{Show, number_ranges},
 };
 
 /// Error of a dataset.
 #[derive(Debug, thiserror::Error)]
 pub enum DatasetError {
     /// The operating system refused a read or write.
-    #[error("{action} {}: {source}; {}", path.display(), io_remedy(action, source))]
+    #[error("{action} {}: {source}; {}", path.shown(), io_remedy(action, source))]
     Io {
         /// Action that failed: "writing", "reading", ...
         action: &'static str,
@@ -26,7 +26,7 @@ pub enum DatasetError {
         source: io::Error,
     },
     /// The MCAP library refused.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", path.shown())]
     Mcap {
         /// On which file.
         path: PathBuf,
@@ -36,7 +36,7 @@ pub enum DatasetError {
     /// The folder holds another job.
     #[error(
         "{} belongs to job {}, this is job {}; give another --out, or delete the folder to start over",
-        folder.display(), found.0.short(), expected.0.short()
+        folder.shown(), found.0.short(), expected.0.short()
     )]
     ForeignJob {
         /// The folder.
@@ -49,7 +49,7 @@ pub enum DatasetError {
     /// The folder holds the same job, cut into other shards.
     #[error(
         "{} was begun with {found}, this run wants {expected}; use the same shard size, or another --out",
-        folder.display()
+        folder.shown()
     )]
     OtherShards {
         /// The folder.
@@ -60,7 +60,7 @@ pub enum DatasetError {
         expected: String,
     },
     /// The folder holds another set.
-    #[error("{} holds the set {found}, this is {expected}; give another --out, or delete the folder", folder.display())]
+    #[error("{} holds the set {found}, this is {expected}; give another --out, or delete the folder", folder.shown())]
     ForeignSet {
         /// The folder.
         folder: PathBuf,
@@ -70,7 +70,7 @@ pub enum DatasetError {
         expected: String,
     },
     /// The folder holds something that is no dataset.
-    #[error("{} is not empty and no dataset ('{entry}' stands in it); give an empty or new folder", folder.display())]
+    #[error("{} is not empty and no dataset ('{entry}' stands in it); give an empty or new folder", folder.shown())]
     NotADataset {
         /// The folder.
         folder: PathBuf,
@@ -78,7 +78,7 @@ pub enum DatasetError {
         entry: String,
     },
     /// A folder that is to be filled holds something.
-    #[error("{} is not empty ('{entry}' stands in it); give a new or empty folder", folder.display())]
+    #[error("{} is not empty ('{entry}' stands in it); give a new or empty folder", folder.shown())]
     Occupied {
         /// The folder.
         folder: PathBuf,
@@ -86,19 +86,19 @@ pub enum DatasetError {
         entry: String,
     },
     /// A folder that is to be read or filled is a file.
-    #[error("{} is a file; give a folder", path.display())]
+    #[error("{} is a file; give a folder", path.shown())]
     NotAFolder {
         /// The file.
         path: PathBuf,
     },
     /// The path names nothing.
-    #[error("{}: no such folder; give the folder that `run --out` made", folder.display())]
+    #[error("{}: no such folder; give the folder that `run --out` made", folder.shown())]
     NoFolder {
         /// The path.
         folder: PathBuf,
     },
     /// The folder holds no dataset.
-    #[error("{} holds no dataset: it has neither manifest.json nor run.json; {}", folder.display(), folder_remedy(inside))]
+    #[error("{} holds no dataset: it has neither manifest.json nor run.json; {}", folder.shown(), folder_remedy(inside))]
     NoDataset {
         /// The folder.
         folder: PathBuf,
@@ -106,13 +106,13 @@ pub enum DatasetError {
         inside: Vec<String>,
     },
     /// The folder holds a dataset that is not finished.
-    #[error("{} has no manifest.json: the dataset is not finished; `run` the job again to resume", folder.display())]
+    #[error("{} has no manifest.json: the dataset is not finished; `run` the job again to resume", folder.shown())]
     Unfinished {
         /// The folder.
         folder: PathBuf,
     },
     /// The folder holds a set of which datasets are not finished.
-    #[error("{} is a set of which {} not finished; `run` the set again to resume", folder.display(), unfinished(missing))]
+    #[error("{} is a set of which {} not finished; `run` the set again to resume", folder.shown(), unfinished(missing))]
     UnfinishedSet {
         /// The folder.
         folder: PathBuf,
@@ -120,7 +120,7 @@ pub enum DatasetError {
         missing: Vec<String>,
     },
     /// The dataset was written in another format.
-    #[error("{} has format version {found}, this program reads {expected}; {}", path.display(), version_remedy(*found, *expected))]
+    #[error("{} has format version {found}, this program reads {expected}; {}", path.shown(), version_remedy(*found, *expected))]
     Version {
         /// The file that says so.
         path: PathBuf,
@@ -130,7 +130,7 @@ pub enum DatasetError {
         expected: u32,
     },
     /// A file of the dataset does not say what it must.
-    #[error("{}: {problem}; {remedy}", path.display())]
+    #[error("{}: {problem}; {remedy}", path.shown())]
     Invalid {
         /// The file.
         path: PathBuf,
@@ -141,7 +141,7 @@ pub enum DatasetError {
     },
     /// A file's content is not what its name or the manifest says.
     #[error(
-        "{} has changed: saved digest {}, calculated {}; {remedy}", path.display(), saved.short(), calculated.short()
+        "{} has changed: saved digest {}, calculated {}; {remedy}", path.shown(), saved.short(), calculated.short()
     )]
     Changed {
         /// The file.
@@ -154,7 +154,7 @@ pub enum DatasetError {
         remedy: &'static str,
     },
     /// A payload is no valid record.
-    #[error("{}: sample {index}: {source}; {REMAKE}", path.display())]
+    #[error("{}: sample {index}: {source}; {REMAKE}", path.shown())]
     Record {
         /// The shard.
         path: PathBuf,

@@ -11,7 +11,7 @@ use super::{
     Counts, DatasetError, Fate, FileEntry, IndexFormat, IndexWriter, Ledger, LedgerRow, Manifest, RunMark, ShardEntry,
     durable::{self, Temporary, json_text},
     error::REMAKE,
-    folder::{hash_file, scan_shards},
+    folder::{hash_file, scan_shards, shards_folder},
     index::{IndexRow, index_columns},
     layout::{ASSETS, INDEX, JOB, MANIFEST, REJECTS, SHARDS, SPLITS, files_of},
     read_mark,
@@ -23,6 +23,7 @@ use super::{
 };
 use crate::{Channel, FORMAT_VERSION, FactKind, Product, checks_of};
 use kernel::{
+    files::Folder,
     ids::{Digest, JobDigest, ShardId},
     words::{NumberClass, Split, SplitTable},
 };
@@ -79,17 +80,17 @@ impl DatasetHeader {
 /// When shards or files are missing or contradict each other, a subject is unknown, a sample stands twice, or a file can't
 /// be written.
 pub fn finish_dataset(
-    folder: &Path,
+    folder: &Folder,
     header: &DatasetHeader,
     index: &dyn IndexFormat,
 ) -> Result<Manifest, DatasetError> {
     let mark = checked_mark(folder, header)?;
-    let subjects = asset_names(folder, header.assets.iter().chain(&header.subjects))?;
+    let subjects = asset_names(folder.path(), header.assets.iter().chain(&header.subjects))?;
     for rows in [&header.hands, &header.containers] {
-        asset_names(folder, rows)?;
+        asset_names(folder.path(), rows)?;
     }
     let splits = header.splits.clone().filter(|_| header.product.has_splits);
-    let splits = splits.map(|splits| checked_splits(splits, &folder.join(SPLITS))).transpose()?;
+    let splits = splits.map(|splits| checked_splits(splits, &folder.path_of(SPLITS))).transpose()?;
     let scan = scan_shards(folder, &mark)?;
     let missing: Vec<u32> = (0..mark.shards).filter(|shard| !scan.done.contains_key(&ShardId(*shard))).collect();
     if !missing.is_empty() {
@@ -98,18 +99,18 @@ pub fn finish_dataset(
 
     // One pass over the ledgers writes the index and the rejects, and collects the leaves of the roots.
     let (index_file, index_temporary) = Temporary::create(folder, INDEX)?;
-    let copy = index_file.try_clone().map_err(DatasetError::io("writing", index_temporary.path()))?;
-    let index_path = index_temporary.path().to_owned();
+    let copy = index_file.try_clone().map_err(DatasetError::io("writing", &index_temporary.path()))?;
+    let index_path = index_temporary.path();
     let mut pass = Pass::begin(folder, &mark, &subjects, splits.as_ref(), header, &index_path)?;
     pass.table = Some((index, copy));
     for done in scan.done.values() {
-        pass.shard(&ShardFile::open(&done.path)?, done.digest, done.bytes)?;
+        pass.shard(&ShardFile::open(&shards_folder(folder), &done.name)?, done.digest, done.bytes)?;
     }
     pass.complete()?;
     let Pass { index, rejects, sums, channels, classes, leaves, .. } = pass;
-    rejects.finish(folder)?;
+    rejects.finish()?;
     index.map_or(Ok(()), IndexWriter::finish).map_err(DatasetError::io("writing", &index_path))?;
-    index_temporary.publish(&index_file, folder, INDEX)?;
+    index_temporary.publish(&index_file, INDEX)?;
 
     let roots = Roots::new(leaves, &classes, &subjects)?;
     let files = root_parts(folder, header.product)?;
@@ -122,7 +123,7 @@ pub fn finish_dataset(
         durable::write_file(folder, name, text.as_bytes())?;
     }
     let entry = |name: &&str| {
-        let (digest, bytes) = hash_file(&folder.join(name))?;
+        let (digest, bytes) = hash_file(folder, name)?;
         Ok::<_, DatasetError>(((*name).to_owned(), FileEntry { digest, bytes }))
     };
     let manifest = Manifest {
@@ -149,21 +150,27 @@ pub fn finish_dataset(
 }
 
 /// The folder's mark, if it was begun for this header's job and product.
-fn checked_mark(folder: &Path, header: &DatasetHeader) -> Result<RunMark, DatasetError> {
-    let mark = read_mark(folder)?
-        .ok_or_else(|| DatasetError::NotADataset { folder: folder.to_owned(), entry: "no run.json".to_owned() })?;
+fn checked_mark(folder: &Folder, header: &DatasetHeader) -> Result<RunMark, DatasetError> {
+    let mark = read_mark(folder)?.ok_or_else(|| DatasetError::NotADataset {
+        folder: folder.path().to_owned(),
+        entry: "no run.json".to_owned(),
+    })?;
     if mark.job != header.job {
-        return Err(DatasetError::ForeignJob { folder: folder.to_owned(), found: mark.job, expected: header.job });
+        return Err(DatasetError::ForeignJob {
+            folder: folder.path().to_owned(),
+            found: mark.job,
+            expected: header.job,
+        });
     }
     if mark.product != header.product {
         let problem = format!("the folder was begun for {}, the tables are of {}", mark.product, header.product);
-        return Err(DatasetError::Invalid { path: folder.to_owned(), problem, remedy: "give another --out" });
+        return Err(DatasetError::Invalid { path: folder.path().to_owned(), problem, remedy: "give another --out" });
     }
     Ok(mark)
 }
 
 /// Words and digests of the files that enter the root of a product's datasets.
-pub(super) fn root_parts(folder: &Path, product: Product) -> Result<Vec<(&'static str, Digest)>, DatasetError> {
+pub(super) fn root_parts(folder: &Folder, product: Product) -> Result<Vec<(&'static str, Digest)>, DatasetError> {
     let parts = checks_of(product).files.iter().filter_map(|file| file.in_root.as_ref());
     parts.map(|part| Ok((part.word, (part.digest)(folder)?))).collect()
 }
@@ -204,7 +211,7 @@ struct Pass<'a> {
     subjects: &'a Subjects,
     /// Split table, for a product that has splits.
     splits: Option<&'a SplitTable>,
-    folder: &'a Path,
+    folder: &'a Folder,
     /// Format and file of the index, until the first ledger names the channels.
     table: Option<(&'a dyn IndexFormat, File)>,
     index: Option<Box<dyn IndexWriter + 'a>>,
@@ -219,7 +226,7 @@ struct Pass<'a> {
 
 impl<'a> Pass<'a> {
     fn begin(
-        folder: &'a Path,
+        folder: &'a Folder,
         mark: &'a RunMark,
         subjects: &'a Subjects,
         splits: Option<&'a SplitTable>,
@@ -259,7 +266,7 @@ impl<'a> Pass<'a> {
             kept += u64::from(self.row(shard, ledger.shard.0, row)?);
         }
         self.sums.shards.push(ShardEntry {
-            file: shard.path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            file: shard.name().to_owned(),
             digest,
             bytes,
             first_sample: ledger.first.0,
@@ -299,7 +306,7 @@ impl<'a> Pass<'a> {
             return Ok(());
         }
         let problem = format!("the shards account for {found} samples, the plan has {}", self.mark.samples);
-        Err(DatasetError::Invalid { path: self.folder.join(SHARDS), problem, remedy: REMAKE })
+        Err(DatasetError::Invalid { path: self.folder.path_of(SHARDS), problem, remedy: REMAKE })
     }
 
     /// Takes a row; whether it was kept.
@@ -315,7 +322,7 @@ impl<'a> Pass<'a> {
         count_row(&mut self.sums.counts, self.mark.product, &self.channels, row, split);
         if let Some(line) = reject_line(row) {
             let Rejects { out, temporary } = &mut self.rejects;
-            writeln!(out, "{line}").map_err(DatasetError::io("writing", temporary.path()))?;
+            writeln!(out, "{line}").map_err(DatasetError::io("writing", &temporary.path()))?;
         }
         if let Some(index) = &mut self.index {
             let cells = IndexRow { row, subject: [name, id], split, shard: number };
@@ -372,9 +379,9 @@ struct Rejects {
 }
 
 impl Rejects {
-    fn finish(self, folder: &Path) -> Result<(), DatasetError> {
+    fn finish(self) -> Result<(), DatasetError> {
         let file = self.out.into_inner();
-        let file = file.map_err(|error| DatasetError::io("writing", self.temporary.path())(error.into_error()))?;
-        self.temporary.publish(&file, folder, REJECTS).map(|_| ())
+        let file = file.map_err(|error| DatasetError::io("writing", &self.temporary.path())(error.into_error()))?;
+        self.temporary.publish(&file, REJECTS).map(|_| ())
     }
 }

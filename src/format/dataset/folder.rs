@@ -2,23 +2,23 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs::{self},
-    io::{self, Read},
-    path::{Path, PathBuf},
+    fmt,
 };
 
 use serde::{Deserialize, Serialize};
 
 use super::{
-    DatasetError,
-    durable::{self, TEMPORARY},
+    DatasetError, durable,
     layout::{CLUSTER, MANIFEST, RUN, SHARDS, ShardName},
 };
 use crate::{FORMAT_VERSION, Product};
 use kernel::{
-    files::{self, Bound},
+    files::{self, Bound, FileRefusal, Folder},
     ids::{Digest, JobDigest, ShardId},
 };
+
+/// Ending of the names of files that were set aside.
+pub(super) const SET_ASIDE: &str = ".bad";
 
 /// Purpose of a folder: `run.json`, written before any shard.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -59,60 +59,56 @@ pub enum Begun {
 /// Marks `folder` as this job's, or finds that it is; makes it and its `shards` where missing.
 ///
 /// # Errors
-/// When it holds another job, the same job cut into other shards, or something that is no dataset; when it can't be
-/// made or written.
-pub fn begin_run(folder: &Path, mark: &RunMark) -> Result<Begun, DatasetError> {
+/// When it holds another job, the same job cut into other shards, or something that is no dataset; when a part of it is a link,
+/// or can't be made or written.
+pub fn begin_run(folder: &Folder, mark: &RunMark) -> Result<Begun, DatasetError> {
+    let (path, shards) = (folder.path(), folder.subfolder(SHARDS));
     if let Some(found) = read_mark(folder)? {
         if (found.product, found.job) != (mark.product, mark.job) {
-            return Err(DatasetError::ForeignJob { folder: folder.to_owned(), found: found.job, expected: mark.job });
+            return Err(DatasetError::ForeignJob { folder: path.to_owned(), found: found.job, expected: mark.job });
         }
         if found != *mark {
             let words = |mark: &RunMark| {
                 format!("{} samples in {} shards of {}", mark.samples, mark.shards, mark.shard_samples)
             };
             return Err(DatasetError::OtherShards {
-                folder: folder.to_owned(),
+                folder: path.to_owned(),
                 found: words(&found),
                 expected: words(mark),
             });
         }
-        let shards = folder.join(SHARDS);
-        fs::create_dir_all(&shards).map_err(DatasetError::io("creating", &shards))?;
-        return Ok(if folder.join(MANIFEST).exists() { Begun::Finished } else { Begun::Again });
+        shards.create().map_err(DatasetError::io("creating", shards.path()))?;
+        return Ok(if folder.contains(MANIFEST) { Begun::Finished } else { Begun::Again });
     }
-    match fs::read_dir(folder) {
-        Ok(entries) => {
-            for entry in entries {
-                let entry = entry.map_err(DatasetError::io("reading", folder))?;
-                let name = entry.file_name().to_string_lossy().into_owned();
-                // What a first start that was killed, or another task of it, leaves behind is ours.
-                let ours =
-                    [SHARDS, CLUSTER].contains(&name.as_str()) || (name.starts_with('.') && name.ends_with(TEMPORARY));
-                if !ours {
-                    // Another task has marked the folder since its mark was looked for.
-                    if folder.join(RUN).exists() {
-                        return begin_run(folder, mark);
-                    }
-                    return Err(DatasetError::NotADataset { folder: folder.to_owned(), entry: name });
-                }
-            }
+    if folder.is_another_file() {
+        return Err(DatasetError::NotAFolder { path: path.to_owned() });
+    }
+    // What a first start that was killed, or another task of it, leaves behind is ours.
+    let is_ours = |name: &String| [SHARDS, CLUSTER].contains(&name.as_str()) || files::is_temporary_name(name);
+    let mut names = present_names(folder)?.into_iter();
+    if let Some(entry) = names.find(|name| !is_ours(name)) {
+        // Another task has marked the folder since its mark was looked for.
+        if folder.contains(RUN) {
+            return begin_run(folder, mark);
         }
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-        Err(_) if folder.is_file() => return Err(DatasetError::NotAFolder { path: folder.to_owned() }),
-        Err(error) => return Err(DatasetError::io("reading", folder)(error)),
+        return Err(DatasetError::NotADataset { folder: path.to_owned(), entry });
     }
-    let shards = folder.join(SHARDS);
-    fs::create_dir_all(&shards).map_err(DatasetError::io("creating", &shards))?;
+    let is_own_shard = |name: &String| files::is_temporary_name(name) || ShardName::parse(own_name(name)).is_some();
+    if let Some(entry) = present_names(&shards)?.into_iter().find(|name| !is_own_shard(name)) {
+        return Err(DatasetError::NotADataset { folder: shards.path().to_owned(), entry });
+    }
+    shards.create().map_err(DatasetError::io("creating", shards.path()))?;
     durable::write_file(folder, RUN, mark_text(mark).as_bytes())?;
     Ok(Begun::New)
 }
 
 /// Takes back what [`begin_run`] made of a new folder, so that it is free for another job. What else is there stays.
-pub fn abandon_run(folder: &Path) {
-    // Whatever does not go is found by the next run, which says so.
-    _ = fs::remove_file(folder.join(RUN));
-    _ = fs::remove_dir(folder.join(SHARDS));
-    _ = fs::remove_dir(folder);
+pub fn abandon_run(folder: &Folder) {
+    // A folder that does not go is found by the next run, which says so. One with shards is another run's, too, which needs the mark.
+    if folder.remove_empty_folder(SHARDS).is_ok() {
+        _ = folder.remove_file(RUN);
+        _ = folder.remove_itself();
+    }
 }
 
 /// Text of the file of a mark; equal marks have equal texts.
@@ -120,29 +116,37 @@ pub(super) fn mark_text(mark: &RunMark) -> String {
     serde_json::to_string_pretty(mark).expect("a run mark is plain data") + "\n"
 }
 
-/// Whether an error says that there is no such file, be it that its folder is none.
-pub(super) fn is_absent(error: &io::Error) -> bool {
-    matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
+/// The names in a folder, sorted; none where there is no folder.
+fn present_names(folder: &Folder) -> Result<Vec<String>, DatasetError> {
+    match sorted_names(folder) {
+        Err(DatasetError::Io { source, .. }) if files::is_absent(&source) => Ok(Vec::new()),
+        names => names,
+    }
 }
 
-/// Where the shards of the dataset in `folder` stand.
-pub fn shards_folder(folder: &Path) -> PathBuf {
-    folder.join(SHARDS)
+/// The name of a file before it was set aside.
+fn own_name(name: &str) -> &str {
+    name.strip_suffix(SET_ASIDE).unwrap_or(name)
+}
+
+/// The folder of the shards of the dataset in `folder`.
+pub fn shards_folder(folder: &Folder) -> Folder {
+    folder.subfolder(SHARDS)
 }
 
 /// Reads the mark that states what a folder was begun for; `None` when it has no `run.json`.
 ///
 /// # Errors
 /// When the file can't be read, is no run mark, or is of another format version.
-pub fn read_mark(folder: &Path) -> Result<Option<RunMark>, DatasetError> {
+pub fn read_mark(folder: &Folder) -> Result<Option<RunMark>, DatasetError> {
     #[derive(Deserialize)]
     struct Version {
         format_version: u32,
     }
-    let path = folder.join(RUN);
-    let text = match files::read(&path, Bound::RUN) {
+    let path = folder.path_of(RUN);
+    let text = match folder.read(RUN, Bound::RUN) {
         Ok(text) => text,
-        Err(error) if is_absent(&error) => return Ok(None),
+        Err(error) if files::is_absent(&error) => return Ok(None),
         Err(error) => return Err(DatasetError::io("reading", &path)(error)),
     };
     let invalid = |error: serde_json::Error| DatasetError::Invalid {
@@ -162,12 +166,14 @@ pub fn read_mark(folder: &Path) -> Result<Option<RunMark>, DatasetError> {
 pub struct ShardScan {
     /// Shards whose file has the content that its name says, by number.
     pub done: BTreeMap<ShardId, DoneShard>,
-    /// Files that must not stay: damaged, foreign, or a second one of a shard.
+    /// Files under names of shards that must not stay: damaged, foreign, a second one of a shard, or no file at all.
     pub bad: Vec<BadShard>,
-    /// Temporary files that nobody is writing any more.
-    pub leftovers: Vec<PathBuf>,
-    /// Temporary files that somebody is writing.
-    pub at_work: Vec<PathBuf>,
+    /// Names among the shards that no run of graspmill gives. They stay.
+    pub strange: Vec<String>,
+    /// Temporary files that nobody is writing any more, by their paths inside the dataset's folder.
+    pub leftovers: Vec<String>,
+    /// Temporary files that somebody is writing, by their paths inside the dataset's folder.
+    pub at_work: Vec<String>,
 }
 
 impl ShardScan {
@@ -180,30 +186,36 @@ impl ShardScan {
 /// A shard that is done.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DoneShard {
-    /// Path of the file.
-    pub path: PathBuf,
+    /// Name of the file among the shards.
+    pub name: String,
     /// BLAKE3 of its content.
     pub digest: Digest,
     /// Size [bytes].
     pub bytes: u64,
 }
 
-/// A file among the shards that is no shard of this run.
+/// A file under the name of a shard that is no shard of this run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BadShard {
-    /// The file.
-    pub path: PathBuf,
+    /// Name of the file among the shards.
+    pub name: String,
     /// Which shard it claims to be.
-    pub shard: Option<ShardId>,
+    pub shard: ShardId,
     /// Problem with the file, with numbers.
     pub problem: String,
+}
+
+impl fmt::Display for BadShard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{SHARDS}/{}: {}", self.name, self.problem)
+    }
 }
 
 /// Reads every file of the folder's `shards` (about 2 GB/s) and says which shards are done; changes nothing.
 ///
 /// # Errors
 /// When the folder or a file can't be read.
-pub fn scan_shards(folder: &Path, mark: &RunMark) -> Result<ShardScan, DatasetError> {
+pub fn scan_shards(folder: &Folder, mark: &RunMark) -> Result<ShardScan, DatasetError> {
     scan_some_shards(folder, mark, &|_| true)
 }
 
@@ -212,49 +224,53 @@ pub fn scan_shards(folder: &Path, mark: &RunMark) -> Result<ShardScan, DatasetEr
 /// # Errors
 /// When the folder or a file can't be read.
 pub fn scan_some_shards(
-    folder: &Path,
+    folder: &Folder,
     mark: &RunMark,
     wanted: &dyn Fn(ShardId) -> bool,
 ) -> Result<ShardScan, DatasetError> {
-    let shards = folder.join(SHARDS);
+    let shards = folder.subfolder(SHARDS);
     let mut scan = ShardScan::default();
-    let temporary = |path: &PathBuf| path.to_string_lossy().ends_with(TEMPORARY) && path.is_file();
     // A run that was killed while it marked or closed the folder leaves its temporary files beside the shards' folder.
-    scan.leftovers
-        .extend(sorted_entries(folder)?.into_iter().filter(|path| temporary(path) && durable::is_leftover(path)));
-    for path in sorted_entries(&shards)? {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        if name.ends_with(TEMPORARY) {
-            if durable::is_leftover(&path) { &mut scan.leftovers } else { &mut scan.at_work }.push(path);
+    scan.leftovers.extend(sorted_names(folder)?.into_iter().filter(|name| files::is_leftover(folder, name)));
+    for name in sorted_names(&shards)? {
+        if files::is_temporary_name(&name) {
+            let is_leftover = files::is_leftover(&shards, &name);
+            if is_leftover { &mut scan.leftovers } else { &mut scan.at_work }.push(format!("{SHARDS}/{name}"));
             continue;
         }
-        if name.ends_with(".bad") {
-            continue;
-        }
-        let parsed = ShardName::parse(&name);
-        let shard = parsed.as_ref().map(|name| name.shard);
-        if shard.is_some_and(|shard| !wanted(shard)) {
-            continue;
-        }
-        let mut bad = |problem: String| scan.bad.push(BadShard { path: path.clone(), shard, problem });
-        let Some(parsed) = parsed else {
-            bad("its name is no shard's".to_owned());
+        let Some(parsed) = ShardName::parse(&name) else {
+            if ShardName::parse(own_name(&name)).is_none() {
+                scan.strange.push(name);
+            }
             continue;
         };
+        let shard = parsed.shard;
+        if !wanted(shard) {
+            continue;
+        }
+        let mut bad = |problem: String| scan.bad.push(BadShard { name: name.clone(), shard, problem });
         if (parsed.product, parsed.shards) != (mark.product, mark.shards) {
             bad(format!("this run makes {} shards of product {}", mark.shards, mark.product));
             continue;
         }
-        let (digest, bytes) = hash_file(&path)?;
+        let (digest, bytes) = match hash_file(&shards, &name) {
+            Ok(found) => found,
+            // What is no file is no shard.
+            Err(DatasetError::Io { source, .. }) if FileRefusal::of(&source).is_some() => {
+                bad(source.to_string());
+                continue;
+            }
+            Err(error) => return Err(error),
+        };
         if digest.short() != parsed.short {
             bad(format!("its name says digest {}, its {bytes} bytes have {}", parsed.short, digest.short()));
             continue;
         }
-        if let Some(other) = scan.done.get(&parsed.shard) {
-            bad(format!("a second file of shard {}, beside {}", parsed.shard, other.path.display()));
+        if let Some(other) = scan.done.get(&shard) {
+            bad(format!("a second file of shard {shard}, beside {}", other.name));
             continue;
         }
-        scan.done.insert(parsed.shard, DoneShard { path, digest, bytes });
+        scan.done.insert(shard, DoneShard { name, digest, bytes });
     }
     Ok(scan)
 }
@@ -263,62 +279,46 @@ pub fn scan_some_shards(
 ///
 /// # Errors
 /// When the folder can't be read.
-pub fn listed_shards(folder: &Path) -> Result<BTreeSet<u32>, DatasetError> {
-    let names = sorted_entries(&folder.join(SHARDS))?;
-    let name = |path: &PathBuf| ShardName::parse(&path.file_name()?.to_string_lossy());
-    Ok(names.iter().filter_map(name).map(|name| name.shard.0).collect())
+pub fn listed_shards(folder: &Folder) -> Result<BTreeSet<u32>, DatasetError> {
+    let names = sorted_names(&folder.subfolder(SHARDS))?;
+    Ok(names.iter().filter_map(|name| ShardName::parse(name)).map(|name| name.shard.0).collect())
 }
 
 /// Clears the way for a run: removes leftovers of killed writers and renames bad files to `<name>.bad`, so that nothing
-/// of them is taken for a shard and nothing is lost. Returns the new names of the bad files.
+/// of them is taken for a shard and nothing is lost. Returns the new names of the bad files. Another run in the folder may have
+/// cleared some of it away already.
 ///
 /// # Errors
 /// When a file can't be removed or renamed.
-pub fn clear_away(scan: &ShardScan) -> Result<Vec<PathBuf>, DatasetError> {
+pub fn clear_away(folder: &Folder, scan: &ShardScan) -> Result<Vec<String>, DatasetError> {
     for path in &scan.leftovers {
-        match fs::remove_file(path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => {
-                return Err(DatasetError::io("removing", path)(error));
-            }
-            _ => {}
+        let (place, name) = match path.rsplit_once('/') {
+            Some((below, name)) => (folder.subfolder(below), name),
+            None => (folder.clone(), path.as_str()),
+        };
+        files::remove_leftover(&place, name).map_err(DatasetError::io("removing", &folder.path_of(path)))?;
+    }
+    let shards = folder.subfolder(SHARDS);
+    let mut aside = Vec::new();
+    for BadShard { name, .. } in &scan.bad {
+        let new_name = format!("{name}{SET_ASIDE}");
+        match shards.rename(name, &new_name) {
+            Ok(()) => aside.push(new_name),
+            Err(error) if files::is_absent(&error) => {}
+            Err(error) => return Err(DatasetError::io("renaming", &shards.path_of(name))(error)),
         }
     }
-    let aside = |bad: &BadShard| {
-        let mut name = bad.path.clone().into_os_string();
-        name.push(".bad");
-        let name = PathBuf::from(name);
-        fs::rename(&bad.path, &name).map_err(DatasetError::io("renaming", &bad.path))?;
-        Ok(name)
-    };
-    scan.bad.iter().map(aside).collect()
+    Ok(aside)
 }
 
-/// The entries of a folder, sorted by name.
-pub(super) fn sorted_entries(folder: &Path) -> Result<Vec<PathBuf>, DatasetError> {
-    let entries = fs::read_dir(folder).map_err(DatasetError::io("reading", folder))?;
-    let mut paths = entries
-        .map(|entry| entry.map(|entry| entry.path()))
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(DatasetError::io("reading", folder))?;
-    paths.sort();
-    Ok(paths)
+/// The names in a folder, sorted.
+pub(super) fn sorted_names(folder: &Folder) -> Result<Vec<String>, DatasetError> {
+    let names = folder.names().map_err(DatasetError::io("reading", folder.path()))?;
+    Ok(names.into_iter().map(|name| name.to_string_lossy().into_owned()).collect())
 }
 
 /// BLAKE3 and size of a file, read in pieces.
-pub(super) fn hash_file(path: &Path) -> Result<(Digest, u64), DatasetError> {
-    let mut file = files::open(path).map_err(DatasetError::io("reading", path))?;
-    let mut hasher = blake3::Hasher::new();
-    let mut buffer = vec![0; 256 << 10];
-    let mut bytes = 0;
-    loop {
-        let read = match file.read(&mut buffer) {
-            Ok(0) => break,
-            Ok(read) => read,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
-            Err(error) => return Err(DatasetError::io("reading", path)(error)),
-        };
-        hasher.update(&buffer[..read]);
-        bytes += read as u64;
-    }
-    Ok((Digest(*hasher.finalize().as_bytes()), bytes))
+pub(super) fn hash_file(folder: &Folder, name: &str) -> Result<(Digest, u64), DatasetError> {
+    let hashed = folder.open(name).and_then(Digest::of_reader);
+    hashed.map_err(DatasetError::io("reading", &folder.path_of(name)))
 }

@@ -9,37 +9,34 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     DatasetError,
-    folder::{is_absent, sorted_entries},
     layout::{MANIFEST, RUN, SET, ShardName, files_of},
     seal::unsealed,
 };
 use crate::{Channel, FORMAT_VERSION, FactKind, Product};
 use kernel::{
-    files::{self, Bound},
+    files::{Bound, Folder, is_absent},
     ids::{Digest, JobDigest},
     words::{NumberClass, Split},
 };
 
 /// The error of a folder that has no manifest: no folder, no dataset, or one that is not finished.
-pub fn without_manifest(folder: &Path) -> DatasetError {
-    let folder = folder.to_owned();
-    if folder.is_file() {
-        return DatasetError::NotAFolder { path: folder };
+pub fn without_manifest(folder: &Folder) -> DatasetError {
+    let path = folder.path().to_owned();
+    if folder.is_another_file() {
+        return DatasetError::NotAFolder { path };
     }
-    if !folder.is_dir() {
-        return DatasetError::NoFolder { folder };
-    }
-    let is_dataset = |path: &Path| [MANIFEST, RUN, SET].iter().any(|name| path.join(name).exists());
-    if is_dataset(&folder) {
-        return DatasetError::Unfinished { folder };
-    }
-    let entries = match sorted_entries(&folder) {
-        Ok(entries) => entries,
-        Err(error) => return error,
+    let mut names = match folder.names() {
+        Err(error) if is_absent(&error) => return DatasetError::NoFolder { folder: path },
+        Err(error) => return DatasetError::io("reading", &path)(error),
+        Ok(names) => names,
     };
-    let names = entries.iter().filter(|path| is_dataset(path)).filter_map(|path| path.file_name());
-    let inside = names.map(|name| name.to_string_lossy().into_owned()).collect();
-    DatasetError::NoDataset { folder, inside }
+    let is_dataset = |folder: &Folder| [MANIFEST, RUN, SET].iter().any(|name| folder.contains(name));
+    if is_dataset(folder) {
+        return DatasetError::Unfinished { folder: path };
+    }
+    names.retain(|name| is_dataset(&folder.subfolder(name)));
+    let inside = names.into_iter().map(|name| name.to_string_lossy().into_owned()).collect();
+    DatasetError::NoDataset { folder: path, inside }
 }
 
 /// `manifest.json`, checked. Everything a dataset holds hangs on it by digests.
@@ -149,13 +146,13 @@ impl Manifest {
     ///
     /// # Errors
     /// When it is missing (the dataset is not finished), can't be read, is of another version or contradicts itself.
-    pub fn read(folder: &Path) -> Result<Self, DatasetError> {
+    pub fn read(folder: &Folder) -> Result<Self, DatasetError> {
         #[derive(Deserialize)]
         struct Version {
             format_version: u32,
         }
-        let path = folder.join(MANIFEST);
-        let text = files::read(&path, Bound::MANIFEST).map_err(|error| match is_absent(&error) {
+        let path = folder.path_of(MANIFEST);
+        let text = folder.read(MANIFEST, Bound::MANIFEST).map_err(|error| match is_absent(&error) {
             true => without_manifest(folder),
             false => DatasetError::io("reading", &path)(error),
         })?;
@@ -207,12 +204,12 @@ impl Manifest {
         self.counts.samples.min(1 << 24) as usize
     }
 
-    /// Paths of all shards' files, in order.
-    pub fn shard_paths(&self, folder: &Path) -> Vec<PathBuf> {
-        (0..self.shards.len()).map(|shard| self.shard_path(folder, shard)).collect()
+    /// Names of all shards' files in their folder, in order.
+    pub fn shard_names(&self) -> Vec<String> {
+        self.shards.iter().map(|shard| shard.file.clone()).collect()
     }
 
-    /// Path of a shard's file.
+    /// Path of a shard's file, for messages.
     pub fn shard_path(&self, folder: &Path, shard: usize) -> PathBuf {
         folder.join(self.shards[shard].path())
     }

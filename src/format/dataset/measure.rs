@@ -7,6 +7,7 @@ use nalgebra::{Point3, Vector3};
 use super::{ShardHeader, ShardWriter, shard_file::ShardFile};
 use crate::{Channel, Product, Visibility, VoxelPair};
 use kernel::{
+    files::Folder,
     geom::{GridPlacement, Intrinsics, OccupancyGrid, Pose, rotation_from_rpy},
     ids::{Digest, ItemId, JobDigest, ObjectId, SampleId, SampleIndex, ShardId},
 };
@@ -168,7 +169,7 @@ fn measure(samples: &[(VoxelPair, OccupancyGrid)], channels: &[Channel], chunk: 
     let (mut writing, mut written) = (f64::MAX, None);
     for _ in 0..3 {
         let start = Clock::start();
-        let mut writer = ShardWriter::create_packed(folder.path(), &header, chunk, level).unwrap();
+        let mut writer = ShardWriter::create_packed(&Folder::at(folder.path()), &header, chunk, level).unwrap();
         let mut payload = Vec::new();
         for (index, (pair, free)) in (0..).map(SampleIndex).zip(samples) {
             payload.clear();
@@ -185,7 +186,7 @@ fn measure(samples: &[(VoxelPair, OccupancyGrid)], channels: &[Channel], chunk: 
         writing = writing.min(start.seconds());
     }
     let written = written.unwrap();
-    let file = ShardFile::open(&written.path).unwrap();
+    let file = ShardFile::open(&Folder::at(folder.path()), &written.file_name()).unwrap();
     let random = |step: u64| (0..count).map(move |k| SampleIndex(k * step % count));
     let (mut at_random, mut in_order) = (f64::MAX, f64::MAX);
     for _ in 0..3 {

@@ -1,25 +1,31 @@
 //! A folder that is there whole or not at all.
 
 use std::{
-    fs::{self, File},
+    ffi::OsStr,
+    fs::{File, TryLockError},
     io,
+    os::unix::fs::MetadataExt,
     path::{Path, PathBuf},
 };
 
-use super::{
-    DatasetError,
-    durable::{TEMPORARY, sync_folder},
-    folder::sorted_entries,
-};
+use super::DatasetError;
+use kernel::files::{self, Folder};
+
+/// Names that are tried before another program that takes each is an error.
+const TRIES: u32 = 64;
 
 /// A folder in work: filled under a temporary name beside its own, then renamed. It goes when this does, unless it was
 /// published.
 pub struct NewFolder {
-    out: PathBuf,
-    temporary: PathBuf,
+    /// The folder that holds it.
+    parent: Folder,
+    /// Its name.
+    name: String,
+    temporary: String,
+    folder: Folder,
     /// Locked, which distinguishes a folder in work from the leftovers of a killed program.
     _lock: File,
-    /// Whether `out` was not there before.
+    /// Whether it was not there before.
     created: bool,
     published: bool,
 }
@@ -30,53 +36,50 @@ impl NewFolder {
     /// # Errors
     /// When `out` is a file or holds something, or the folder can't be made.
     pub fn begin(out: &Path) -> Result<Self, DatasetError> {
-        let created = match fs::read_dir(out) {
-            Ok(mut entries) => {
-                if let Some(entry) = entries.next() {
-                    let entry = entry.map_err(DatasetError::io("reading", out))?;
-                    let entry = entry.file_name().to_string_lossy().into_owned();
+        let target = Folder::at(out);
+        let created = match target.names() {
+            Ok(names) => {
+                if let Some(entry) = names.first() {
+                    let entry = entry.to_string_lossy().into_owned();
                     return Err(DatasetError::Occupied { folder: out.to_owned(), entry });
                 }
                 false
             }
+            Err(_) if target.is_another_file() => return Err(DatasetError::NotAFolder { path: out.to_owned() }),
             Err(error) if error.kind() == io::ErrorKind::NotFound => true,
-            Err(error) if error.kind() == io::ErrorKind::NotADirectory => {
-                return Err(DatasetError::NotAFolder { path: out.to_owned() });
-            }
             Err(error) => return Err(DatasetError::io("reading", out)(error)),
         };
-        // `canonicalize` needs a folder that exists: "out", "a/out", "out/" and "." all have a place then.
-        fs::create_dir_all(out).map_err(DatasetError::io("creating", out))?;
-        let out = fs::canonicalize(out).map_err(DatasetError::io("reading", out))?;
-        let name = format!(".{}.", out.file_name().unwrap_or_default().to_string_lossy());
-        let temporary = out.with_file_name(format!("{name}{}{TEMPORARY}", std::process::id()));
-        for path in sorted_entries(out.parent().unwrap_or(&out))?.iter().filter(|path| is_leftover(path, &name)) {
-            fs::remove_dir_all(path).map_err(DatasetError::io("removing", path))?;
+        // A folder that exists has a place: "out", "a/out", "out/" and ".".
+        target.create().map_err(DatasetError::io("creating", out))?;
+        let out = files::canonical(out).map_err(DatasetError::io("reading", out))?;
+        let name = out.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let parent = Folder::at(out.parent().unwrap_or(&out));
+        for left in parent.names().map_err(DatasetError::io("reading", parent.path()))? {
+            if is_leftover(&parent, &left, &name) {
+                parent.remove_tree(&left).map_err(DatasetError::io("removing", &parent.path_of(&left)))?;
+            }
         }
-        fs::create_dir(&temporary).map_err(DatasetError::io("creating", &temporary))?;
-        let lock = File::open(&temporary).map_err(DatasetError::io("opening", &temporary))?;
-        // A file system without locks still works; its leftovers are then taken for folders in work and stay.
-        let _ = lock.try_lock();
-        Ok(Self { out, temporary, _lock: lock, created, published: false })
+        let (temporary, lock) = create(&parent, &name).map_err(DatasetError::io("creating", &out))?;
+        let folder = Folder::at(parent.path_of(&temporary));
+        Ok(Self { parent, name, temporary, folder, _lock: lock, created, published: false })
     }
 
     /// The folder, under its temporary name.
-    pub fn path(&self) -> &Path {
-        &self.temporary
+    pub fn folder(&self) -> &Folder {
+        &self.folder
     }
 
-    /// Gives the folder its name, which it returns. Over an empty folder a rename succeeds, over any other it fails: nothing is
-    /// ever replaced.
+    /// Gives the folder its name, and returns its path. Over an empty folder a rename succeeds, over any other it fails: nothing
+    /// is ever replaced.
     ///
     /// # Errors
     /// When somebody else filled that folder in the meantime, or the disk fails.
     pub fn publish(mut self) -> Result<PathBuf, DatasetError> {
-        fs::rename(&self.temporary, &self.out).map_err(DatasetError::io("renaming to", &self.out))?;
+        let out = self.parent.path_of(&self.name);
+        self.parent.rename(&self.temporary, &self.name).map_err(DatasetError::io("renaming to", &out))?;
         self.published = true;
-        if let Some(parent) = self.out.parent() {
-            sync_folder(parent)?;
-        }
-        Ok(self.out.clone())
+        self.parent.sync().map_err(DatasetError::io("syncing", self.parent.path()))?;
+        Ok(out)
     }
 }
 
@@ -84,43 +87,64 @@ impl Drop for NewFolder {
     fn drop(&mut self) {
         if !self.published {
             // The first error is the one to report; what can't be removed bears a temporary name.
-            let _ = fs::remove_dir_all(&self.temporary);
+            let _ = self.parent.remove_tree(&self.temporary);
             if self.created {
-                let _ = fs::remove_dir(&self.out);
+                let _ = self.parent.remove_empty_folder(&self.name);
             }
         }
     }
 }
 
-/// Whether this is a temporary folder of that name, `.<name>.<process>.tmp`, that nobody is filling any more.
-fn is_leftover(path: &Path, name: &str) -> bool {
-    let own = path.file_name().unwrap_or_default().to_string_lossy();
-    let process = own.strip_prefix(name).and_then(|rest| rest.strip_suffix(TEMPORARY));
-    process.is_some_and(|process| process.parse::<u32>().is_ok())
-        && path.is_dir()
-        && File::open(path).is_ok_and(|folder| folder.try_lock().is_ok())
+/// Makes a locked folder under a temporary name.
+fn create(parent: &Folder, name: &str) -> io::Result<(String, File)> {
+    for _ in 0..TRIES {
+        let temporary = files::unique_name(name);
+        parent.subfolder(&temporary).create()?;
+        // Before it has the lock, another program may take it for a leftover and remove it: one that is removed has no name.
+        let Ok(lock) = parent.subfolder(&temporary).open_itself() else { continue };
+        // A file system without locks still works; its leftovers are then taken for folders in work and stay.
+        let is_taken = matches!(lock.try_lock(), Err(TryLockError::WouldBlock));
+        if !is_taken && lock.metadata()?.nlink() > 0 {
+            return Ok((temporary, lock));
+        }
+    }
+    Err(io::Error::new(io::ErrorKind::ResourceBusy, "another program removes every new folder here"))
+}
+
+/// Whether this is a temporary folder of that name, `.<name>.<process>-<time>-<count>.tmp`, that nobody is filling any more.
+fn is_leftover(parent: &Folder, left: &OsStr, name: &str) -> bool {
+    let left = left.to_string_lossy();
+    files::name_of_temporary(&left) == Some(name)
+        && parent.subfolder(&*left).open_itself().is_ok_and(|folder| folder.try_lock().is_ok())
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]
     fn what_a_killed_program_left_goes_and_what_is_on_its_way_stays() {
         let folder = tempfile::tempdir().expect("a folder");
         let out = folder.path().join("out");
-        for left in [".out.4294967295.tmp", ".out.words.tmp", ".other.4294967295.tmp"] {
+        for left in [".out.4294967295-1a-0.tmp", ".out.words.tmp", ".other.4294967295-1a-0.tmp", ".out.b.1-1-1.tmp"] {
             fs::create_dir_all(folder.path().join(left).join("inside")).expect("a folder");
         }
-        let names = || {
-            let names = sorted_entries(folder.path()).expect("readable");
-            names.iter().map(|path| path.file_name().expect("a name").to_owned()).collect::<Vec<_>>()
-        };
+        let names = || Folder::at(folder.path()).names().expect("readable");
         let first = NewFolder::begin(&out).expect("a new folder");
-        let own = first.path().file_name().expect("a name").to_owned();
-        assert_eq!(names(), [".other.4294967295.tmp".into(), own, ".out.words.tmp".into(), "out".into()]);
-        assert!(!is_leftover(first.path(), ".out."), "it is locked");
-        fs::write(first.path().join("file"), "x").expect("written");
+        let own = first.folder().path().file_name().expect("a name").to_owned();
+        let mut expected = [
+            ".other.4294967295-1a-0.tmp".into(),
+            own.clone(),
+            ".out.words.tmp".into(),
+            "out".into(),
+            ".out.b.1-1-1.tmp".into(),
+        ];
+        expected.sort();
+        assert_eq!(names(), expected);
+        assert!(!is_leftover(&Folder::at(folder.path()), &own, "out"), "it is locked");
+        first.folder().create_new("file").expect("written");
         assert_eq!(first.publish().expect("published"), fs::canonicalize(&out).expect("a place"));
         assert!(out.join("file").exists());
         assert!(matches!(NewFolder::begin(&out), Err(DatasetError::Occupied { .. })));
@@ -131,10 +155,10 @@ mod tests {
     fn what_is_not_published_leaves_nothing() {
         let folder = tempfile::tempdir().expect("a folder");
         drop(NewFolder::begin(&folder.path().join("new")).expect("a new folder"));
-        assert_eq!(sorted_entries(folder.path()).expect("readable"), Vec::<PathBuf>::new());
+        assert_eq!(fs::read_dir(folder.path()).expect("readable").count(), 0);
         let empty = folder.path().join("empty");
         fs::create_dir(&empty).expect("a folder");
         drop(NewFolder::begin(&empty).expect("a new folder"));
-        assert_eq!(sorted_entries(folder.path()).expect("readable"), [empty]);
+        assert_eq!(Folder::at(folder.path()).names().expect("readable"), ["empty"]);
     }
 }

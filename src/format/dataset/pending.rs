@@ -1,6 +1,6 @@
 //! Record of tasks for the merge that closes their dataset: the resolved job, and what it does not say.
 
-use std::{fs, io, path::Path};
+use std::io;
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use super::{
     DatasetError, DatasetHeader, durable,
     layout::{JOB, PENDING},
 };
-use kernel::files::{self, Bound};
+use kernel::files::{Bound, Folder};
 
 /// `pending.json`: what the tables of a dataset will say that does not follow from its `job.toml`, which names usable meshes
 /// alone.
@@ -25,13 +25,13 @@ pub struct Pending {
 ///
 /// # Errors
 /// When they can't be read or written.
-pub fn write_pending(folder: &Path, header: &DatasetHeader) -> Result<(), DatasetError> {
+pub fn write_pending(folder: &Folder, header: &DatasetHeader) -> Result<(), DatasetError> {
     let DatasetHeader { job_text, refused, warnings, .. } = header;
     let pending = Pending { refused: refused.clone(), warnings: warnings.clone() };
     let text = serde_json::to_string_pretty(&pending).expect("plain data") + "\n";
     for (name, content) in [(JOB, job_text), (PENDING, &text)] {
-        let path = folder.join(name);
-        let stands = match files::read(&path, Bound::DATASET_TABLE) {
+        let path = folder.path_of(name);
+        let stands = match folder.read(name, Bound::DATASET_TABLE) {
             Ok(found) => found == content.as_bytes(),
             Err(error) if error.kind() == io::ErrorKind::NotFound => false,
             Err(error) => return Err(DatasetError::io("reading", &path)(error)),
@@ -47,9 +47,9 @@ pub fn write_pending(folder: &Path, header: &DatasetHeader) -> Result<(), Datase
 ///
 /// # Errors
 /// When the file can't be read, or is none of ours.
-pub fn read_pending(folder: &Path) -> Result<Option<Pending>, DatasetError> {
-    let path = folder.join(PENDING);
-    let text = match files::read(&path, Bound::DATASET_TABLE) {
+pub fn read_pending(folder: &Folder) -> Result<Option<Pending>, DatasetError> {
+    let path = folder.path_of(PENDING);
+    let text = match folder.read(PENDING, Bound::DATASET_TABLE) {
         Ok(text) => text,
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
         Err(error) => return Err(DatasetError::io("reading", &path)(error)),
@@ -65,10 +65,11 @@ pub fn read_pending(folder: &Path) -> Result<Option<Pending>, DatasetError> {
 ///
 /// # Errors
 /// When it can't be removed.
-pub fn clear_pending(folder: &Path) -> Result<(), DatasetError> {
-    let path = folder.join(PENDING);
-    match fs::remove_file(&path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(DatasetError::io("removing", &path)(error)),
+pub fn clear_pending(folder: &Folder) -> Result<(), DatasetError> {
+    match folder.remove_file(PENDING) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => {
+            Err(DatasetError::io("removing", &folder.path_of(PENDING))(error))
+        }
         _ => Ok(()),
     }
 }

@@ -2,20 +2,20 @@
 
 use std::{
     collections::VecDeque,
-    fs,
     path::{Path, PathBuf},
     sync::OnceLock,
 };
 
 use super::{
     DatasetError, Ledger, Manifest, ShardEntry,
+    folder::shards_folder,
     layout::SPLITS,
     ledger::{LedgerOutline, Run},
     shard_file::{ShardFile, StoredMessage, invalid},
 };
 use crate::{Channel, RecordError};
 use kernel::{
-    files::{self, Bound},
+    files::{Bound, Folder},
     ids::{ItemId, ObjectId, SampleId, SampleIndex},
     words::{ObjectSplit, Split, SplitTable},
 };
@@ -24,7 +24,7 @@ use kernel::{
 ///
 /// Keeps one byte per sample, a few bytes per chunk and no file open; a read holds one chunk.
 pub struct DatasetReader {
-    folder: PathBuf,
+    folder: Folder,
     manifest: Manifest,
     /// Channels of every kept sample, in order.
     channels: Vec<Channel>,
@@ -59,13 +59,13 @@ impl DatasetReader {
     ///
     /// # Errors
     /// When the dataset is not finished, a table or shard is missing or damaged, or the version is another.
-    pub fn open(folder: &Path) -> Result<Self, DatasetError> {
+    pub fn open(folder: &Folder) -> Result<Self, DatasetError> {
         let manifest = Manifest::read(folder)?;
         let splits = if manifest.product.has_splits { read_splits(folder)? } else { SplitTable::default() };
         let shards = manifest.shards.iter().map(|_| OnceLock::new()).collect();
         let table = SampleTable { flags: Vec::with_capacity(manifest.foreseen()), ..SampleTable::default() };
         let channels = manifest.channels();
-        let mut reader = Self { folder: folder.to_owned(), channels, splits, manifest, table, shards };
+        let mut reader = Self { folder: folder.clone(), channels, splits, manifest, table, shards };
         for shard in 0..reader.shards.len() {
             reader.take_outline(shard)?;
         }
@@ -111,7 +111,7 @@ impl DatasetReader {
     }
 
     /// The folder.
-    pub fn folder(&self) -> &Path {
+    pub fn folder(&self) -> &Folder {
         &self.folder
     }
 
@@ -217,18 +217,18 @@ impl DatasetReader {
         if let Some(file) = self.shards[shard].get() {
             return Ok(file);
         }
-        let path = self.manifest.shard_path(&self.folder, shard);
-        let ShardEntry { bytes: saved, first_sample, samples, .. } = self.manifest.shards[shard];
-        match fs::metadata(&path) {
-            Ok(found) if found.len() != saved => {
-                return Err(invalid(&path, format!("it has {} bytes, the manifest says {saved}", found.len())));
+        let ShardEntry { bytes: saved, first_sample, samples, file: name, .. } = &self.manifest.shards[shard];
+        let (folder, path) = (shards_folder(&self.folder), self.manifest.shard_path(self.folder.path(), shard));
+        match folder.size(name) {
+            Ok(found) if found != *saved => {
+                return Err(invalid(&path, format!("it has {found} bytes, the manifest says {saved}")));
             }
             _ => {}
         }
-        let file = ShardFile::open(&path)?;
+        let file = ShardFile::open(&folder, name)?;
         let end = first_sample + samples;
         if let Some((first, last)) = file.samples()
-            && (first < first_sample || last >= end)
+            && (first < *first_sample || last >= end)
         {
             let problem = format!(
                 "its chunks hold samples {first} to {last}, the manifest says {first_sample} to {end}, exclusive"
@@ -438,9 +438,9 @@ const KEPT: u8 = 0x80;
 /// Instead of a split.
 const NO_SPLIT: u8 = 0x7f;
 
-pub(super) fn read_splits(folder: &Path) -> Result<SplitTable, DatasetError> {
-    let path = folder.join(SPLITS);
-    let text = files::read(&path, Bound::DATASET_TABLE).map_err(DatasetError::io("reading", &path))?;
+pub(super) fn read_splits(folder: &Folder) -> Result<SplitTable, DatasetError> {
+    let path = folder.path_of(SPLITS);
+    let text = folder.read(SPLITS, Bound::DATASET_TABLE).map_err(DatasetError::io("reading", &path))?;
     let splits: SplitTable = serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
         path: path.clone(),
         problem: error.to_string(),

@@ -1,23 +1,18 @@
 //! Several datasets in one folder, made of the same objects: `set.json` says which, and what each knows of an object.
 
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    fs,
-    path::Path,
-};
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
 use super::{
-    DatasetError, DatasetReader, Manifest,
-    durable::{self, TEMPORARY},
-    folder::{is_absent, sorted_entries},
+    DatasetError, DatasetReader, Manifest, durable,
+    folder::sorted_names,
     layout::{MANIFEST, REPORT, SET},
     seal::{sealed, unsealed},
 };
 use crate::{FORMAT_VERSION, Product};
 use kernel::{
-    files::{self, Bound},
+    files::{self, Bound, Folder},
     ids::{Digest, ObjectId},
     words::NumberClass,
 };
@@ -93,11 +88,11 @@ impl SetTable {
     ///
     /// # Errors
     /// When the file can't be read, is no such JSON, names a folder elsewhere, or is of another format version.
-    pub fn read(folder: &Path) -> Result<Option<Self>, DatasetError> {
-        let path = folder.join(SET);
-        let text = match files::read(&path, Bound::DATASET_TABLE) {
+    pub fn read(folder: &Folder) -> Result<Option<Self>, DatasetError> {
+        let path = folder.path_of(SET);
+        let text = match folder.read(SET, Bound::DATASET_TABLE) {
             Ok(text) => text,
-            Err(error) if is_absent(&error) => return Ok(None),
+            Err(error) if files::is_absent(&error) => return Ok(None),
             Err(error) => return Err(DatasetError::io("reading", &path)(error)),
         };
         let invalid = |problem: String| DatasetError::Invalid {
@@ -122,24 +117,23 @@ impl SetTable {
     ///
     /// # Errors
     /// When it holds another set, or something else; when it can't be made or written.
-    pub fn begin(&self, folder: &Path) -> Result<(), DatasetError> {
+    pub fn begin(&self, folder: &Folder) -> Result<(), DatasetError> {
         if let Some(found) = Self::read(folder)? {
             if found.jobs != self.jobs {
                 return Err(DatasetError::ForeignSet {
-                    folder: folder.to_owned(),
+                    folder: folder.path().to_owned(),
                     found: found.words(),
                     expected: self.words(),
                 });
             }
             return Ok(());
         }
-        fs::create_dir_all(folder).map_err(DatasetError::io("creating", folder))?;
-        for entry in sorted_entries(folder)? {
-            let name = entry.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let ours = self.jobs.iter().any(|job| job.name == name) || name.ends_with(TEMPORARY) || name == REPORT;
-            if !ours {
-                return Err(DatasetError::NotADataset { folder: folder.to_owned(), entry: name });
-            }
+        folder.create().map_err(DatasetError::io("creating", folder.path()))?;
+        let is_ours = |name: &String| {
+            self.jobs.iter().any(|job| job.name == *name) || files::is_temporary_name(name) || name == REPORT
+        };
+        if let Some(entry) = sorted_names(folder)?.into_iter().find(|name| !is_ours(name)) {
+            return Err(DatasetError::NotADataset { folder: folder.path().to_owned(), entry });
         }
         self.write(folder)
     }
@@ -148,25 +142,25 @@ impl SetTable {
     ///
     /// # Errors
     /// When some are not finished: all of these are named. When one can't be read.
-    pub fn content(&self, folder: &Path) -> Result<SetContent, DatasetError> {
+    pub fn content(&self, folder: &Folder) -> Result<SetContent, DatasetError> {
         let names = self.jobs.iter().map(|job| &job.name);
-        let missing: Vec<String> = names.filter(|name| !folder.join(name).join(MANIFEST).exists()).cloned().collect();
+        let missing: Vec<String> = names.filter(|name| !folder.subfolder(name).contains(MANIFEST)).cloned().collect();
         if missing.is_empty() {
             return SetContent::of(folder, &self.jobs);
         }
-        Err(DatasetError::UnfinishedSet { folder: folder.to_owned(), missing })
+        Err(DatasetError::UnfinishedSet { folder: folder.path().to_owned(), missing })
     }
 
     /// Says what the datasets hold and writes it.
     ///
     /// # Errors
     /// When one is not finished or can't be read, or the file can't be written.
-    pub fn finish(&mut self, folder: &Path) -> Result<(), DatasetError> {
+    pub fn finish(&mut self, folder: &Folder) -> Result<(), DatasetError> {
         self.made = Some(SetContent::of(folder, &self.jobs)?);
         self.write(folder)
     }
 
-    fn write(&self, folder: &Path) -> Result<(), DatasetError> {
+    fn write(&self, folder: &Folder) -> Result<(), DatasetError> {
         let text = serde_json::to_string_pretty(self).expect("a set is plain data with text keys") + "\n";
         durable::write_file(folder, SET, sealed(&text).as_bytes()).map(drop)
     }
@@ -182,10 +176,10 @@ impl SetContent {
     ///
     /// # Errors
     /// When one is not finished or can't be read.
-    pub fn of(folder: &Path, jobs: &[SetEntry]) -> Result<Self, DatasetError> {
+    pub fn of(folder: &Folder, jobs: &[SetEntry]) -> Result<Self, DatasetError> {
         let (mut roots, mut classes, mut objects) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
         for SetEntry { name, product } in jobs {
-            let folder = folder.join(name);
+            let folder = folder.subfolder(name);
             // A dataset of a map has a robot in place of objects.
             let manifest = if product.subjects_are_objects {
                 let reader = DatasetReader::open(&folder)?;

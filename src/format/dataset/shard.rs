@@ -16,7 +16,10 @@ use super::{
     ledger::{FACTS_MESSAGE, Fate, LEDGER_MESSAGE, Ledger, LedgerBytes, LedgerRow},
 };
 use crate::{Channel, FORMAT_VERSION, Facts, Product};
-use kernel::ids::{Digest, JobDigest, SampleId, SampleIndex, ShardId};
+use kernel::{
+    files::Folder,
+    ids::{Digest, JobDigest, SampleId, SampleIndex, ShardId},
+};
 
 /// Uncompressed bytes after which a chunk is closed, at the next end of a sample.
 ///
@@ -69,6 +72,13 @@ pub struct FinishedShard {
     pub rejected: u64,
 }
 
+impl FinishedShard {
+    /// Name of its file in the folder of the shards.
+    pub fn file_name(&self) -> String {
+        self.path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    }
+}
+
 /// Writes one shard under a temporary name; [`ShardWriter::finish`] makes it appear.
 ///
 /// Calls come in sample order: for each index of the range one [`ShardWriter::write`] a channel and then
@@ -76,7 +86,6 @@ pub struct FinishedShard {
 /// depend on the header and the calls alone: one chunk holds whole samples; no clock, thread or crate version enters.
 pub struct ShardWriter {
     header: ShardHeader,
-    folder: PathBuf,
     /// Final path but for the digest, for messages.
     name: PathBuf,
     temporary: Option<Temporary>,
@@ -97,12 +106,12 @@ impl ShardWriter {
     ///
     /// # Errors
     /// When the file can't be made or the header makes no sense.
-    pub fn create(folder: &Path, header: &ShardHeader) -> Result<Self, DatasetError> {
+    pub fn create(folder: &Folder, header: &ShardHeader) -> Result<Self, DatasetError> {
         Self::create_packed(folder, header, CHUNK_BYTES, ZSTD_LEVEL)
     }
 
     pub(super) fn create_packed(
-        folder: &Path,
+        folder: &Folder,
         header: &ShardHeader,
         chunk_limit: usize,
         level: u32,
@@ -124,8 +133,7 @@ impl ShardWriter {
         let mut shard = Self {
             pending: vec![None; header.channels.len()],
             rows: Vec::with_capacity((header.samples.end - header.samples.start) as usize),
-            name: folder.join(stem),
-            folder: folder.to_owned(),
+            name: folder.path_of(stem),
             temporary: Some(temporary),
             writer: None,
             channel_ids: Vec::new(),
@@ -261,7 +269,7 @@ impl ShardWriter {
             file.file.into_inner().map_err(|error| DatasetError::io("writing", &self.name)(error.into_error()))?;
         let temporary = self.temporary.take().ok_or_else(|| gone(&self.name))?;
         let name = ShardName::new(self.header.product, self.header.shard, self.header.shards, &digest);
-        let path = temporary.publish(&file, &self.folder, &name.to_string())?;
+        let path = temporary.publish(&file, &name.to_string())?;
         Ok(FinishedShard {
             shard: self.header.shard,
             path,

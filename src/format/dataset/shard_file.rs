@@ -20,14 +20,17 @@ use super::{
     shard::{LEDGER, LIBRARY_PREFIX},
 };
 use crate::{Channel, FORMAT_VERSION};
-use kernel::ids::{Digest, SampleIndex};
+use kernel::{
+    files::{Bound, Folder},
+    ids::{Digest, SampleIndex},
+};
 
 /// Opcode, length, start of summary, start of its offsets, CRC, magic bytes.
 const FOOTER_BYTES: u64 = 1 + 8 + 8 + 8 + 4 + 8;
 /// Channel id, sequence, log time, publish time.
 pub(crate) const MESSAGE_HEADER: usize = 2 + 4 + 8 + 8;
 /// No chunk of ours is larger: one that says so is damaged, and must not become an allocation.
-pub(crate) const MAX_CHUNK_BYTES: u64 = 1 << 30;
+pub(crate) const MAX_CHUNK_BYTES: u64 = Bound::CHUNK.bytes;
 
 thread_local! {
     /// One context a thread: making it anew costs as much as unpacking half a chunk.
@@ -54,6 +57,10 @@ pub(crate) struct StoredMessage {
 /// Facts known of a shard after reading its summary. The file itself is opened for each read, so that a dataset of
 /// any number of shards needs no more than one open file per thread.
 pub(crate) struct ShardFile {
+    /// The folder of the shards.
+    folder: Folder,
+    name: String,
+    /// Both, for messages.
     pub path: PathBuf,
     /// In order of their samples; chunks without messages left out.
     pub chunks: Vec<ChunkEntry>,
@@ -66,8 +73,10 @@ pub(crate) struct ShardFile {
 }
 
 impl ShardFile {
-    pub fn open(path: &Path) -> Result<Self, DatasetError> {
-        let file = open(path)?;
+    /// Opens a shard by its name in the folder of the shards.
+    pub fn open(folder: &Folder, name: &str) -> Result<Self, DatasetError> {
+        let path = &folder.path_of(name);
+        let file = open(folder, name)?;
         let bytes = file.metadata().map_err(DatasetError::io("reading", path))?.len();
         let summary = read_summary(&file, bytes).map_err(|error| damaged(path, bytes, error))?;
         let refuse = |problem: &str| invalid(path, problem.to_owned());
@@ -120,7 +129,13 @@ impl ShardFile {
         let ledger = [outline, facts, digests];
         let oddities =
             uses.iter().filter_map(|(channel, id, encoding)| oddity(*channel, schemas.get(id), encoding)).collect();
-        Ok(Self { path: path.to_owned(), chunks, channels, ledger, oddities })
+        let (folder, name, path) = (folder.clone(), name.to_owned(), path.clone());
+        Ok(Self { folder, name, path, chunks, channels, ledger, oddities })
+    }
+
+    /// Name of the file.
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     /// The shard's ledger.
@@ -137,7 +152,7 @@ impl ShardFile {
 
     fn ledger_part(&self, part: usize) -> Result<Vec<u8>, DatasetError> {
         let index = &self.ledger[part];
-        let record = read_at(&self.path, index.offset, index.length)?;
+        let record = read_at(&self.folder, &self.name, index.offset, index.length)?;
         let data = attachment(&record, index.data_size)
             .map_err(|error| invalid(&self.path, format!("{}: {error}", LEDGER[part])))?;
         Ok(data.to_vec())
@@ -161,7 +176,7 @@ impl ShardFile {
     /// The messages of a chunk, in order, after its CRC was checked.
     pub fn read_chunk(&self, chunk: usize) -> Result<Vec<StoredMessage>, DatasetError> {
         let entry = self.chunks[chunk];
-        let record = read_at(&self.path, entry.offset, entry.length)?;
+        let record = read_at(&self.folder, &self.name, entry.offset, entry.length)?;
         self.parse_chunk(&record).map_err(|error| {
             let (first, last) = entry.samples;
             let at = entry.offset;
@@ -316,18 +331,24 @@ pub(crate) fn attachment(record: &[u8], data_size: u64) -> Result<&[u8], McapErr
     Ok(&content[start as usize..])
 }
 
-fn open(path: &Path) -> Result<File, DatasetError> {
-    kernel::files::open(path).map_err(|error| match error.kind() {
-        std::io::ErrorKind::NotFound => invalid(path, "the file is missing".to_owned()),
-        _ => DatasetError::io("reading", path)(error),
+fn open(folder: &Folder, name: &str) -> Result<File, DatasetError> {
+    let path = folder.path_of(name);
+    folder.open(name).map_err(|error| match error.kind() {
+        std::io::ErrorKind::NotFound => invalid(&path, "the file is missing".to_owned()),
+        _ => DatasetError::io("reading", &path)(error),
     })
 }
 
-pub(crate) fn read_at(path: &Path, offset: u64, length: u64) -> Result<Vec<u8>, DatasetError> {
-    let file = open(path)?;
+/// Bytes of a file of a dataset.
+pub(crate) fn read_at(folder: &Folder, name: &str, offset: u64, length: u64) -> Result<Vec<u8>, DatasetError> {
+    let (file, path) = (open(folder, name)?, &folder.path_of(name));
     let bytes = file.metadata().map_err(DatasetError::io("reading", path))?.len();
     if offset.checked_add(length).is_none_or(|end| end > bytes) {
         return Err(invalid(path, format!("it ends at byte {bytes}, bytes {offset} + {length} were asked for")));
+    }
+    if length > Bound::CHUNK.bytes {
+        let problem = format!("a part of it has {length} bytes, at most {} are read", Bound::CHUNK.bytes);
+        return Err(invalid(path, problem));
     }
     let mut record = vec![0; length as usize];
     file.read_exact_at(&mut record, offset).map_err(DatasetError::io("reading", path))?;
@@ -356,6 +377,9 @@ pub(crate) fn read_summary(file: &File, bytes: u64) -> Result<Vec<u8>, McapError
     let start = u64_at(&footer, 9);
     if footer[0] != op::FOOTER || start == 0 || start > end {
         return Err(McapError::BadFooter);
+    }
+    if end - start > Bound::CHUNK.bytes {
+        return Err(McapError::ChunkTooLarge(end - start));
     }
     let mut summary = vec![0; (end - start) as usize];
     file.read_exact_at(&mut summary, start)?;

@@ -1,7 +1,5 @@
 //! Sizes of a dataset's tables, from a few of its samples, before the others are made.
 
-use std::path::PathBuf;
-
 use super::{
     DatasetError, DatasetHeader, IndexFormat, LedgerRow, ShardEntry,
     durable::json_text,
@@ -13,7 +11,10 @@ use super::{
     subjects::asset_names,
 };
 use crate::Channel;
-use kernel::ids::{Digest, SampleIndex};
+use kernel::{
+    files::Folder,
+    ids::{Digest, SampleIndex},
+};
 
 /// Bytes of a dataset beside its shards and the files that only its product has.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,12 +28,17 @@ pub struct TableSizes {
 }
 
 impl TableSizes {
-    /// Writes the tables of these shards, of which each accounts for other samples, and measures them. `header` is that of the
-    /// whole dataset.
+    /// Writes the tables of these shards of a folder, of which each accounts for other samples, and measures them. `header` is
+    /// that of the whole dataset.
     ///
     /// # Errors
     /// When a shard cannot be read, or a sample's subject is unknown.
-    pub fn measure(shards: &[PathBuf], header: &DatasetHeader, format: &dyn IndexFormat) -> Result<Self, DatasetError> {
+    pub fn measure(
+        folder: &Folder,
+        shards: &[String],
+        header: &DatasetHeader,
+        format: &dyn IndexFormat,
+    ) -> Result<Self, DatasetError> {
         let splits = header.splits.clone().filter(|_| header.product.has_splits);
         let splits = splits.map(|splits| checked_splits(splits, SPLITS.as_ref())).transpose()?;
         let texts = table_texts(header, splits.as_ref());
@@ -41,15 +47,15 @@ impl TableSizes {
 
         let mut rows: Vec<(u32, LedgerRow)> = Vec::new();
         let mut channels: Vec<Channel> = Vec::new();
-        for (number, path) in (0..).zip(shards) {
-            let ledger = ShardFile::open(path)?.ledger()?;
+        for (number, name) in (0..).zip(shards) {
+            let ledger = ShardFile::open(folder, name)?.ledger()?;
             channels = ledger.channels;
             for row in ledger.rows {
                 let index = SampleIndex(rows.len() as u64);
                 rows.push((number, LedgerRow { index, ..row }));
             }
         }
-        let subjects = asset_names(first, header.assets.iter().chain(&header.subjects))?;
+        let subjects = asset_names(folder.path(), header.assets.iter().chain(&header.subjects))?;
         // Size of the index of the first rows.
         let index = |count: usize| {
             let mut bytes = Vec::new();
@@ -69,7 +75,10 @@ impl TableSizes {
             Ok::<_, DatasetError>(bytes.len() as f64)
         };
         if let Some((_, row)) = rows.iter().find(|(_, row)| !subjects.contains_key(&row.sample.subject)) {
-            return Err(invalid(first, format!("sample {} is of a subject that the asset table lacks", row.sample)));
+            return Err(invalid(
+                &folder.path_of(first),
+                format!("sample {} is of a subject that the asset table lacks", row.sample),
+            ));
         }
         // What the first row adds is the head of each column; a single row stands for the others.
         let head = index(rows.len().min(1))?;
@@ -79,7 +88,7 @@ impl TableSizes {
         };
         let lines: usize = rows.iter().filter_map(|(_, row)| reject_line(row)).map(|line| line.len() + 1).sum();
         let entry = ShardEntry {
-            file: first.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+            file: first.clone(),
             digest: Digest([0; 32]),
             bytes: 1 << 20,
             first_sample: rows.len() as u64,

@@ -16,7 +16,7 @@ use crate::{
     geom::{SolidGrid, TriMesh},
     remedy,
     voxel::solid_occupancy,
-    words::counted,
+    words::{Show, counted},
 };
 
 /// The outcome of checking meshes; as JSON and, through `Display`, as a table for 80 to 100 columns.
@@ -189,7 +189,7 @@ const LONGEST_NAME: usize = 34;
 
 impl fmt::Display for MeshCheckReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let names: Vec<String> = self.meshes.iter().map(|row| shortened(&row.file)).collect();
+        let names: Vec<String> = self.meshes.iter().map(|row| shortened(&row.file.shown().to_string())).collect();
         let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).max(4);
         writeln!(f, "{:width$}  {:>9}  {:>20}  {:>9}  state", "mesh", "triangles", "size [mm]", "[cm3]")?;
         for (row, name) in self.meshes.iter().zip(&names) {
@@ -258,7 +258,7 @@ fn write_remarks(f: &mut fmt::Formatter<'_>, row: &MeshCheckRow) -> fmt::Result 
 fn remark(f: &mut fmt::Formatter<'_>, kind: &str, text: &str) -> fmt::Result {
     let mut column = 13;
     write!(f, "    {kind:<8}")?;
-    for word in text.split(' ') {
+    for word in text.shown().to_string().split(' ') {
         let length = word.chars().count();
         if column + 1 + length > WIDTH && column > 13 {
             write!(f, "\n{:12}", "")?;

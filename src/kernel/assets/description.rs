@@ -11,11 +11,12 @@ use crate::{
     files::{self, Bound},
     ids::Digest,
     remedy,
+    words::Show,
 };
 
 /// Why a description has no digest.
 #[derive(Debug, thiserror::Error)]
-#[error("{} ({source}){}", path.display(), named_by(by.as_deref()))]
+#[error("{} ({source}){}", path.shown(), named_by(by.as_deref()))]
 pub struct DescriptionError {
     /// The file that could not be read.
     pub path: PathBuf,
@@ -52,7 +53,7 @@ pub fn missing_remedy(file: &Path) -> &'static str {
 }
 
 fn named_by(by: Option<&Path>) -> String {
-    by.map(|by| format!(", named by {}", by.display())).unwrap_or_default()
+    by.map(|by| format!(", named by {}", by.shown())).unwrap_or_default()
 }
 
 /// Contents of an MJCF file and of the files that it names.

@@ -48,7 +48,7 @@ pub(super) fn prepare_and_judge(source: &MeshSource) -> Result<(PreparedMesh, Ju
             let (bytes, raw) = read::read(path)?;
             let file = Digest::of(&bytes);
             drop(bytes);
-            finish(raw, source, Some(file)).map_err(|refuse| refuse.about(path.display()))
+            finish(raw, source, Some(file)).map_err(|refuse| refuse.about(path.display().to_string()))
         }
         MeshOrigin::BuiltIn(name) => {
             let raw = built_in::make(name).map_err(|refuse| refuse.about(name))?;

@@ -12,6 +12,7 @@ use crate::{
     geom::TriMesh,
     ids::{Digest, ObjectId},
     voxel::InsideTest,
+    words::Show,
 };
 
 /// Where a mesh comes from and how its numbers become metres; everything needed to prepare it again.
@@ -36,7 +37,7 @@ pub struct MeshSource {
 impl fmt::Display for MeshOrigin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::File(path) => write!(f, "{}", path.display()),
+            Self::File(path) => f.write_str(&path.to_string_lossy()),
             Self::BuiltIn(name) => f.write_str(name),
         }
     }
@@ -235,7 +236,7 @@ impl fmt::Display for Repair {
 
 /// A mesh that cannot be used: the file, the location and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
-#[error("{file}: {problem}{}; {remedy}", location.as_ref().map(|location| format!(" ({location})")).unwrap_or_default())]
+#[error("{}: {problem}{}; {remedy}", file.shown(), location.as_ref().map(|location| format!(" ({location})")).unwrap_or_default())]
 pub struct MeshRefusal {
     /// File or built-in name.
     pub file: String,

@@ -16,7 +16,7 @@ impl Bound {
     /// Job files and sets, also as datasets keep them: a hundred thousand meshes with settings of their own.
     pub const JOB: Self = Self { kind: "a job file", bytes: 64 * MIB };
     /// Tables of comma-separated values that jobs name: settings of meshes, poses of cameras, arrangements.
-    pub const CSV: Self = Self { kind: "a CSV table", bytes: 256 * MIB };
+    pub const CSV: Self = Self { kind: "a CSV table", bytes: 128 * MIB };
     /// Arrangements in the format of BOP.
     pub const BOP: Self = Self { kind: "a JSON file of BOP", bytes: 256 * MIB };
     /// What an about file says of a release.

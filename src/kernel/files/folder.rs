@@ -91,22 +91,22 @@ impl Folder {
         self.open_folder().is_ok()
     }
 
+    /// Whether what stands there is no folder, but a file.
+    pub fn is_another_file(&self) -> bool {
+        let found = match (self.below.parent(), self.below.file_name()) {
+            (Some(parent), Some(name)) => Self { below: parent.to_owned(), ..self.clone() }.entry(name).ok().flatten(),
+            _ => fs::metadata(&self.named).ok().map(|facts| if facts.is_dir() { Entry::Folder } else { Entry::File }),
+        };
+        matches!(found, Some(Entry::File | Entry::Other(_)))
+    }
+
     /// Makes the folder and those on the way to it, where they are missing.
     ///
     /// # Errors
     /// [`FileRefusal::Link`], or an error of the operating system.
     pub fn create(&self) -> io::Result<()> {
         fs::create_dir_all(&self.named)?;
-        let mut folder = self.open_named()?;
-        let mut path = self.named.clone();
-        for part in parts(&self.below)? {
-            match rustix::fs::mkdirat(&folder, part, Mode::from_raw_mode(FOLDER_MODE)) {
-                Err(error) if error != rustix::io::Errno::EXIST => return Err(error.into()),
-                _ => {}
-            }
-            folder = step(&folder, part, &mut path)?;
-        }
-        Ok(())
+        make_folders(self.open_named()?, &self.below, &mut self.named.clone())
     }
 
     /// What stands under a name; `None` where nothing does.
@@ -187,7 +187,7 @@ impl Folder {
         Ok(self.open(name)?.metadata()?.len())
     }
 
-    /// Makes a file that was not there, for writing, and the folders on the way to it.
+    /// Makes a file that was not there, for writing, and the folders of its name; the folder itself must be there.
     ///
     /// # Errors
     /// [`io::ErrorKind::AlreadyExists`] where anything stands under the name, a [`FileRefusal`], or an error of the operating
@@ -196,7 +196,8 @@ impl Folder {
         let name = name.as_ref();
         let (parent, last) = match self.parent_of(name) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                self.subfolder(name.parent().unwrap_or(Path::new(""))).create()?;
+                let parent = name.parent().unwrap_or(Path::new(""));
+                make_folders(self.open_folder()?, parent, &mut self.path.clone())?;
                 self.parent_of(name)?
             }
             found => found?,
@@ -240,6 +241,17 @@ impl Folder {
         let folder = self.subfolder(name.as_ref());
         empty(&folder.open_folder()?)?;
         self.remove_empty_folder(name)
+    }
+
+    /// Removes the folder itself, where it is empty.
+    ///
+    /// # Errors
+    /// A [`FileRefusal`], or an error of the operating system.
+    pub fn remove_itself(&self) -> io::Result<()> {
+        match (self.below.parent(), self.below.file_name()) {
+            (Some(parent), Some(name)) => Self { below: parent.to_owned(), ..self.clone() }.remove_empty_folder(name),
+            _ => fs::remove_dir(&self.named),
+        }
     }
 
     /// Opens the folder itself, to lock it.
@@ -304,6 +316,18 @@ fn step(folder: &OwnedFd, part: &OsStr, path: &mut PathBuf) -> io::Result<OwnedF
             _ => error.into(),
         }
     })
+}
+
+/// Makes folders below another, where they are missing.
+fn make_folders(mut folder: OwnedFd, below: &Path, path: &mut PathBuf) -> io::Result<()> {
+    for part in parts(below)? {
+        match rustix::fs::mkdirat(&folder, part, Mode::from_raw_mode(FOLDER_MODE)) {
+            Err(error) if error != rustix::io::Errno::EXIST => return Err(error.into()),
+            _ => {}
+        }
+        folder = step(&folder, part, path)?;
+    }
+    Ok(())
 }
 
 /// What stands in a folder under a name.

@@ -65,6 +65,14 @@ pub fn is_present(path: &Path) -> bool {
     path.exists()
 }
 
+/// The one path of a file or folder that has neither links nor dots.
+///
+/// # Errors
+/// An error of the operating system.
+pub fn canonical(path: &Path) -> io::Result<PathBuf> {
+    fs::canonicalize(path)
+}
+
 /// Paths of the entries of a folder, in no order, each with whether it is a folder itself; a link is none.
 ///
 /// # Errors

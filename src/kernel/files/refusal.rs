@@ -3,6 +3,7 @@
 use std::{io, path::PathBuf};
 
 use super::Bound;
+use crate::words::Show;
 
 /// Why a file is not opened, read or replaced, inside an [`io::Error`] of the kind [`io::ErrorKind::InvalidInput`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -17,7 +18,7 @@ pub enum FileRefusal {
     #[error(
         "{} is a symbolic link, and links inside this folder are not followed; replace it by a copy of what it leads to \
          (`cp -rL`)",
-        path.display()
+        path.shown()
     )]
     Link {
         /// The link.

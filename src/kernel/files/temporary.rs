@@ -96,24 +96,27 @@ impl Drop for Temporary {
     }
 }
 
-fn unique_name(name: &str) -> String {
+/// A temporary name that no other program gives: `.<name>.<process>-<time>-<count>.tmp`.
+pub fn unique_name(name: &str) -> String {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let count = COUNT.fetch_add(1, Ordering::Relaxed);
     let nanos = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos());
     format!(".{name}.{}-{nanos:x}-{count}{TEMPORARY}", std::process::id())
 }
 
-/// Whether a name is one that [`Temporary`] and [`Folder`]s in work have: `.<name>.<process>-<time>-<count>.tmp`.
+/// The name that a temporary name stands for: `run.json` of `.run.json.12-1a-0.tmp`; `None` of any other.
+pub fn name_of_temporary(name: &str) -> Option<&str> {
+    let (name, unique) = name.strip_prefix('.')?.strip_suffix(TEMPORARY)?.rsplit_once('.')?;
+    let (process, rest) = unique.split_once('-')?;
+    let (time, count) = rest.split_once('-')?;
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let is_hex = !time.is_empty() && time.bytes().all(|byte| byte.is_ascii_hexdigit());
+    (!name.is_empty() && is_number(process) && is_hex && is_number(count)).then_some(name)
+}
+
+/// Whether a name has the form of [`unique_name`].
 pub fn is_temporary_name(name: &str) -> bool {
-    let parts = || {
-        let (name, unique) = name.strip_prefix('.')?.strip_suffix(TEMPORARY)?.rsplit_once('.')?;
-        let (process, rest) = unique.split_once('-')?;
-        let (time, count) = rest.split_once('-')?;
-        let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-        let is_hex = !time.is_empty() && time.bytes().all(|byte| byte.is_ascii_hexdigit());
-        Some(!name.is_empty() && is_number(process) && is_hex && is_number(count))
-    };
-    parts().unwrap_or(false)
+    name_of_temporary(name).is_some()
 }
 
 /// Whether a temporary file is a leftover, of which nobody holds the lock. What is no regular file, or has another name, is none.
@@ -146,7 +149,8 @@ mod tests {
 
     #[test]
     fn temporary_names_have_one_form() {
-        assert!(is_temporary_name(&unique_name("run.json")) && is_temporary_name(".a.1-1-0.tmp"));
+        assert_eq!(name_of_temporary(&unique_name("run.json")), Some("run.json"));
+        assert_eq!(name_of_temporary(".a.1-1-0.tmp"), Some("a"));
         for other in
             ["notes.tmp", ".tmp", ".a.tmp", "..1-1-0.tmp", ".a.1-g-0.tmp", "a.1-1-0.tmp", ".a.1-1-0", ".a.1-1-.tmp"]
         {

@@ -7,6 +7,7 @@ mod grasp;
 mod length;
 mod material;
 mod ranges;
+mod shown;
 mod split;
 
 pub use class::NumberClass;
@@ -16,4 +17,5 @@ pub use grasp::{GraspTypeCounts, GraspVerdict, STRETCHES, TYPE_BINS, TYPE_DIGITS
 pub use length::LengthUnit;
 pub use material::{MassSource, Material};
 pub use ranges::number_ranges;
+pub use shown::{Show, Shown, capped, shown_json, shown_lines};
 pub use split::{InvalidSplits, ObjectSplit, Split, SplitTable};

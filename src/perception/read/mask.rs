@@ -2,10 +2,10 @@
 
 use std::{io::Cursor, path::Path};
 
-use kernel::files::{self, Bound};
+use kernel::files::Bound;
 
 use super::{
-    FrameError,
+    FrameError, judged_bytes,
     raw::{FrameProblem, pixel_count},
 };
 use crate::frame::DepthFrame;
@@ -17,7 +17,7 @@ use crate::frame::DepthFrame;
 /// With the file, what is wrong in it and the remedy.
 pub fn read_mask(path: &Path, frame: &DepthFrame) -> Result<Vec<u32>, FrameError> {
     let failed = |problem| FrameError { file: path.to_owned(), problem };
-    let bytes = files::read(path, Bound::MASK).map_err(|error| failed(error.into()))?;
+    let bytes = judged_bytes(path, "png", Bound::MASK, |head| parse(head, frame).map(drop)).map_err(failed)?;
     parse(&bytes, frame).map_err(failed)
 }
 

@@ -1,5 +1,6 @@
 //! Reading depth pictures: PNG of 16 bits, NPY, and organised clouds as PCD or PLY.
 
+mod head;
 mod lzf;
 mod mask;
 mod npy;
@@ -15,6 +16,7 @@ use kernel::{
     files::{self, Bound},
     geom::Intrinsics,
     ids::Digest,
+    words::Show,
 };
 
 use crate::{
@@ -52,7 +54,7 @@ impl Default for FrameRule {
 
 /// Why a file gives no depth picture.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: {problem}", file.display())]
+#[error("{}: {problem}", file.shown())]
 pub struct FrameError {
     /// The file.
     pub file: PathBuf,
@@ -71,15 +73,40 @@ pub fn read_frame(path: &Path, rule: &FrameRule) -> Result<LabelledFrame, FrameE
     if !["png", "npy", "pcd", "ply"].contains(&kind.as_str()) {
         return Err(failed(FrameProblem::Kind));
     }
-    let bytes = files::read(path, Bound::PICTURE).map_err(|error| failed(error.into()))?;
-    let raw = match kind.as_str() {
-        "png" => picture::parse(&bytes, rule.depth_scale),
-        "npy" => npy::parse(&bytes, rule.depth_scale),
-        "pcd" => pcd::parse(&bytes),
-        _ => ply::parse(&bytes),
-    };
+    let bytes = judged_bytes(path, &kind, Bound::PICTURE, |head| parse(&kind, head, rule).map(drop)).map_err(failed)?;
+    let raw = parse(&kind, &bytes, rule);
     let (frame, labels) = raw.and_then(|raw| checked(raw, rule)).map_err(failed)?;
     Ok(LabelledFrame { frame, labels, digest: Digest::of(&bytes) })
+}
+
+fn parse(kind: &str, bytes: &[u8], rule: &FrameRule) -> Result<RawFrame, FrameProblem> {
+    match kind {
+        "png" => picture::parse(bytes, rule.depth_scale),
+        "npy" => npy::parse(bytes, rule.depth_scale),
+        "pcd" => pcd::parse(bytes),
+        _ => ply::parse(bytes),
+    }
+}
+
+/// The bytes of a picture, once its head says that they are worth reading; `refuse` reads a head alone.
+fn judged_bytes(
+    path: &Path,
+    kind: &str,
+    bound: Bound,
+    refuse: impl FnOnce(&[u8]) -> Result<(), FrameProblem>,
+) -> Result<Vec<u8>, FrameProblem> {
+    let mut file = files::open_bounded(path, bound)?;
+    let (head, size) = (files::peek(&file)?, file.metadata().map_err(FrameProblem::from)?.len());
+    match head::most_bytes(kind, &head)? {
+        Some(most) if size > most => {
+            let found = format!("{size} bytes, of which the head describes {most} at most");
+            return Err(FrameProblem::content("the file's end", found, "save the picture again"));
+        }
+        // No more than the head is needed to refuse it.
+        None if size > head.len() as u64 => refuse(&head)?,
+        _ => {}
+    }
+    Ok(files::read_open(&mut file, bound)?)
 }
 
 fn checked(mut raw: RawFrame, rule: &FrameRule) -> Result<(DepthFrame, Option<Vec<u32>>), FrameProblem> {

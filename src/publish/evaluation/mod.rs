@@ -7,13 +7,12 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::{
-    notes::write_atomically,
     page::ImageView,
     picture::{Eye, VoxelPainter},
     templates::page_values,
 };
 use format::dataset::DatasetError;
-use kernel::geom::OccupancyGrid;
+use kernel::{files, geom::OccupancyGrid};
 
 #[cfg(test)]
 pub(super) use templates::PAGE_TEMPLATE;
@@ -117,7 +116,7 @@ impl Evaluation {
     /// When the grids of a sample differ in resolution.
     pub fn write(&self, path: &Path) -> Result<(), DatasetError> {
         let html = TEMPLATES.render_page(&page_values(&self.page()));
-        write_atomically(path, html.as_bytes())
+        files::replace(path, html.as_bytes()).map_err(DatasetError::io("writing", path))
     }
 
     /// A comparison of one method with this name, with a sample and sentences or without.

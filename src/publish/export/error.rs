@@ -6,7 +6,7 @@ use std::{
 };
 
 use format::{Product, dataset::DatasetError};
-use kernel::{ids::SampleIndex, remedy};
+use kernel::{ids::SampleIndex, remedy, words::Show};
 
 /// Error of an export.
 #[derive(Debug, thiserror::Error)]
@@ -149,7 +149,7 @@ pub enum ExportError {
         index: SampleIndex,
     },
     /// The operating system refused a read or write.
-    #[error("{action} {}: {source}; {}", path.display(), io_remedy(source))]
+    #[error("{action} {}: {source}; {}", path.shown(), io_remedy(source))]
     Io {
         /// Action that failed: "writing", "creating", ...
         action: &'static str,

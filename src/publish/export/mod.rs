@@ -37,6 +37,7 @@ pub use form::{ExportForm, ExportFormat, ExportKey, ExportSelection};
 
 use self::{form::Written, target::Target};
 use format::{Noun, dataset::DatasetReader};
+use kernel::files::Folder;
 
 /// Every format, in the order in which help lists them.
 pub static FORMATS: [&ExportFormat; 11] = [
@@ -82,7 +83,7 @@ pub struct ExportSummary {
 /// When the dataset is not finished, damaged, or of a product without this form; `out` holds something; an object is unknown,
 /// nothing is selected, or a file cannot be written.
 pub fn export(
-    folder: &Path,
+    folder: &Folder,
     format: &'static ExportFormat,
     out: &Path,
     selection: &ExportSelection,

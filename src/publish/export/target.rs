@@ -1,7 +1,7 @@
 //! The folder of an export: it appears when it is complete, and replaces nothing.
 
 use std::{
-    fs::{self, File},
+    fs::File,
     io::{BufWriter, Write},
     path::{Path, PathBuf},
 };
@@ -14,16 +14,13 @@ use format::dataset::NewFolder;
 /// An output folder under a temporary name; dropped before [`Target::publish`], it leaves nothing.
 pub(super) struct Target {
     folder: NewFolder,
-    /// Last folder made below, so that a folder of many files is made once.
-    last_folder: PathBuf,
     files: u64,
 }
 
 impl Target {
     /// A target for `out`, which must not exist or be an empty folder.
     pub fn create(out: &Path) -> Result<Self, ExportError> {
-        let folder = NewFolder::begin(out)?;
-        Ok(Self { last_folder: folder.path().to_owned(), folder, files: 0 })
+        Ok(Self { folder: NewFolder::begin(out)?, files: 0 })
     }
 
     /// Opens a new file below the folder; also returns where it stands for the time being.
@@ -46,13 +43,9 @@ impl Target {
 
     /// Opens a new file below the folder, for writers with a buffer of their own.
     pub fn file(&mut self, name: &str) -> Result<(File, PathBuf), ExportError> {
-        let path = self.folder.path().join(name);
-        let folder = path.parent().unwrap_or(self.folder.path());
-        if folder != self.last_folder {
-            fs::create_dir_all(folder).map_err(ExportError::io("creating", folder))?;
-            self.last_folder = folder.to_owned();
-        }
-        let file = File::create_new(&path).map_err(ExportError::io("creating", &path))?;
+        let folder = self.folder.folder();
+        let path = folder.path_of(name);
+        let file = folder.create_new(name).map_err(ExportError::io("creating", &path))?;
         self.files += 1;
         Ok((file, path))
     }

@@ -1,9 +1,6 @@
 //! `preview.mcap` of a reachability dataset: how much of each position is reachable, and from where.
 
-use std::{
-    io::Seek,
-    path::{Path, PathBuf},
-};
+use std::{io::Seek, path::PathBuf};
 
 use nalgebra::Vector3;
 
@@ -16,7 +13,10 @@ use super::{
 };
 use format::ReachabilityField;
 use format::dataset::DatasetError;
-use kernel::geom::{PoseGrid, PoseLabel, approach_directions};
+use kernel::{
+    files::Folder,
+    geom::{PoseGrid, PoseLabel, approach_directions},
+};
 
 /// The most positions with arrows along an axis: finer grids show every second, third, ... position.
 const MAX_WITH_ARROWS: usize = 12;
@@ -30,7 +30,7 @@ const MAX_POINTS: usize = 200_000;
 ///
 /// # Errors
 /// When the file can't be written.
-pub fn write_map_preview(folder: &Path, field: &ReachabilityField) -> Result<PathBuf, DatasetError> {
+pub fn write_map_preview(folder: &Folder, field: &ReachabilityField) -> Result<PathBuf, DatasetError> {
     write_file(folder, |file| write_messages(file, field))
 }
 

@@ -25,7 +25,7 @@ use std::{
     collections::BTreeMap,
     fs::File,
     io::{BufWriter, Seek},
-    path::{Path, PathBuf},
+    path::PathBuf,
 };
 
 use mcap::{Compression, WriteOptions, records::MessageHeader};
@@ -37,6 +37,7 @@ use format::dataset::{DatasetError, DatasetReader, Sample, Selection, Temporary,
 use foxglove::{ArrowPrimitive, CameraCalibration, Color, FrameTransform, Quaternion, RawImage, Vector3};
 use google::protobuf::Timestamp;
 use kernel::{
+    files::Folder,
     geom::{Frame, Intrinsics, Pose},
     ids::SampleIndex,
     render::DepthError,
@@ -68,15 +69,15 @@ pub(super) mod google {
 
 /// Writes `preview.mcap` into a folder, whole or not at all, out of what `write` writes.
 fn write_file(
-    folder: &Path,
+    folder: &Folder,
     write: impl FnOnce(&mut BufWriter<&File>) -> mcap::McapResult<()>,
 ) -> Result<PathBuf, DatasetError> {
     let (file, temporary) = Temporary::create(folder, PREVIEW)?;
-    let path = temporary.path().to_owned();
+    let path = temporary.path();
     let mut buffer = BufWriter::new(&file);
     write(&mut buffer).map_err(DatasetError::mcap("writing", &path))?;
     buffer.into_inner().map_err(|error| DatasetError::io("writing", &path)(error.into_error()))?;
-    temporary.publish(&file, folder, PREVIEW)
+    temporary.publish(&file, PREVIEW)
 }
 
 /// Kept samples of a dataset, spread over it, that its preview shows.

@@ -1,9 +1,6 @@
 //! `preview.mcap`: a few samples in Foxglove's well-known schemas, which Foxglove and Rerun open without code.
 
-use std::{
-    io::Seek,
-    path::{Path, PathBuf},
-};
+use std::{io::Seek, path::PathBuf};
 
 use nalgebra::Point3;
 
@@ -18,6 +15,7 @@ use format::{
     dataset::{DatasetError, DatasetReader, Selection},
 };
 use kernel::{
+    files::Folder,
     geom::{DepthCrop, GridPlacement, OccupancyGrid},
     ids::SampleIndex,
 };
@@ -59,7 +57,7 @@ pub fn preview_samples(reader: &DatasetReader, count: u32) -> Result<Vec<Preview
 ///
 /// # Errors
 /// When the file can't be written.
-pub fn write_preview(folder: &Path, samples: &[PreviewSample]) -> Result<PathBuf, DatasetError> {
+pub fn write_preview(folder: &Folder, samples: &[PreviewSample]) -> Result<PathBuf, DatasetError> {
     write_file(folder, |file| write_messages(file, samples))
 }
 

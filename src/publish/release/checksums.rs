@@ -1,11 +1,11 @@
 //! Digests of a release's files, and the list that `sha256sum -c` reads.
 
-use std::{collections::BTreeMap, io::Read, path::Path};
+use std::{collections::BTreeMap, io::Read};
 
 use sha2::{Digest as _, Sha256};
 
 use format::dataset::DatasetError;
-use kernel::ids::Digest;
+use kernel::{files::Folder, ids::Digest};
 
 /// The list of digests: a line per file, `<64 hexadecimal digits>  <path>`, sorted by path.
 pub(crate) const CHECKSUMS: &str = "manifest-sha256.txt";
@@ -21,10 +21,10 @@ pub(crate) struct FileDigests {
     pub bytes: u64,
 }
 
-/// Reads a file once, in pieces.
-pub(crate) fn digests_of(path: &Path) -> Result<FileDigests, DatasetError> {
-    let failed = |source| DatasetError::Io { action: "reading", path: path.to_owned(), source };
-    let mut file = kernel::files::open(path).map_err(failed)?;
+/// Reads a file of a folder once, in pieces.
+pub(crate) fn digests_of(folder: &Folder, name: &str) -> Result<FileDigests, DatasetError> {
+    let failed = |source| DatasetError::Io { action: "reading", path: folder.path_of(name), source };
+    let mut file = folder.open(name).map_err(failed)?;
     let (mut sha256, mut blake3) = (Sha256::new(), blake3::Hasher::new());
     let (mut buffer, mut bytes) = (vec![0; 256 << 10], 0);
     loop {
@@ -96,7 +96,7 @@ mod tests {
             ),
         ] {
             std::fs::write(&path, text).expect("written");
-            let found = digests_of(&path).expect("read");
+            let found = digests_of(&Folder::at(folder.path()), "x").expect("read");
             assert_eq!((found.sha256.as_str(), found.bytes), (sha256, text.len() as u64));
             assert_eq!(found.blake3, Digest::of(text.as_bytes()));
             let files = BTreeMap::from([("a b/x".to_owned(), found)]);

@@ -5,6 +5,7 @@ use std::{io, path::PathBuf};
 use crate::preview::PreviewError;
 use form::FormErrors;
 use format::dataset::DatasetError;
+use kernel::words::Show;
 
 /// Why a release was not made; nothing is left of it.
 #[derive(Debug, thiserror::Error)]
@@ -16,7 +17,7 @@ pub enum ReleaseError {
     #[error(transparent)]
     Preview(#[from] PreviewError),
     /// There is no about file, or it can't be read.
-    #[error("{}: {source}; `--about` names the file that says title, licence and authors (docs/releases.md)", path.display())]
+    #[error("{}: {source}; `--about` names the file that says title, licence and authors (docs/releases.md)", path.shown())]
     NoAbout {
         /// The path given.
         path: PathBuf,
@@ -27,7 +28,7 @@ pub enum ReleaseError {
     #[error("\n{}", _0.render().trim_end())]
     About(FormErrors),
     /// The dataset is not what its manifest says.
-    #[error("{}: not intact ({problems} problems): {first}", folder.display())]
+    #[error("{}: not intact ({problems} problems): {first}", folder.shown())]
     NotIntact {
         /// The dataset's folder.
         folder: PathBuf,
@@ -39,7 +40,7 @@ pub enum ReleaseError {
     /// Something may not be given on.
     #[error(
         "this release may not be shipped:\n{}\nstate what holds in {}, section [licences] (docs/releases.md), \
-         or leave out what may not be shipped with --recipe", assets.join("\n"), about.display()
+         or leave out what may not be shipped with --recipe", assets.join("\n"), about.shown()
     )]
     MayNotShip {
         /// One line an asset: its name and why not.
@@ -48,7 +49,7 @@ pub enum ReleaseError {
         about: PathBuf,
     },
     /// A recipe was asked for, and everything may be shipped.
-    #[error("everything in {} may be shipped: leave --recipe away", folder.display())]
+    #[error("everything in {} may be shipped: leave --recipe away", folder.shown())]
     NothingToLeaveOut {
         /// The dataset's folder.
         folder: PathBuf,

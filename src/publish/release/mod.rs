@@ -47,7 +47,7 @@ use super::{
 };
 use format::dataset::{DatasetError, DatasetReader, FileEntry, Manifest, VerifyLevel, VerifyOptions, layout, verify};
 use kernel::{
-    files::{self, Bound},
+    files::{self, Bound, Folder},
     ids::Digest,
 };
 use tables::ParquetIndex;
@@ -72,7 +72,7 @@ const LICENCES_TEXT: &str = "LICENCES.md";
 #[derive(Clone, Copy, Debug)]
 pub struct ReleaseOptions<'a> {
     /// The finished dataset.
-    pub folder: &'a Path,
+    pub folder: &'a Folder,
     /// The release's folder: new or empty.
     pub out: &'a Path,
     /// The about file.
@@ -120,13 +120,13 @@ pub fn make_release(options: &ReleaseOptions) -> Result<Published, ReleaseError>
     let staging = Staging::begin(options.out)?;
     check_dataset(options)?;
     for path in reader.manifest().paths() {
-        staging.copy(&options.folder.join(&path), &path)?;
+        staging.copy(options.folder, &path)?;
     }
     staging.write(ABOUT, about_text.as_bytes())?;
     let notes = RunNotes::read(options.folder)?;
     if !notes.leaks.is_empty() {
         // Speed differs from run to run and does not belong in a release.
-        RunNotes { speed: None, ..notes }.write(staging.path())?;
+        RunNotes { speed: None, ..notes }.write(staging.folder())?;
     }
     let drawn = draw(options.folder, &staging, left_out)?;
     let left_out = leave_out(&staging, reader.manifest(), left_out)?;
@@ -146,7 +146,7 @@ pub fn make_release(options: &ReleaseOptions) -> Result<Published, ReleaseError>
     let notes = notes_of(&release);
     let mut files = data.clone();
     for path in staging.files()?.into_iter().filter(|path| !release.files.contains_key(path)) {
-        let digests = digests_of(&staging.path().join(&path))?;
+        let digests = digests_of(staging.folder(), &path)?;
         files.insert(path, digests);
     }
     staging.write(CHECKSUMS, checksums::list(&files).as_bytes())?;
@@ -165,7 +165,7 @@ pub fn make_release(options: &ReleaseOptions) -> Result<Published, ReleaseError>
 fn shipped(options: &ReleaseOptions, assets: &[Asset]) -> Result<LeftOut, ReleaseError> {
     let left_out = LeftOut::of(assets);
     match (left_out, options.recipe) {
-        (LeftOut::Nothing, true) => Err(ReleaseError::NothingToLeaveOut { folder: options.folder.to_owned() }),
+        (LeftOut::Nothing, true) => Err(ReleaseError::NothingToLeaveOut { folder: options.folder.path().to_owned() }),
         (LeftOut::Nothing, false) | (_, true) => Ok(left_out),
         (_, false) => {
             let line = |asset: &Asset| {
@@ -186,7 +186,7 @@ fn check_dataset(options: &ReleaseOptions) -> Result<(), ReleaseError> {
     match found.problems.first() {
         None => Ok(()),
         Some(first) => Err(ReleaseError::NotIntact {
-            folder: options.folder.to_owned(),
+            folder: options.folder.path().to_owned(),
             problems: found.problems.len(),
             first: first.to_string(),
         }),
@@ -200,8 +200,8 @@ struct Drawn {
 }
 
 /// Preview, report and pictures, as far as they may be shown; the numbers in any case.
-fn draw(folder: &Path, staging: &Staging, left_out: LeftOut) -> Result<Drawn, ReleaseError> {
-    let reader = DatasetReader::open(staging.path())?;
+fn draw(folder: &Folder, staging: &Staging, left_out: LeftOut) -> Result<Drawn, ReleaseError> {
+    let reader = DatasetReader::open(staging.folder())?;
     if left_out == LeftOut::Samples {
         return Ok(Drawn { numbers: Numbers::of(&reader)?, pictures: Vec::new() });
     }
@@ -211,18 +211,17 @@ fn draw(folder: &Path, staging: &Staging, left_out: LeftOut) -> Result<Drawn, Re
         staging.write(&shown.path, &shown.picture.to_png())?;
     }
     preview(folder, &reader, staging)?;
-    report(staging.path(), Some(&staging.path().join(layout::REPORT)))?;
+    report(staging.folder(), None)?;
     let mut numbers = Numbers::of(&reader)?;
     survey.add_numbers(&mut numbers);
     Ok(Drawn { numbers, pictures: drawn.into_iter().map(|shown| (shown.path, shown.caption)).collect() })
 }
 
 /// The preview of the run where it shows more than the dataset stores; else one of what is stored.
-fn preview(folder: &Path, reader: &DatasetReader, staging: &Staging) -> Result<(), ReleaseError> {
+fn preview(folder: &Folder, reader: &DatasetReader, staging: &Staging) -> Result<(), ReleaseError> {
     let pages = pages_of(reader.manifest().product);
-    let of_run = folder.join(layout::PREVIEW);
-    if pages.preview_shows_more && of_run.exists() {
-        staging.copy(&of_run, layout::PREVIEW)?;
+    if pages.preview_shows_more && folder.contains(layout::PREVIEW) {
+        staging.copy(folder, layout::PREVIEW)?;
     } else {
         (pages.write_preview)(reader, None)?;
     }
@@ -243,16 +242,20 @@ fn leave_out(staging: &Staging, manifest: &Manifest, left_out: LeftOut) -> Resul
 }
 
 fn hash_all(staging: &Staging) -> Result<BTreeMap<String, FileDigests>, DatasetError> {
-    let of = |path: String| digests_of(&staging.path().join(&path)).map(|digests| (path, digests));
+    let of = |path: String| digests_of(staging.folder(), &path).map(|digests| (path, digests));
     staging.files()?.into_iter().map(of).collect()
 }
 
 /// Whether what was copied is what was checked: somebody may have written to the dataset meanwhile.
-fn check_copies(manifest: &Manifest, files: &BTreeMap<String, FileDigests>, folder: &Path) -> Result<(), DatasetError> {
+fn check_copies(
+    manifest: &Manifest,
+    files: &BTreeMap<String, FileDigests>,
+    folder: &Folder,
+) -> Result<(), DatasetError> {
     for (path, FileEntry { digest: saved, .. }) in manifest.entries() {
         if let Some(file) = files.get(&path).filter(|file| file.blake3 != saved) {
             return Err(DatasetError::Changed {
-                path: folder.join(path),
+                path: folder.path_of(path),
                 saved,
                 calculated: file.blake3,
                 remedy: "leave the dataset alone while it is released",

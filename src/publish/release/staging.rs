@@ -2,12 +2,12 @@
 
 use std::{
     collections::BTreeSet,
-    fs::{self},
-    io,
+    io::{self, Write},
     path::{Path, PathBuf},
 };
 
 use format::dataset::{DatasetError, NewFolder};
+use kernel::files::{Entry, Folder};
 
 /// A release in work.
 pub(super) struct Staging(NewFolder);
@@ -19,70 +19,68 @@ impl Staging {
     }
 
     /// The folder, under its temporary name.
-    pub fn path(&self) -> &Path {
-        self.0.path()
+    pub fn folder(&self) -> &Folder {
+        self.0.folder()
     }
 
-    /// Copies a file to `name` inside the folder; where the file system can, without a second copy of its blocks.
-    pub fn copy(&self, from: &Path, name: &str) -> Result<(), DatasetError> {
-        let to = self.path_of(name)?;
+    /// Copies a file of a folder to the same name; where the file system can, without a second copy of its blocks.
+    pub fn copy(&self, from: &Folder, name: &str) -> Result<(), DatasetError> {
         // A copy's error does not say which of the two files it is about.
-        kernel::files::open(from).map_err(DatasetError::io("reading", from))?;
-        fs::copy(from, &to).map_err(DatasetError::io("copying to", &to)).map(|_| ())
+        let mut source = from.open(name).map_err(DatasetError::io("reading", &from.path_of(name)))?;
+        let copied = self.folder().create_new(name).and_then(|mut copy| io::copy(&mut source, &mut copy));
+        copied.map_err(DatasetError::io("copying to", &self.folder().path_of(name))).map(|_| ())
     }
 
     /// Writes a file `name` inside the folder.
     pub fn write(&self, name: &str, content: &[u8]) -> Result<(), DatasetError> {
-        let to = self.path_of(name)?;
-        fs::write(&to, content).map_err(DatasetError::io("writing", &to))
+        let written = self.folder().create_new(name).and_then(|mut file| file.write_all(content));
+        written.map_err(DatasetError::io("writing", &self.folder().path_of(name)))
     }
 
     /// Removes a file inside the folder, where it is there.
     pub fn remove(&self, name: &str) -> Result<(), DatasetError> {
-        let path = self.path().join(name);
-        match fs::remove_file(&path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(DatasetError::io("removing", &path)(error)),
+        match self.folder().remove_file(name) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                Err(DatasetError::io("removing", &self.folder().path_of(name))(error))
+            }
             _ => Ok(()),
         }
     }
 
-    fn path_of(&self, name: &str) -> Result<PathBuf, DatasetError> {
-        let path = self.path().join(name);
-        let parent = path.parent().unwrap_or(self.path());
-        fs::create_dir_all(parent).map_err(DatasetError::io("creating", parent))?;
-        Ok(path)
-    }
-
     /// Paths of all files inside, sorted, with `/` between folders.
     pub fn files(&self) -> Result<Vec<String>, DatasetError> {
-        files_below(self.path())
+        files_below(self.folder())
     }
 
     /// Syncs every file and folder and gives the folder its name, as [`NewFolder::publish`].
     pub fn publish(self) -> Result<PathBuf, DatasetError> {
-        let files: Vec<PathBuf> = self.files()?.iter().map(|name| self.path().join(name)).collect();
-        let folders: BTreeSet<&Path> = files.iter().filter_map(|file| file.parent()).chain([self.path()]).collect();
-        for path in &files {
-            kernel::files::open(path).and_then(|file| file.sync_all()).map_err(DatasetError::io("syncing", path))?;
+        let names = self.files()?;
+        let folders: BTreeSet<&Path> = names.iter().filter_map(|name| Path::new(name).parent()).collect();
+        for name in &names {
+            let synced = self.folder().open(name).and_then(|file| file.sync_all());
+            synced.map_err(DatasetError::io("syncing", &self.folder().path_of(name)))?;
         }
-        for path in folders {
-            kernel::files::Folder::at(path).sync().map_err(DatasetError::io("syncing", path))?;
+        for folder in folders {
+            let folder = self.folder().subfolder(folder);
+            folder.sync().map_err(DatasetError::io("syncing", folder.path()))?;
         }
         self.0.publish()
     }
 }
 
-/// Paths of all files below a folder, sorted, with `/` between folders.
-pub(crate) fn files_below(folder: &Path) -> Result<Vec<String>, DatasetError> {
+/// Paths of all files below a folder, sorted, with `/` between folders; a link is one of them.
+pub(crate) fn files_below(folder: &Folder) -> Result<Vec<String>, DatasetError> {
     let (mut files, mut folders) = (Vec::new(), vec![String::new()]);
     while let Some(below) = folders.pop() {
-        let path = folder.join(&below);
-        for entry in fs::read_dir(&path).map_err(DatasetError::io("reading", &path))? {
-            let entry = entry.map_err(DatasetError::io("reading", &path))?;
-            let name = format!("{below}{}", entry.file_name().to_string_lossy());
-            match entry.file_type().map_err(DatasetError::io("reading", &path))?.is_dir() {
-                true => folders.push(format!("{name}/")),
-                false => files.push(name),
+        let place = folder.subfolder(&below);
+        for name in place.names().map_err(DatasetError::io("reading", place.path()))? {
+            let entry = place.entry(&name).map_err(DatasetError::io("reading", &place.path_of(&name)))?;
+            let path = format!("{below}{}", name.to_string_lossy());
+            match entry {
+                Some(Entry::Folder) => folders.push(format!("{path}/")),
+                Some(_) => files.push(path),
+                // It went meanwhile.
+                None => {}
             }
         }
     }

@@ -1,14 +1,14 @@
 //! `report.html` of a set, and those of its datasets.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::{figure, page::SetPage, surveyed::SurveyedDataset, templates::TEMPLATES};
 use crate::{
-    notes::write_atomically,
-    report::{ReportSummary, write_page},
+    report::{ReportSummary, write_html, write_page},
     templates::page_values,
 };
-use format::dataset::{DatasetError, SetTable, layout::REPORT};
+use format::dataset::{DatasetError, SetTable};
+use kernel::files::Folder;
 
 /// The reports of a set that were written.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,20 +26,19 @@ pub struct SetReportSummary {
 ///
 /// # Errors
 /// When a dataset is not finished, a file is missing or damaged, or a page can't be written.
-pub fn report_set(folder: &Path, table: &SetTable, out: Option<&Path>) -> Result<SetReportSummary, DatasetError> {
+pub fn report_set(folder: &Folder, table: &SetTable, out: Option<&Path>) -> Result<SetReportSummary, DatasetError> {
     let content = table.content(folder)?;
     let surveyed = SurveyedDataset::all(folder, table)?;
     let mut datasets = Vec::new();
     if out.is_none() {
-        for SurveyedDataset { name, reader, survey } in &surveyed {
-            datasets.push(write_page(reader, survey.as_ref(), folder.join(name).join(REPORT))?);
+        for SurveyedDataset { reader, survey, .. } in &surveyed {
+            datasets.push(write_page(reader, survey.as_ref(), None)?);
         }
     }
     let panels = figure::draw(&surveyed)?;
     let page = SetPage::of(table, &content, &surveyed, &panels, out.is_none())?;
     let html = TEMPLATES.render_page(&page_values(&page));
-    let path: PathBuf = out.map_or_else(|| folder.join(REPORT), Path::to_owned);
-    write_atomically(&path, html.as_bytes())?;
+    let path = write_html(folder, out, &html)?;
     let set = ReportSummary { path, bytes: html.len() as u64, shown: panels.len() };
     Ok(SetReportSummary { set, datasets })
 }

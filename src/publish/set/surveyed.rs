@@ -1,12 +1,11 @@
 //! The datasets of a set, each surveyed once for its own page and for that of the set.
 
-use std::path::Path;
-
 use crate::{inspection::job_table, product::Survey, products::pages_of};
 use format::{
     Product,
     dataset::{DatasetError, DatasetReader, SetTable},
 };
+use kernel::files::Folder;
 
 /// A dataset of a set, surveyed.
 pub(crate) struct SurveyedDataset {
@@ -21,9 +20,9 @@ impl SurveyedDataset {
     ///
     /// # Errors
     /// When one is not finished, or a file is missing or damaged.
-    pub fn all(folder: &Path, table: &SetTable) -> Result<Vec<Self>, DatasetError> {
+    pub fn all(folder: &Folder, table: &SetTable) -> Result<Vec<Self>, DatasetError> {
         let surveyed = |name: &String| {
-            let reader = DatasetReader::open(&folder.join(name))?;
+            let reader = DatasetReader::open(&folder.subfolder(name))?;
             let survey = (pages_of(reader.manifest().product).survey)(&reader)?;
             Ok(Self { name: name.clone(), reader, survey })
         };

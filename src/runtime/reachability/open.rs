@@ -1,14 +1,12 @@
 //! Maps out of datasets: the field at once, witnesses when they are asked for.
 
-use std::path::Path;
-
 use super::{ReachabilityMap, ReachabilityParts, RobotFacts};
 use format::{
     FieldHeader, ReachabilityField,
     dataset::{DatasetError, DatasetReader, Selection},
     products::reachability::read_field,
 };
-use kernel::geom::PoseLabel;
+use kernel::{files::Folder, geom::PoseLabel};
 
 const REMEDY: &str = "`graspmill verify` finds the damaged file; `run` the job again";
 
@@ -18,7 +16,7 @@ impl ReachabilityMap {
     ///
     /// # Errors
     /// When the folder has no field, or it is damaged.
-    pub fn open(folder: &Path) -> Result<Self, DatasetError> {
+    pub fn open(folder: &Folder) -> Result<Self, DatasetError> {
         let ReachabilityField { header, labels, distances } = read_field(folder)?;
         let FieldHeader { grid, metric, robot, joints, target, frame, .. } = header;
         let robot = RobotFacts { robot, joints, target, frame };
@@ -31,7 +29,7 @@ impl ReachabilityMap {
     ///
     /// # Errors
     /// When the dataset is not finished, a shard is missing or damaged, or the labels are those of another map.
-    pub fn read_witnesses(&mut self, folder: &Path) -> Result<(), DatasetError> {
+    pub fn read_witnesses(&mut self, folder: &Folder) -> Result<(), DatasetError> {
         if self.has_witnesses() {
             return Ok(());
         }
@@ -52,6 +50,6 @@ impl ReachabilityMap {
     }
 }
 
-fn invalid(folder: &Path, problem: String) -> DatasetError {
-    DatasetError::Invalid { path: folder.to_owned(), problem, remedy: REMEDY }
+fn invalid(folder: &Folder, problem: String) -> DatasetError {
+    DatasetError::Invalid { path: folder.path().to_owned(), problem, remedy: REMEDY }
 }

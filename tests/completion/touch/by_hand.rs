@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, fs};
 
 use graspmill::{
     export::{ExportFormat, ExportSelection, export},
+    files::Folder,
     format::Channel,
     preview::{preview_samples, write_preview},
     publish::{TouchKind, inspect_completion, report},
@@ -20,7 +21,7 @@ fn each_kind_is_counted_and_drawn_and_all_are_exported_together() {
     let kinds = [Channel::TOUCH_RAYS, Channel::TOUCH_EXPLORATION, Channel::TOUCH_GRASP];
     let channels = [Channel::PAIR, Channel::VISIBILITY].into_iter().chain(kinds).collect();
     SmallDataset { resolution: 16, channels, ..SmallDataset::default() }.finish(&data);
-    let reader = DatasetReader::open(&data).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(&data)).expect("a dataset");
     let (mut sums, mut forces, mut cells) = (BTreeMap::<Channel, TouchKind>::new(), Vec::new(), 0);
     for sample in reader.iter(Selection::default()) {
         let touched = sample.expect("a sample").touched().expect("sound records").expect("touch");
@@ -36,7 +37,7 @@ fn each_kind_is_counted_and_drawn_and_all_are_exported_together() {
         }
     }
     let kept = reader.manifest().counts.kept;
-    let facts = inspect_completion(&data).expect("facts");
+    let facts = inspect_completion(&Folder::at(&data)).expect("facts");
     let touch = facts.touch.as_ref().expect("touch");
     assert_eq!((touch.samples, touch.cells), (kept, u64::from(cells)));
     assert_eq!(touch.contacts(), sums.values().map(|kind| kind.contacts).sum::<u64>());
@@ -64,12 +65,13 @@ fn each_kind_is_counted_and_drawn_and_all_are_exported_together() {
     ] {
         assert!(text.contains(part), "{part} is missing in\n{text}");
     }
-    let page = read_text(report(&data, None).expect("a report").path);
+    let page = read_text(report(&Folder::at(&data), None).expect("a report").path);
     for part in ["by exploration (light blue)", "by the grasp (red)", "Class physics", "touch_grasp by claw"] {
         assert!(page.contains(part), "{part} is missing");
     }
 
-    let preview = write_preview(folder.folder(), &preview_samples(&reader, 4).expect("samples")).expect("a preview");
+    let preview =
+        write_preview(&Folder::at(folder.folder()), &preview_samples(&reader, 4).expect("samples")).expect("a preview");
     let bytes = fs::read(preview).expect("a preview");
     let messages = mcap::MessageStream::new(&bytes).expect("MCAP").map(|message| message.expect("a message"));
     let scenes: Vec<_> = messages.filter(|message| message.channel.topic == "/preview/touch").collect();
@@ -81,7 +83,7 @@ fn each_kind_is_counted_and_drawn_and_all_are_exported_together() {
     }
 
     let arrays = folder.path("npy");
-    export(&data, ExportFormat::from_name("npy").expect("a format"), &arrays, &ExportSelection::default())
+    export(&Folder::at(&data), ExportFormat::from_name("npy").expect("a format"), &arrays, &ExportSelection::default())
         .expect("arrays");
     let tactile = fs::read(arrays.join("tactile.npy")).expect("an array");
     let begin = 10 + usize::from(u16::from_le_bytes([tactile[8], tactile[9]]));

@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, fs};
 
 use graspmill::{
     export::{ExportFormat, ExportSelection, export},
+    files::Folder,
     publish::{TouchFacts, TouchKind, inspect_completion, report},
     runtime::{DatasetReader, Selection},
 };
@@ -31,7 +32,7 @@ rays = 60
 fn touch_is_read_checked_exported_and_drawn() {
     let workspace = Workspace::kept("touch");
     let data = workspace.make_dataset("data", JOB, &[]);
-    let reader = DatasetReader::open(&data).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(&data)).expect("a dataset");
     let mut sums = TouchFacts::default();
     let mut rays = TouchKind { channel: "touch_rays".to_owned(), ..TouchKind::default() };
     let mut first = None;
@@ -61,12 +62,12 @@ fn touch_is_read_checked_exported_and_drawn() {
     assert_intact(&data, CHECK_INSIDE);
     Program::on("verify", &data).option("--regenerate", "24").succeed();
 
-    let facts = inspect_completion(&data).expect("facts");
+    let facts = inspect_completion(&Folder::at(&data)).expect("facts");
     sums.kinds.push(rays);
     let cells = sums.cells;
     assert_eq!(facts.touch, Some(sums));
     assert!(facts.to_string().contains("of 60.0 probes per sample"), "{facts}");
-    let page = read_text(report(&data, None).expect("a report").path);
+    let page = read_text(report(&Folder::at(&data), None).expect("a report").path);
     for part in ["Touch points, from behind", "Partial and touch, from behind", "in sight of the camera", "tactile"] {
         assert!(page.contains(part), "{part} is missing");
     }
@@ -81,9 +82,11 @@ fn touch_is_read_checked_exported_and_drawn() {
     assert_eq!(topics[&("/preview/touch".to_owned(), "foxglove.SceneUpdate".to_owned())], 12);
 
     let all = ExportSelection::default();
-    export(&data, ExportFormat::from_name("npy").expect("a format"), &workspace.path("npy"), &all).expect("arrays");
-    export(&data, ExportFormat::from_name("pcd").expect("a format"), &workspace.path("pcd"), &all).expect("clouds");
-    export(&data, ExportFormat::from_name("binvox").expect("a format"), &workspace.path("binvox"), &all)
+    export(&Folder::at(&data), ExportFormat::from_name("npy").expect("a format"), &workspace.path("npy"), &all)
+        .expect("arrays");
+    export(&Folder::at(&data), ExportFormat::from_name("pcd").expect("a format"), &workspace.path("pcd"), &all)
+        .expect("clouds");
+    export(&Folder::at(&data), ExportFormat::from_name("binvox").expect("a format"), &workspace.path("binvox"), &all)
         .expect("grids");
     let script = r#"
 import sys, numpy as np

@@ -12,6 +12,7 @@ use graspmill::{
         plan::Plan,
         products::patches::{GraspTrialEnd, PatchJob, PatchLabel},
     },
+    files::Folder,
     form::FormErrors,
     format::{
         Channel, Grasp, GraspLabel, GraspMethod, GraspRun, GraspTrial, GraspTrials, HandNames, Product, RunStretch,
@@ -197,7 +198,7 @@ impl MadeUpGrasps {
         let job = JobDigest(Digest::of(b"made-up grasps"));
         let samples = u64::from(3 * RUNS);
         let mark = RunMark::new(Product::GRASPS, job, samples, 1, 3 * RUNS);
-        begin_run(folder, &mark).expect("a folder");
+        begin_run(&Folder::at(folder), &mark).expect("a folder");
         let header = ShardHeader {
             product: Product::GRASPS,
             job,
@@ -206,7 +207,7 @@ impl MadeUpGrasps {
             samples: 0..samples,
             channels: [Channel::GRASP_RUN].into_iter().chain(self.trials.map(|_| Channel::GRASP_TRIALS)).collect(),
         };
-        let mut writer = ShardWriter::create(&folder.join("shards"), &header).expect("a shard");
+        let mut writer = ShardWriter::create(&Folder::at(&folder.join("shards")), &header).expect("a shard");
         let all = (1..=3).flat_map(|object| (0..RUNS).map(move |run| (object, run)));
         for (index, (object, run)) in (0..).map(SampleIndex).zip(all) {
             let (run, mut payload) = (self.run(object, run), Vec::new());
@@ -255,7 +256,7 @@ impl MadeUpGrasps {
             splits: Some(SplitTable { training_subsets: Vec::new(), objects: (1..).zip(splits).map(row).collect() }),
             warnings: Vec::new(),
         };
-        finish_dataset(folder, &header, &ParquetIndex).expect("a dataset");
+        finish_dataset(&Folder::at(folder), &header, &ParquetIndex).expect("a dataset");
     }
 }
 
@@ -270,7 +271,7 @@ pub fn made_up_grasps() -> &'static Path {
 }
 
 fn root_of(grasps: &Path) -> Digest {
-    Manifest::read(grasps).expect("a dataset").classes[&NumberClass::Exact]
+    Manifest::read(&Folder::at(grasps)).expect("a dataset").classes[&NumberClass::Exact]
 }
 
 fn text(grasps: &Path) -> String {
@@ -404,7 +405,7 @@ fn a_job_of_the_thesis_is_named_as_ever() {
 #[test]
 fn labels_by_trials_are_those_of_the_trials_that_the_job_pins() {
     let first = job(&[]);
-    let root = |grasps: &Path| Manifest::read(grasps).expect("a dataset").classes[&NumberClass::Physics];
+    let root = |grasps: &Path| Manifest::read(&Folder::at(grasps)).expect("a dataset").classes[&NumberClass::Physics];
     let trials = root(made_up_grasps());
     assert_eq!(work(&first).grasps.trials, Some(trials));
     assert!(first.to_toml(Path::new("jobs")).contains(&format!("trials_root = \"{}\"", trials.hex())));

@@ -8,6 +8,7 @@ use std::{
 
 use graspmill::{
     collision::{Bodies, CollisionChecker, Verdict},
+    files::Folder,
     format::{
         dataset::{DatasetReader, Selection},
         products::reachability::read_field,
@@ -41,9 +42,11 @@ impl Map {
         let folder = Workspace::new();
         let data = folder.path("map");
         Program::run_job(job, &data).succeed();
-        let PoseGrid::Axes(grid) = read_field(&data).expect("a field").header.grid else { panic!("six axes") };
+        let PoseGrid::Axes(grid) = read_field(&Folder::at(&data)).expect("a field").header.grid else {
+            panic!("six axes")
+        };
         let mut map = Self { grid, labels: Vec::new(), proofs: Vec::new(), witnesses: Vec::new() };
-        for sample in DatasetReader::open(&data).expect("a dataset").iter(Selection::default()) {
+        for sample in DatasetReader::open(&Folder::at(&data)).expect("a dataset").iter(Selection::default()) {
             let block = sample.expect("a sample").block().expect("a block");
             let witness = |index| block.witness(index).map(|q| q.try_into().expect("seven joints"));
             map.witnesses.extend((0..block.labels.len()).map(witness));

@@ -15,7 +15,10 @@ use crate::{
 };
 use form::{Checker, Path};
 use format::Product;
-use kernel::geom::{Intrinsics, ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, rotation_from_rpy};
+use kernel::{
+    geom::{Intrinsics, ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, rotation_from_rpy},
+    words::Show,
+};
 use sim::scene_camera as camera_of_scene;
 
 /// Most views of one object.
@@ -176,7 +179,7 @@ fn scene_camera(checker: &mut Checker, spec: &CameraSpec, scene: PathBuf) -> (In
     let read = camera_of_scene(&scene.scene, &scene.camera).map_err(|error| error.to_string());
     let read = read.and_then(|(camera, _)| camera.checked().map_err(|error| error.to_string()));
     let camera = read.unwrap_or_else(|message| {
-        let detail = format!("`{}` in {}: {message}", scene.camera, scene.scene.display());
+        let detail = format!("`{}` in {}: {message}", scene.camera, scene.scene.shown());
         checker.not_found("camera.scene", "camera", detail);
         placeholder_camera()
     });

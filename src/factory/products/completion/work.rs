@@ -17,6 +17,7 @@ use crate::{
 use format::{Channel, Product};
 use kernel::{
     cancel::Cancel,
+    files::Folder,
     geom::{DepthCrop, SimdLevel},
     ids::SampleId,
     render::{DepthError, DepthSource},
@@ -122,7 +123,7 @@ impl OpenWork for OpenCompletion<'_> {
         Ok(Box::new(CompletionWorker::new(self.job, self.seed, self.level, hand)?))
     }
 
-    fn side_cost(&self, visited: &[usize], _: &Path) -> Result<SideCost, ProduceError> {
+    fn side_cost(&self, visited: &[usize], _: &Folder) -> Result<SideCost, ProduceError> {
         cost_of_descriptions(&self.job.objects, visited)
     }
 

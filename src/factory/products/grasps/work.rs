@@ -21,6 +21,7 @@ use crate::{
 };
 use format::{Channel, ObjectShape, Product, products::grasps::ShapesWriter};
 use kernel::{
+    files::Folder,
     geom::SimdLevel,
     ids::{Digest, JobDigest, ObjectId},
     words::NumberClass,
@@ -100,7 +101,7 @@ impl OpenWork for OpenGrasps<'_> {
     }
 
     /// Cost of `shapes.mcap` and of the facts of the objects, by those of a few: meshes grow with their triangles.
-    fn side_cost(&self, visited: &[usize], folder: &Path) -> Result<SideCost, ProduceError> {
+    fn side_cost(&self, visited: &[usize], folder: &Folder) -> Result<SideCost, ProduceError> {
         let all = &self.job.objects.list;
         let measured: Vec<&JobObject> = measured(visited).into_iter().map(|index| &all[index]).collect();
         let share = triangles_per(&all.iter().collect::<Vec<_>>(), &measured);
@@ -128,7 +129,7 @@ impl OpenWork for OpenGrasps<'_> {
 
 impl OpenGrasps<'_> {
     /// Size of the file of the hand and these shapes, which is written into a folder of no dataset [bytes].
-    fn bytes_of_shapes(&self, shapes: &[ObjectShape], folder: &Path) -> Result<f64, ProduceError> {
+    fn bytes_of_shapes(&self, shapes: &[ObjectShape], folder: &Folder) -> Result<f64, ProduceError> {
         let job = JobDigest(Digest([0; 32]));
         let mut writer =
             ShapesWriter::create(folder, &job, Product::GRASPS, &hand_shape(&self.hand, self.job.hand.id))?;

@@ -21,6 +21,7 @@ use crate::{
 };
 use form::{Checker, first_repeated};
 use format::{HeatmapLabel, dataset::DatasetReader};
+use kernel::{files::Folder, words::Show};
 use robot::hand::Hand;
 use sim::HandModel;
 
@@ -95,15 +96,15 @@ fn types(
     hand: &PickedHand,
 ) -> Option<Vec<u32>> {
     if settings.label == HeatmapLabel::Trial && picks.trials.is_none() {
-        let seen = format!("{} has none", dataset.display());
+        let seen = format!("{} has none", dataset.shown());
         checker.invalid("heatmaps.label", "a dataset of picks with trials", seen).help(MAKE_TRIALS);
         return None;
     }
-    let reader = PICKS.found(checker, DatasetReader::open(dataset))?;
+    let reader = PICKS.found(checker, DatasetReader::open(&Folder::at(dataset)))?;
     let counts = PICKS.found(checker, count_types(&reader, hand, settings.label, settings.types))?;
     if counts.grasps() == 0 || hand.has_types() && counts.chosen.is_empty() {
         let such = if settings.label == HeatmapLabel::Trial { "that held" } else { "that is free" };
-        let seen = format!("none in {}", dataset.display());
+        let seen = format!("none in {}", dataset.shown());
         let report = checker.invalid("picks.dataset", format!("at least one grasp {such}"), seen);
         report.help("make picks of more scenes or grasps, or try more of them (`picks.candidates`, `picks.trials`)");
         return None;

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{job::read_hand, products::input::InputSection};
 use form::{Checker, first_repeated};
-use kernel::geom::Intrinsics;
+use kernel::{geom::Intrinsics, words::Show};
 use sim::HandModel;
 
 /// The section that names the dataset.
@@ -43,7 +43,7 @@ fn grasps(checker: &mut Checker, spec: &PatchesSpec, dataset: &FilePath) -> Opti
     let wanted = WantedGrasps { max_types: spec.grasps.types, by_trials, on_table: spec.scene.table };
     let found = read_grasps(dataset, wanted);
     if let Err(InvalidGrasps::NoTrials(_)) = found {
-        let seen = format!("{} has none", dataset.display());
+        let seen = format!("{} has none", dataset.shown());
         checker.invalid("patches.label", "a dataset of grasps with trials", seen).help(MAKE_TRIALS);
         return None;
     }
@@ -61,7 +61,7 @@ fn grasps(checker: &mut Checker, spec: &PatchesSpec, dataset: &FilePath) -> Opti
             such += ", and that a table allows";
         }
         let others = if by_trials { "tried" } else { "kept" };
-        let seen = format!("none in {}, {} {others} grasps without a type", dataset.display(), found.types.without);
+        let seen = format!("none in {}, {} {others} grasps without a type", dataset.shown(), found.types.without);
         checker.invalid("grasps.dataset", format!("at least one {such}"), seen);
         return None;
     }

@@ -15,7 +15,7 @@ use format::{
 use kernel::{
     geom::RestingPose,
     ids::ObjectId,
-    words::{GraspTypeCounts, GraspVerdict, NumberClass, Split},
+    words::{GraspTypeCounts, GraspVerdict, NumberClass, Show, Split},
 };
 use robot::grasp::kind_in_frame;
 
@@ -29,13 +29,13 @@ pub enum InvalidGrasps {
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// Labels are to be those of trials, and the dataset has none.
-    #[error("{} has no trials, of which labels are to be made", .0.display())]
+    #[error("{} has no trials, of which labels are to be made", .0.shown())]
     NoTrials(PathBuf),
     /// A row of the dataset's table of assets has resting poses that make no sense.
     #[error(transparent)]
     Resting(#[from] InvalidResting),
     /// The dataset's table of assets names no hand.
-    #[error("{} names no hand", .0.display())]
+    #[error("{} names no hand", .0.shown())]
     NoHand(PathBuf),
 }
 

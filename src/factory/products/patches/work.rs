@@ -19,6 +19,7 @@ use format::{
     products::{grasps::Shapes, patches::write_types},
 };
 use kernel::{
+    files::Folder,
     geom::SimdLevel,
     words::{NumberClass, ObjectSplit, SplitTable},
 };
@@ -76,7 +77,7 @@ impl Work for PatchJob {
         if self.settings.colour.is_some() {
             check_colours()?;
         }
-        let (hand, shapes) = (PatchHand::open(self)?, Shapes::open(&self.dataset)?);
+        let (hand, shapes) = (PatchHand::open(self)?, Shapes::open(&Folder::at(&self.dataset))?);
         Ok(Box::new(OpenPatches { job: self, hand, shapes, seed, level }))
     }
 

@@ -11,7 +11,10 @@ use format::{
     Product,
     dataset::{DatasetError, DatasetReader},
 };
-use kernel::{ids::ObjectId, words::NumberClass};
+use kernel::{
+    ids::ObjectId,
+    words::{NumberClass, Show},
+};
 
 /// Reason why a folder is no dataset of picks that samples can be made of.
 #[derive(Debug, thiserror::Error)]
@@ -23,7 +26,7 @@ pub enum InvalidPicks {
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// The dataset's table of assets names no hand.
-    #[error("{} names no hand", .0.display())]
+    #[error("{} names no hand", .0.shown())]
     NoHand(PathBuf),
 }
 

@@ -8,6 +8,7 @@ use crate::{
     products::{input::InputSection, viewed::FoundViews},
 };
 use form::Checker;
+use kernel::words::Show;
 
 /// The section that names the dataset.
 pub const PICKS: InputSection = InputSection {
@@ -36,7 +37,7 @@ pub fn found_picks(
         .map(|scene| scene.name.as_str())
         .collect();
     if let [first, ..] = foreign[..] {
-        let seen = format!("{} of {} are not in {}, as {first}", foreign.len(), views.scenes.len(), dataset.display());
+        let seen = format!("{} of {} are not in {}, as {first}", foreign.len(), views.scenes.len(), dataset.shown());
         let report = checker.invalid("picks.dataset", "picks of the scenes that the views show", seen);
         report.help("make views and picks of the same dataset of scenes");
         return None;

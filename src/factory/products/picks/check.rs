@@ -19,7 +19,7 @@ use crate::{
     },
 };
 use form::Checker;
-use kernel::ids::ObjectId;
+use kernel::{ids::ObjectId, words::Show};
 use sim::HandModel;
 
 /// The section that names the dataset of grasps.
@@ -97,7 +97,7 @@ fn grasps(checker: &mut Checker, spec: &PicksSpec, dataset: &FilePath, scenes: &
         scenes.list.iter().flat_map(|scene| scene.bodies.iter().map(|(object, _)| *object)).collect();
     let found = read_pick_grasps(dataset, spec.picks.take.map(Into::into), &objects);
     if let Err(InvalidPickGrasps::NoTrials(_)) = found {
-        let seen = format!("{} has none", dataset.display());
+        let seen = format!("{} has none", dataset.shown());
         checker.invalid("picks.take", "a dataset of grasps with trials", seen).help(MAKE_TRIALS);
         return None;
     }
@@ -109,7 +109,7 @@ fn grasps(checker: &mut Checker, spec: &PicksSpec, dataset: &FilePath, scenes: &
         return None;
     }
     if found.objects.values().all(Vec::is_empty) {
-        let seen = format!("none in {}, of {} objects", dataset.display(), objects.len());
+        let seen = format!("none in {}, of {} objects", dataset.shown(), objects.len());
         let expected = format!("at least one grasp of the scenes' objects that is {}", found.take.name());
         let report = checker.invalid("grasps.dataset", expected, seen);
         report.help("make grasps of the objects of the scenes: both jobs need the same `[[objects]]`");

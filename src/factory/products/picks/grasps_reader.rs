@@ -15,7 +15,7 @@ use format::{
 };
 use kernel::{
     ids::ObjectId,
-    words::{GraspVerdict, NumberClass},
+    words::{GraspVerdict, NumberClass, Show},
 };
 
 /// Reason why a folder is no dataset of grasps that can be evaluated in scenes.
@@ -28,10 +28,10 @@ pub enum InvalidPickGrasps {
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// Grasps are to be taken by their trials, and the dataset has none.
-    #[error("{} has no trials, by which grasps are to be taken", .0.display())]
+    #[error("{} has no trials, by which grasps are to be taken", .0.shown())]
     NoTrials(PathBuf),
     /// The dataset's table of assets names no hand.
-    #[error("{} names no hand", .0.display())]
+    #[error("{} names no hand", .0.shown())]
     NoHand(PathBuf),
 }
 

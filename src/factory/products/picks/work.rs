@@ -20,6 +20,7 @@ use crate::{
 };
 use format::{Channel, Product, SceneContainer, dataset::DatasetReader, products::grasps::ShapesWriter};
 use kernel::{
+    files::Folder,
     ids::{Digest, JobDigest},
     words::NumberClass,
 };
@@ -69,7 +70,7 @@ impl Work for PickJob {
                 containers.push((scene.container.clone(), settled_container(&scene.container)?));
             }
         }
-        let scenes = DatasetReader::open(&self.scenes_folder)?;
+        let scenes = DatasetReader::open(&Folder::at(&self.scenes_folder))?;
         let loaded = LoadedObjects::default();
         Ok(Box::new(OpenPicks(Shared { job: self, seed: opening.seed, scenes, hand, containers, objects, loaded })))
     }
@@ -102,7 +103,7 @@ impl OpenWork for OpenPicks<'_> {
     }
 
     /// Cost of hand and meshes, by those of a few.
-    fn side_cost(&self, _: &[usize], folder: &Path) -> Result<SideCost, ProduceError> {
+    fn side_cost(&self, _: &[usize], folder: &Folder) -> Result<SideCost, ProduceError> {
         let write = |few: &[&JobObject]| self.write_shapes(few, folder, &JobDigest(Digest([0; 32])));
         cost_of_meshes(&self.0.job.objects, write)
     }
@@ -119,7 +120,7 @@ impl OpenWork for OpenPicks<'_> {
 
 impl OpenPicks<'_> {
     /// Writes the hand and objects that are sorted by content; the size of the file [bytes].
-    fn write_shapes(&self, objects: &[&JobObject], folder: &Path, job: &JobDigest) -> Result<u64, ProduceError> {
+    fn write_shapes(&self, objects: &[&JobObject], folder: &Folder, job: &JobDigest) -> Result<u64, ProduceError> {
         let hand = hand_shape(&self.0.hand, self.0.job.hand.id);
         let mut writer = ShapesWriter::create(folder, job, Product::PICKS, &hand)?;
         add_meshes(&mut writer, objects)?;

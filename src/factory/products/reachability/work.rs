@@ -1,9 +1,6 @@
 //! A reachability job as the factory runs it.
 
-use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
-};
+use std::{collections::BTreeMap, path::Path};
 
 use super::{
     labeller::PoseLabeller,
@@ -17,7 +14,7 @@ use crate::{
     work::{Closing, OpenWork, Opening, Producer, SideCost, Work, WorkTables},
 };
 use format::{FieldHeader, Product, dataset::scan_shards, products::reachability::write_field};
-use kernel::words::NumberClass;
+use kernel::{files::Folder, words::NumberClass};
 use sim::sim_facts;
 
 impl Work for ReachabilityJob {
@@ -96,7 +93,7 @@ impl OpenWork for OpenReachability<'_> {
     }
 
     /// Bytes of `field.mcap`, which no few positions tell.
-    fn side_cost(&self, _: &[usize], _: &Path) -> Result<SideCost, ProduceError> {
+    fn side_cost(&self, _: &[usize], _: &Folder) -> Result<SideCost, ProduceError> {
         // Measured on the Fetch and the TX60L: 0.40 and 0.48 bytes per cell of the field.
         Ok(SideCost { bytes: 0.45 * self.job.poses.cells() as f64, seconds: 0.0 })
     }
@@ -114,7 +111,7 @@ impl OpenWork for OpenReachability<'_> {
             frame: robot.frame.clone(),
         };
         let scan = scan_shards(closing.folder, closing.mark)?;
-        let shards: Vec<PathBuf> = scan.done.into_values().map(|shard| shard.path).collect();
+        let shards: Vec<String> = scan.done.into_values().map(|shard| shard.name).collect();
         Ok(write_field(closing.folder, &closing.job, &header, &shards)?)
     }
 }

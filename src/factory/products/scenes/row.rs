@@ -11,7 +11,7 @@ use crate::{
     job::{DraftWork, JobContext, ObjectsDraft, ShardSamples},
     product::ProductFactory,
 };
-use form::{Checker, FormErrors, schema_of};
+use form::{Checker, FormErrors, Mistakes, schema_of};
 use format::Product;
 
 /// Scenes as the factory makes them.
@@ -37,7 +37,7 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobConte
     if let Some(spec) = &spec.import {
         // Arrangements name the objects that were found.
         let names: Vec<&str> = objects.0.sources().map(|source| source.name.as_str()).collect();
-        let mut checker = Checker::new(document, Vec::new());
+        let mut checker = Checker::new(document, Mistakes::default());
         let import = import::read(&mut checker, spec, folder, &names, settings.is_contained());
         checker.finish()?;
         settings = settings.with_import(import.expect("mistakes were reported"));

@@ -14,6 +14,7 @@ use format::ContainerMesh;
 use kernel::{
     assets::{MeshSource, PreparedMesh, ScaleRule, SizeRule, prepare},
     geom::{Ray, Shape, SimdLevel, TriMesh, TriangleTree, Triangles},
+    words::Show,
 };
 use nalgebra::{Point3, Unit, Vector3};
 use robot::collision::Bodies;
@@ -71,7 +72,7 @@ pub(super) fn read(
     let shape = match shape_of(mesh) {
         Ok(shape) => shape,
         Err(NoVessel { found, remedy }) => {
-            let found = format!("{}: {found}", path.display());
+            let found = format!("{}: {found}", path.shown());
             checker.invalid("container.mesh", "a mesh with a floor and walls around it", found).help(remedy);
             return None;
         }
@@ -102,7 +103,7 @@ fn mesh_of_description(checker: &mut Checker, spec: &ContainerSpec, path: &Path)
     let bodies = match RobotModel::open(path).and_then(|model| model.bodies(&[], &BTreeMap::new())) {
         Ok(Bodies { bodies, .. }) => bodies,
         Err(error) => {
-            let found = format!("{}: {error}", path.display());
+            let found = format!("{}: {error}", path.shown());
             checker.invalid("container.mesh", "an MJCF file of boxes and meshes", found);
             return None;
         }
@@ -111,7 +112,7 @@ fn mesh_of_description(checker: &mut Checker, spec: &ContainerSpec, path: &Path)
     for body in &bodies {
         for geometry in &body.geometries {
             let Some(part) = triangles_of(&geometry.shape) else {
-                let found = format!("{}: body {} has a geom that is round", path.display(), body.name);
+                let found = format!("{}: body {} has a geom that is round", path.shown(), body.name);
                 let report = checker.invalid("container.mesh", "an MJCF file of boxes and meshes", found);
                 report.help("make it out of boxes or a mesh, or give it contype = \"0\" and conaffinity = \"0\"");
                 return None;
@@ -126,7 +127,7 @@ fn mesh_of_description(checker: &mut Checker, spec: &ContainerSpec, path: &Path)
     }
     let longest = mesh.aabb().map_or(0.0, |bounds| bounds.longest_side());
     if !(SIZES.min..=SIZES.max).contains(&longest) {
-        let found = format!("{}: geoms whose longest side is {longest:.3} m", path.display());
+        let found = format!("{}: geoms whose longest side is {longest:.3} m", path.shown());
         checker.invalid("container.mesh", "walls and floor of 5 cm to 10 m", found);
         return None;
     }

@@ -22,6 +22,7 @@ use crate::{
 use format::Product;
 use kernel::{
     contact::Sampled,
+    files::Folder,
     geom::TriMesh,
     ids::{Digest, JobDigest, ObjectId},
     words::{NumberClass, ObjectSplit, Split},
@@ -184,7 +185,7 @@ impl OpenWork for OpenScenes<'_> {
     }
 
     /// Cost of what the rows of the objects say of each, and of the meshes by those of a few.
-    fn side_cost(&self, _: &[usize], folder: &Path) -> Result<SideCost, ProduceError> {
+    fn side_cost(&self, _: &[usize], folder: &Folder) -> Result<SideCost, ProduceError> {
         let objects = &self.0.job.objects;
         let all: Vec<usize> = (0..objects.list.len()).collect();
         let write = |few: &[&JobObject]| write_meshes(few, folder, &JobDigest(Digest([0; 32])), Product::SCENES);

@@ -15,7 +15,7 @@ use crate::{
 };
 use form::{Checker, Document, FormErrors};
 use format::{ObjectShape, Product, dataset::layout::JOB, products::grasps::ShapesWriter};
-use kernel::ids::JobDigest;
+use kernel::{files::Folder, ids::JobDigest};
 
 /// Keys of the job of the scenes that say what its objects are.
 pub struct ObjectKeys {
@@ -91,7 +91,7 @@ pub fn add_meshes(writer: &mut ShapesWriter, objects: &[&JobObject]) -> Result<(
 /// When one is gone or another one than when the job was resolved, or the file cannot be written.
 pub fn write_meshes(
     objects: &[&JobObject],
-    folder: &Path,
+    folder: &Folder,
     job: &JobDigest,
     product: Product,
 ) -> Result<u64, ProduceError> {

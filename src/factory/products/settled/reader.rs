@@ -8,7 +8,7 @@ use format::{
     Product,
     dataset::{AssetRow, AssetTable, DatasetError, Selection},
 };
-use kernel::words::{NumberClass, Split, SplitTable};
+use kernel::words::{NumberClass, Show, Split, SplitTable};
 
 /// Reason why a folder is no dataset of scenes that a job can be about.
 #[derive(Debug, thiserror::Error)]
@@ -20,7 +20,7 @@ pub enum InvalidScenes {
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// No scene was kept.
-    #[error("{} has no kept scene", .0.display())]
+    #[error("{} has no kept scene", .0.shown())]
     Empty(PathBuf),
 }
 

@@ -9,6 +9,7 @@ use crate::ProduceError;
 use format::products::grasps::Shapes;
 use kernel::{
     assets::{AssetRecord, PreparedMesh, object_id},
+    files::Folder,
     ids::ObjectId,
     object::PreparedObject,
 };
@@ -26,7 +27,7 @@ impl ViewMeshes {
     /// # Errors
     /// When they are missing, or a row of the table of assets is none.
     pub fn open(dataset: &Path, views: &FoundViews) -> Result<Self, ProduceError> {
-        let shapes = Shapes::open(dataset)?;
+        let shapes = Shapes::open(&Folder::at(dataset))?;
         let mut records = Vec::new();
         for row in &views.assets {
             let name = row["name"].as_str().unwrap_or_default();

@@ -16,7 +16,7 @@ use format::{
 };
 use kernel::{
     ids::{ObjectId, SampleId, SampleIndex},
-    words::NumberClass,
+    words::{NumberClass, Show},
 };
 
 /// Reason why a folder is no dataset of views that samples can be made of.
@@ -29,12 +29,12 @@ pub enum InvalidViews {
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// No view was kept.
-    #[error("{} has no kept view", .0.display())]
+    #[error("{} has no kept view", .0.shown())]
     Empty(PathBuf),
     /// A scene is not in the table of assets, or its row does not say what its bodies are.
     #[error(
         "{}: assets.json does not say which objects are in scene {}; `verify` the dataset, and make it again",
-        folder.display(), scene.0.short()
+        folder.shown(), scene.0.short()
     )]
     UnknownScene {
         /// Folder of the dataset.

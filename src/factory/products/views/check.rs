@@ -18,6 +18,7 @@ use format::SceneImage;
 use kernel::{
     files::{self, Bound},
     geom::Intrinsics,
+    words::Show,
 };
 
 /// Smallest distance seen where the job says none [m].
@@ -147,14 +148,14 @@ fn read_poses(checker: &mut Checker, key: &Path, file: &FilePath) -> Option<Vec<
     let text = match files::read_text(file, Bound::CSV) {
         Ok(text) => text,
         Err(error) => {
-            checker.not_found(key, "file of poses", format!("{}: {error}", file.display()));
+            checker.not_found(key, "file of poses", format!("{}: {error}", file.shown()));
             return None;
         }
     };
     match poses_of(&text) {
         Ok(poses) => Some(poses),
         Err(problem) => {
-            checker.invalid(key, format!("lines of `{HEADING}`"), format!("{}: {problem}", file.display()));
+            checker.invalid(key, format!("lines of `{HEADING}`"), format!("{}: {problem}", file.shown()));
             None
         }
     }

@@ -19,6 +19,7 @@ use crate::{
 };
 use format::{Channel, Product};
 use kernel::{
+    files::Folder,
     ids::{Digest, JobDigest},
     words::NumberClass,
 };
@@ -92,7 +93,7 @@ impl OpenWork for OpenViews<'_> {
     }
 
     /// Cost of the meshes, by those of a few.
-    fn side_cost(&self, _: &[usize], folder: &Path) -> Result<SideCost, ProduceError> {
+    fn side_cost(&self, _: &[usize], folder: &Folder) -> Result<SideCost, ProduceError> {
         let write = |few: &[&JobObject]| write_meshes(few, folder, &JobDigest(Digest([0; 32])), Product::VIEWS);
         cost_of_meshes(&self.0.job.objects, write)
     }

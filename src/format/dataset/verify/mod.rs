@@ -4,8 +4,6 @@ mod report;
 mod shards;
 mod tables;
 
-use std::path::Path;
-
 pub use report::{Problem, VerifyLevel, VerifyOptions, VerifyProgress, VerifyReport};
 
 use report::whole;
@@ -23,6 +21,7 @@ use super::{
 };
 use crate::{Channel, FileContext, checks_of};
 use kernel::{
+    files::Folder,
     ids::{Digest, ObjectId},
     words::NumberClass,
 };
@@ -33,7 +32,7 @@ use kernel::{
 /// # Errors
 /// When there is no readable manifest, or the operating system refuses to list the folder.
 pub fn verify(
-    folder: &Path,
+    folder: &Folder,
     options: VerifyOptions<'_>,
     mut progress: impl FnMut(&VerifyProgress),
 ) -> Result<VerifyReport, DatasetError> {
@@ -44,8 +43,10 @@ pub fn verify(
     if let Err(what) = &assets {
         problems.push(whole(ASSETS, what.clone(), REWRITE));
     }
-    let subjects =
-        assets.as_ref().ok().and_then(|rows| asset_names(folder, rows.objects.iter().chain(&rows.subjects)).ok());
+    let subjects = assets
+        .as_ref()
+        .ok()
+        .and_then(|rows| asset_names(folder.path(), rows.objects.iter().chain(&rows.subjects)).ok());
     let mut notes = Vec::new();
     tables::check_foreign(folder, &manifest, &mut problems, &mut notes)?;
     tables::check_preview(folder, &mut notes);

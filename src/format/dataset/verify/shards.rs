@@ -2,7 +2,6 @@
 
 use std::{
     collections::BTreeMap,
-    path::Path,
     sync::{
         atomic::{AtomicUsize, Ordering},
         mpsc,
@@ -13,18 +12,21 @@ use super::{
     super::{
         DatasetError, Fate, Ledger, LedgerRow, Manifest, ShardEntry,
         error::REMAKE,
-        folder::hash_file,
+        folder::{hash_file, shards_folder},
         layout::SHARDS,
         shard_file::{ShardFile, StoredMessage},
     },
     report::{Problem, VerifyLevel, VerifyOptions, VerifyReport},
 };
 use crate::{Channel, CheckSample, check_record, checks_of};
-use kernel::ids::{Digest, SampleIndex, ShardId};
+use kernel::{
+    files::Folder,
+    ids::{Digest, SampleIndex, ShardId},
+};
 
 /// Inputs of all checks.
 pub(super) struct Context<'a> {
-    pub folder: &'a Path,
+    pub folder: &'a Folder,
     pub manifest: &'a Manifest,
     pub options: VerifyOptions<'a>,
 }
@@ -68,7 +70,7 @@ pub(super) fn check_shards(context: &Context, mut done: impl FnMut(&ShardCheck))
 
 fn check_shard(context: &Context, shard: usize) -> ShardCheck {
     let entry = &context.manifest.shards[shard];
-    let path = context.manifest.shard_path(context.folder, shard);
+    let folder = shards_folder(context.folder);
     let mut findings = Findings {
         file: format!("{SHARDS}/{}", entry.file),
         shard: ShardId(shard as u32),
@@ -77,7 +79,7 @@ fn check_shard(context: &Context, shard: usize) -> ShardCheck {
     };
     let mut check = ShardCheck { samples: entry.samples, ..ShardCheck::default() };
     let mut changed = false;
-    match hash_file(&path) {
+    match hash_file(&folder, &entry.file) {
         Ok((digest, bytes)) => {
             check.bytes = bytes;
             if digest == entry.digest && bytes != entry.bytes {
@@ -103,7 +105,7 @@ fn check_shard(context: &Context, shard: usize) -> ShardCheck {
         }
         Err(error) => findings.push(String::new(), error.to_string()),
     }
-    match ShardFile::open(&path).and_then(|file| file.ledger().map(|ledger| (file, ledger))) {
+    match ShardFile::open(&folder, &entry.file).and_then(|file| file.ledger().map(|ledger| (file, ledger))) {
         Ok((file, ledger)) => {
             file.oddities.iter().for_each(|oddity| findings.push(String::new(), oddity.clone()));
             check_ledger(context, entry, &ledger, &mut findings);

@@ -3,9 +3,7 @@
 
 use std::{
     collections::{BTreeMap, BTreeSet},
-    fs::File,
-    io::{self, BufRead, BufReader, Lines, Write},
-    path::Path,
+    io::{self, Write},
     sync::{Arc, Mutex},
 };
 
@@ -14,13 +12,12 @@ use mcap::records::Record;
 use super::{
     super::{
         Counts, DatasetError, IndexFormat, IndexWriter, Ledger, Manifest,
-        durable::TEMPORARY,
         error::REWRITE,
         finish::{count_row, reject_line},
-        folder::{hash_file, mark_text, read_mark, sorted_entries},
+        folder::{SET_ASIDE, hash_file, mark_text, read_mark, shards_folder, sorted_names},
         index::{IndexRow, index_columns},
         layout::ASSETS,
-        layout::{INDEX, MANIFEST, PREVIEW, REJECTS, RUN, SHARDS, SPLITS},
+        layout::{INDEX, MANIFEST, PREVIEW, REJECTS, RUN, SHARDS, SPLITS, ShardName},
         shard_file::{parse, read_at, read_summary, records, unpack},
         subjects::{Subjects, object_of},
     },
@@ -28,15 +25,15 @@ use super::{
 };
 use crate::{Channel, FORMAT_VERSION};
 use kernel::{
-    files::{self, Bound},
+    files::{self, Bound, BoundedLines, Folder},
     ids::{Digest, ObjectId},
     words::{Split, SplitTable},
 };
 
-pub(super) fn check_files(folder: &Path, manifest: &Manifest) -> Vec<Problem> {
+pub(super) fn check_files(folder: &Folder, manifest: &Manifest) -> Vec<Problem> {
     let mut problems = Vec::new();
     for (name, entry) in &manifest.files {
-        match hash_file(&folder.join(name)) {
+        match hash_file(folder, name) {
             Ok((digest, bytes)) if (digest, bytes) == (entry.digest, entry.bytes) => {}
             Ok((digest, bytes)) => {
                 let what = format!(
@@ -67,8 +64,8 @@ pub(super) struct AssetRows {
     pub refused: Vec<serde_json::Value>,
 }
 
-pub(super) fn read_assets(folder: &Path) -> Result<AssetRows, String> {
-    let text = files::read(&folder.join(ASSETS), Bound::DATASET_TABLE).map_err(|error| error.to_string())?;
+pub(super) fn read_assets(folder: &Folder) -> Result<AssetRows, String> {
+    let text = folder.read(ASSETS, Bound::DATASET_TABLE).map_err(|error| error.to_string())?;
     let rows: AssetRows = serde_json::from_slice(&text).map_err(|error| error.to_string())?;
     match rows.format_version {
         FORMAT_VERSION => Ok(rows),
@@ -77,22 +74,20 @@ pub(super) fn read_assets(folder: &Path) -> Result<AssetRows, String> {
 }
 
 pub(super) fn check_foreign(
-    folder: &Path,
+    folder: &Folder,
     manifest: &Manifest,
     problems: &mut Vec<Problem>,
     notes: &mut Vec<String>,
 ) -> Result<(), DatasetError> {
     let known: BTreeSet<&str> = manifest.shards.iter().map(|shard| shard.file.as_str()).collect();
-    let shards = folder.join(SHARDS);
-    if !shards.exists() {
+    if !folder.contains(SHARDS) {
         return Ok(());
     }
-    for path in sorted_entries(&shards)? {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    for name in sorted_names(&shards_folder(folder))? {
         let file = format!("{SHARDS}/{name}");
-        if name.ends_with(TEMPORARY) {
+        if files::is_temporary_name(&name) {
             notes.push(format!("{file} is a leftover of a run that was killed, or of one at work"));
-        } else if name.ends_with(".bad") {
+        } else if name.strip_suffix(SET_ASIDE).is_some_and(|name| ShardName::parse(name).is_some()) {
             notes.push(format!("{file} was set aside by a run; it can be deleted"));
         } else if !known.contains(name.as_str()) {
             let what = "the manifest does not know this file".to_owned();
@@ -104,7 +99,7 @@ pub(super) fn check_foreign(
 
 /// Compares the folder's mark with the manifest. A dataset of one shard does not show the size of shards, nor does one whose shards
 /// end where the samples of an item end.
-pub(super) fn check_mark(folder: &Path, manifest: &Manifest, problems: &mut Vec<Problem>) {
+pub(super) fn check_mark(folder: &Folder, manifest: &Manifest, problems: &mut Vec<Problem>) {
     let remedy = "delete it and `run` the job again: finished shards are kept";
     let mark = match read_mark(folder) {
         Ok(Some(mark)) => mark,
@@ -129,7 +124,7 @@ pub(super) fn check_mark(folder: &Path, manifest: &Manifest, problems: &mut Vec<
             manifest.counts.samples
         );
         problems.push(whole(RUN, what, remedy));
-    } else if files::read(&folder.join(RUN), Bound::RUN).is_ok_and(|bytes| bytes != mark_text(&mark).as_bytes()) {
+    } else if folder.read(RUN, Bound::RUN).is_ok_and(|bytes| bytes != mark_text(&mark).as_bytes()) {
         problems.push(whole(RUN, "its bytes are not the ones that a run writes".to_owned(), remedy));
     }
 }
@@ -143,7 +138,7 @@ pub(super) struct RowChecks<'a> {
     /// The index, written again.
     index: Option<Box<dyn IndexWriter + 'a>>,
     index_digest: Arc<Mutex<blake3::Hasher>>,
-    rejects: Option<Lines<BufReader<File>>>,
+    rejects: Option<BoundedLines>,
     counts: Counts,
     /// All ledgers were there: counts can be compared with the manifest's.
     whole: bool,
@@ -167,7 +162,7 @@ impl Write for DigestSink {
 impl<'a> RowChecks<'a> {
     /// Opens the rejects, and begins the index anew.
     pub fn open(
-        folder: &Path,
+        folder: &Folder,
         manifest: &'a Manifest,
         (subjects, splits): (&'a Subjects, Option<&'a SplitTable>),
         index: Option<&'a dyn IndexFormat>,
@@ -177,8 +172,8 @@ impl<'a> RowChecks<'a> {
         let index_digest = Arc::new(Mutex::new(blake3::Hasher::new()));
         let sink = Box::new(DigestSink(Arc::clone(&index_digest)));
         let index = index.and_then(|format| format.begin(sink, &index_columns(manifest.product, &channels)).ok());
-        let rejects = match files::open(&folder.join(REJECTS)) {
-            Ok(file) => Some(BufReader::new(file).lines()),
+        let rejects = match folder.open(REJECTS) {
+            Ok(file) => Some(BoundedLines::new(file, Bound::REJECTS_LINE)),
             Err(error) => {
                 if !problems.iter().any(|problem| problem.file == REJECTS) {
                     problems.push(whole(REJECTS, error.to_string(), REWRITE));
@@ -210,7 +205,7 @@ impl<'a> RowChecks<'a> {
             if let (Some(line), Some(rejects)) = (reject_line(row), &mut self.rejects) {
                 let at = format!("sample {}", row.index);
                 match rejects.next() {
-                    Some(Ok(found)) if found == line => {}
+                    Some(Ok(found)) if found == line.as_bytes() => {}
                     Some(Ok(_)) => self.push(REJECTS, at, format!("its line is not the ledger's: {line}")),
                     Some(Err(error)) => self.push(REJECTS, at, error.to_string()),
                     None => self.push(REJECTS, at, "its line is missing".to_owned()),
@@ -306,23 +301,22 @@ pub(super) fn check_splits(
 }
 
 /// The preview, which is no part of the dataset: what is wrong with it is a note.
-pub(super) fn check_preview(folder: &Path, notes: &mut Vec<String>) {
-    let path = folder.join(PREVIEW);
+pub(super) fn check_preview(folder: &Folder, notes: &mut Vec<String>) {
     let read = || -> Result<(), String> {
-        let file = files::open(&path).map_err(|error| error.to_string())?;
+        let file = folder.open(PREVIEW).map_err(|error| error.to_string())?;
         let bytes = file.metadata().map_err(|error| error.to_string())?.len();
         let summary = read_summary(&file, bytes).map_err(|error| error.to_string())?;
         for record in records(&summary) {
             let record = record.and_then(|(opcode, body)| parse(opcode, body));
             if let Record::ChunkIndex(chunk) = record.map_err(|error| error.to_string())? {
-                let packed =
-                    read_at(&path, chunk.chunk_start_offset, chunk.chunk_length).map_err(|error| error.to_string())?;
+                let packed = read_at(folder, PREVIEW, chunk.chunk_start_offset, chunk.chunk_length)
+                    .map_err(|error| error.to_string())?;
                 unpack(&packed).map_err(|error| error.to_string())?;
             }
         }
         Ok(())
     };
-    if let (true, Err(error)) = (path.exists(), read()) {
+    if let (true, Err(error)) = (folder.contains(PREVIEW), read()) {
         notes
             .push(format!("{PREVIEW} (no part of the dataset) is damaged: {error}; delete it and `run` the job again"));
     }

@@ -27,7 +27,10 @@ use crate::dataset::{
     shard_file::{MESSAGE_HEADER, attachment, parse, read_at, read_summary, records, unpack},
 };
 use crate::{FORMAT_VERSION, FileCheck, FileContext, Product, RecordError};
-use kernel::ids::{JobDigest, ObjectId};
+use kernel::{
+    files::Folder,
+    ids::{JobDigest, ObjectId},
+};
 
 /// Names of the attachments of trials, and what they are.
 const TRIAL_HAND: [(&str, &str); 2] = [("trial_hand.xml", "application/xml"), ("trial_hand.json", "application/json")];
@@ -37,7 +40,6 @@ pub struct ShapesWriter {
     writer: mcap::Writer<BufWriter<File>>,
     file: File,
     temporary: Temporary,
-    folder: PathBuf,
     /// Channel of the objects.
     channel: u16,
     payload: Vec<u8>,
@@ -50,9 +52,9 @@ impl ShapesWriter {
     ///
     /// # Errors
     /// When the file can't be written.
-    pub fn create(folder: &Path, job: &JobDigest, product: Product, hand: &HandShape) -> Result<Self, DatasetError> {
+    pub fn create(folder: &Folder, job: &JobDigest, product: Product, hand: &HandShape) -> Result<Self, DatasetError> {
         let (file, temporary) = Temporary::create(folder, SHAPES)?;
-        let copy = file.try_clone().map_err(DatasetError::io("writing", temporary.path()))?;
+        let copy = file.try_clone().map_err(DatasetError::io("writing", &temporary.path()))?;
         let begun = begin(BufWriter::new(copy), job, product.name).and_then(|mut writer| {
             let channels = [
                 add_channel(&mut writer, HandShape::SCHEMA, HandShape::TOPIC)?,
@@ -60,11 +62,10 @@ impl ShapesWriter {
             ];
             Ok((writer, channels))
         });
-        let (writer, [of_hand, channel]) = begun.map_err(DatasetError::mcap("writing", temporary.path()))?;
+        let (writer, [of_hand, channel]) = begun.map_err(DatasetError::mcap("writing", &temporary.path()))?;
         let mut payload = Vec::new();
         hand.encode(&mut payload);
-        let folder = folder.to_owned();
-        let mut shapes = Self { writer, file, temporary, folder, channel, payload, next: 0, last: None };
+        let mut shapes = Self { writer, file, temporary, channel, payload, next: 0, last: None };
         shapes.write(of_hand)?;
         Ok(shapes)
     }
@@ -73,24 +74,15 @@ impl ShapesWriter {
     ///
     /// # Errors
     /// When the file can't be written.
-    pub fn of_objects(folder: &Path, job: &JobDigest, product: Product) -> Result<Self, DatasetError> {
+    pub fn of_objects(folder: &Folder, job: &JobDigest, product: Product) -> Result<Self, DatasetError> {
         let (file, temporary) = Temporary::create(folder, SHAPES)?;
-        let copy = file.try_clone().map_err(DatasetError::io("writing", temporary.path()))?;
+        let copy = file.try_clone().map_err(DatasetError::io("writing", &temporary.path()))?;
         let begun = begin(BufWriter::new(copy), job, product.name).and_then(|mut writer| {
             let channel = add_channel(&mut writer, ObjectShape::SCHEMA, ObjectShape::TOPIC)?;
             Ok((writer, channel))
         });
-        let (writer, channel) = begun.map_err(DatasetError::mcap("writing", temporary.path()))?;
-        Ok(Self {
-            writer,
-            file,
-            temporary,
-            folder: folder.to_owned(),
-            channel,
-            payload: Vec::new(),
-            next: 0,
-            last: None,
-        })
+        let (writer, channel) = begun.map_err(DatasetError::mcap("writing", &temporary.path()))?;
+        Ok(Self { writer, file, temporary, channel, payload: Vec::new(), next: 0, last: None })
     }
 
     /// Adds an object.
@@ -112,7 +104,7 @@ impl ShapesWriter {
         let header = MessageHeader { channel_id, sequence: 0, log_time: self.next, publish_time: self.next };
         self.next += 1;
         let written = self.writer.write_to_known_channel(&header, &self.payload).and_then(|()| self.writer.flush());
-        written.map_err(DatasetError::mcap("writing", self.temporary.path()))
+        written.map_err(DatasetError::mcap("writing", &self.temporary.path()))
     }
 
     /// Publishes the file, with the hand as trials had it. Returns its size [bytes].
@@ -120,7 +112,7 @@ impl ShapesWriter {
     /// # Errors
     /// When it can't be written.
     pub fn finish(self, trial_hand: Option<&TrialHand>) -> Result<u64, DatasetError> {
-        let Self { mut writer, file, temporary, folder, next, .. } = self;
+        let Self { mut writer, file, temporary, next, .. } = self;
         let texts = trial_hand.map(|TrialHand { mjcf, drive }| [mjcf, drive]);
         let attach = |((name, media_type), text): ((&str, &str), &String)| {
             let data = text.as_bytes().into();
@@ -129,10 +121,10 @@ impl ShapesWriter {
         };
         let attached = TRIAL_HAND.into_iter().zip(texts.into_iter().flatten()).try_for_each(attach);
         let finished = attached.and_then(|()| writer.finish().map(|_| ()));
-        finished.map_err(DatasetError::mcap("writing", temporary.path()))?;
-        writer.into_inner().flush().map_err(DatasetError::io("writing", temporary.path()))?;
-        let bytes = file.metadata().map_err(DatasetError::io("measuring", temporary.path()))?.len();
-        temporary.publish(&file, &folder, SHAPES).map(|_| bytes)
+        finished.map_err(DatasetError::mcap("writing", &temporary.path()))?;
+        writer.into_inner().flush().map_err(DatasetError::io("writing", &temporary.path()))?;
+        let bytes = file.metadata().map_err(DatasetError::io("measuring", &temporary.path()))?.len();
+        temporary.publish(&file, SHAPES).map(|_| bytes)
     }
 }
 
@@ -163,6 +155,8 @@ fn add_channel(writer: &mut mcap::Writer<BufWriter<File>>, schema: &str, topic: 
 /// The shapes of a finished dataset, open for reading: one in memory at a time.
 #[derive(Debug)]
 pub struct Shapes {
+    folder: Folder,
+    /// Path of the file, for messages.
     path: PathBuf,
     /// Offset and length of each chunk, in order.
     chunks: Vec<(u64, u64)>,
@@ -177,9 +171,9 @@ impl Shapes {
     ///
     /// # Errors
     /// When there are none, or the file is damaged.
-    pub fn open(folder: &Path) -> Result<Self, DatasetError> {
-        let path = folder.join(SHAPES);
-        let file = kernel::files::open(&path).map_err(|error| match error.kind() {
+    pub fn open(folder: &Folder) -> Result<Self, DatasetError> {
+        let path = folder.path_of(SHAPES);
+        let file = folder.open(SHAPES).map_err(|error| match error.kind() {
             std::io::ErrorKind::NotFound => DatasetError::Invalid {
                 path: path.clone(),
                 problem: "the file is missing".to_owned(),
@@ -209,7 +203,13 @@ impl Shapes {
         if chunks.iter().zip(0..).any(|((time, _), position)| *time != position) || chunks.is_empty() {
             return Err(damaged(&path, "its messages are not numbered from 0".to_owned()));
         }
-        Ok(Self { path, chunks: chunks.into_iter().map(|(_, position)| position).collect(), has_hand, trial_hand })
+        Ok(Self {
+            folder: folder.clone(),
+            path,
+            chunks: chunks.into_iter().map(|(_, position)| position).collect(),
+            has_hand,
+            trial_hand,
+        })
     }
 
     /// The hand.
@@ -229,7 +229,7 @@ impl Shapes {
     /// When it can't be read.
     pub fn trial_hand(&self) -> Result<Option<TrialHand>, DatasetError> {
         let text = |(offset, length, size)| {
-            let record = read_at(&self.path, offset, length)?;
+            let record = read_at(&self.folder, SHAPES, offset, length)?;
             let data = attachment(&record, size).map_err(failed(&self.path))?;
             String::from_utf8(data.to_vec()).map_err(|error| damaged(&self.path, error.to_string()))
         };
@@ -276,7 +276,7 @@ impl Shapes {
 
     fn payload(&self, index: usize) -> Result<Vec<u8>, DatasetError> {
         let (offset, length) = self.chunks[index];
-        let record = read_at(&self.path, offset, length)?;
+        let record = read_at(&self.folder, SHAPES, offset, length)?;
         let unpacked = unpack(&record).map_err(failed(&self.path))?;
         for record in records(&unpacked) {
             let (opcode, body) = record.map_err(failed(&self.path))?;

@@ -1,7 +1,5 @@
 //! `types.json`: grasp types of the kept grasps that patches were chosen from, with their counts.
 
-use std::path::Path;
-
 use super::row::TYPES;
 use crate::dataset::{
     DatasetError,
@@ -9,7 +7,7 @@ use crate::dataset::{
     error::REWRITE,
 };
 use kernel::{
-    files::{self, Bound},
+    files::{Bound, Folder},
     words::GraspTypeCounts,
 };
 
@@ -17,7 +15,7 @@ use kernel::{
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_types(folder: &Path, types: &GraspTypeCounts) -> Result<(), DatasetError> {
+pub fn write_types(folder: &Folder, types: &GraspTypeCounts) -> Result<(), DatasetError> {
     durable::write_file(folder, TYPES, json_text(types).as_bytes()).map(drop)
 }
 
@@ -25,9 +23,9 @@ pub fn write_types(folder: &Path, types: &GraspTypeCounts) -> Result<(), Dataset
 ///
 /// # Errors
 /// When the file is missing or damaged.
-pub fn read_types(folder: &Path) -> Result<GraspTypeCounts, DatasetError> {
-    let path = folder.join(TYPES);
-    let text = files::read(&path, Bound::DATASET_TABLE).map_err(DatasetError::io("reading", &path))?;
+pub fn read_types(folder: &Folder) -> Result<GraspTypeCounts, DatasetError> {
+    let path = folder.path_of(TYPES);
+    let text = folder.read(TYPES, Bound::DATASET_TABLE).map_err(DatasetError::io("reading", &path))?;
     serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
         path: path.clone(),
         problem: error.to_string(),

@@ -48,7 +48,7 @@ fn check_field(context: &FileContext<'_>) -> Vec<String> {
     if !context.full || !context.shards_intact {
         return Vec::new();
     }
-    match labels_of(&context.manifest.shard_paths(context.folder), &field.header) {
+    match labels_of(context.folder, &context.manifest.shard_names(), &field.header) {
         Ok(labels) => compare_field(&field, &labels).into_iter().collect(),
         Err(error) => vec![error.to_string()],
     }

@@ -4,7 +4,7 @@ use std::{
     collections::BTreeMap,
     fs::File,
     io::{BufWriter, Write},
-    path::{Path, PathBuf},
+    path::Path,
 };
 
 use mcap::{
@@ -23,8 +23,10 @@ use crate::dataset::{
     error::{REMAKE, REWRITE},
     shard::{LIBRARY, ZSTD_LEVEL},
     shard_file::{MAX_CHUNK_BYTES, MESSAGE_HEADER, ShardFile, invalid, parse, read_at, read_summary, records, unpack},
+    shards_folder,
 };
 use kernel::{
+    files::Folder,
     geom::{PoseGrid, PoseLabel},
     ids::{Digest, JobDigest},
 };
@@ -34,29 +36,28 @@ use kernel::{
 ///
 /// # Errors
 /// When the dataset has no field, or it is damaged.
-pub fn read_field(folder: &Path) -> Result<ReachabilityField, DatasetError> {
-    let path = folder.join(FIELD);
-    let payload = read_payload(&path)?;
-    ReachabilityField::decode(&payload).map_err(|error| damaged(&path, error.to_string()))
+pub fn read_field(folder: &Folder) -> Result<ReachabilityField, DatasetError> {
+    let payload = read_payload(folder)?;
+    ReachabilityField::decode(&payload).map_err(|error| damaged(&folder.path_of(FIELD), error.to_string()))
 }
 
 /// Digest of the field's payload, which enters the root digest.
-pub(super) fn payload_digest(folder: &Path) -> Result<Digest, DatasetError> {
-    Ok(Digest::of(&read_payload(&folder.join(FIELD))?))
+pub(super) fn payload_digest(folder: &Folder) -> Result<Digest, DatasetError> {
+    Ok(Digest::of(&read_payload(folder)?))
 }
 
-/// Computes the distances of all labels and writes the field. `shards` are the files of all shards, in order; each
+/// Computes the distances of all labels and writes the field. `shards` are the names of all shards' files, in order; each
 /// position of the grid is one sample of them. The whole field stands in memory: 14 bytes per cell.
 ///
 /// # Errors
 /// When a shard is damaged, the shards do not hold every position once, or the file cannot be written.
 pub fn write_field(
-    folder: &Path,
+    folder: &Folder,
     job: &JobDigest,
     header: &FieldHeader,
-    shards: &[PathBuf],
+    shards: &[String],
 ) -> Result<(), DatasetError> {
-    let labels = labels_of(shards, header)?;
+    let labels = labels_of(folder, shards, header)?;
     let distances = header.distances(&labels);
     let field = ReachabilityField { header: header.clone(), labels, distances };
     let mut payload = Vec::new();
@@ -65,13 +66,13 @@ pub fn write_field(
     let (file, temporary) = Temporary::create(folder, FIELD)?;
     if payload.len() as u64 > MAX_CHUNK_BYTES / 2 {
         let problem = format!("a field of {} bytes, {} at most", payload.len(), MAX_CHUNK_BYTES / 2);
-        return Err(DatasetError::Invalid { path: folder.join(FIELD), problem, remedy: "take larger steps" });
+        return Err(DatasetError::Invalid { path: folder.path_of(FIELD), problem, remedy: "take larger steps" });
     }
     let mut buffer = BufWriter::new(&file);
-    write_mcap(&mut buffer, job, header, &payload).map_err(DatasetError::mcap("writing", temporary.path()))?;
-    buffer.flush().map_err(DatasetError::io("writing", temporary.path()))?;
+    write_mcap(&mut buffer, job, header, &payload).map_err(DatasetError::mcap("writing", &temporary.path()))?;
+    buffer.flush().map_err(DatasetError::io("writing", &temporary.path()))?;
     drop(buffer);
-    temporary.publish(&file, folder, FIELD)?;
+    temporary.publish(&file, FIELD)?;
     Ok(())
 }
 
@@ -111,12 +112,17 @@ fn write_mcap(
 
 /// The labels of all positions, out of the blocks, one chunk of a shard in memory at a time. Blocks are of the header's planning
 /// group and of its grid.
-pub(super) fn labels_of(shards: &[PathBuf], header: &FieldHeader) -> Result<Vec<PoseLabel>, DatasetError> {
+pub(super) fn labels_of(
+    folder: &Folder,
+    shards: &[String],
+    header: &FieldHeader,
+) -> Result<Vec<PoseLabel>, DatasetError> {
+    let folder = shards_folder(folder);
     let (cells, positions) = (header.grid.cells(), header.grid.positions() as u64);
     let mut labels = Vec::with_capacity(cells);
     let mut next = 0;
-    for path in shards {
-        let shard = ShardFile::open(path)?;
+    for name in shards {
+        let shard = ShardFile::open(&folder, name)?;
         for chunk in 0..shard.chunks.len() {
             for message in shard.read_chunk(chunk)? {
                 let index = message.index;
@@ -147,14 +153,14 @@ pub(super) fn labels_of(shards: &[PathBuf], header: &FieldHeader) -> Result<Vec<
     }
     if next != positions {
         let problem = format!("the shards hold {next} of {positions} positions");
-        let path = shards.first().and_then(|shard| shard.parent()).unwrap_or(Path::new("")).to_owned();
-        return Err(DatasetError::Invalid { path, problem, remedy: REMAKE });
+        return Err(DatasetError::Invalid { path: folder.path().to_owned(), problem, remedy: REMAKE });
     }
     Ok(labels)
 }
 
-fn read_payload(path: &Path) -> Result<Vec<u8>, DatasetError> {
-    let file = kernel::files::open(path).map_err(|error| match error.kind() {
+fn read_payload(folder: &Folder) -> Result<Vec<u8>, DatasetError> {
+    let path = &folder.path_of(FIELD);
+    let file = folder.open(FIELD).map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => DatasetError::Invalid {
             path: path.to_owned(),
             problem: "the file is missing".to_owned(),
@@ -178,7 +184,7 @@ fn read_payload(path: &Path) -> Result<Vec<u8>, DatasetError> {
     }
     let chunk = only.filter(|_| topic.as_deref() == Some(ReachabilityField::TOPIC));
     let chunk = chunk.ok_or_else(|| damaged(path, format!("it has no message on {}", ReachabilityField::TOPIC)))?;
-    let record = read_at(path, chunk.chunk_start_offset, chunk.chunk_length)?;
+    let record = read_at(folder, FIELD, chunk.chunk_start_offset, chunk.chunk_length)?;
     let unpacked = unpack(&record).map_err(failed)?;
     drop(record);
     for record in records(&unpacked) {

@@ -23,8 +23,8 @@ use crate::{
 
 /// Reads a mesh file: its bytes (for the digest) and its triangles.
 pub(super) fn read(path: &Path) -> Result<(Vec<u8>, RawMesh), MeshRefusal> {
-    let bytes = load(path).map_err(|refuse| refuse.about(path.display()))?;
-    let raw = parse(path, &bytes).map_err(|refuse| refuse.about(path.display()))?;
+    let bytes = load(path).map_err(|refuse| refuse.about(path.display().to_string()))?;
+    let raw = parse(path, &bytes).map_err(|refuse| refuse.about(path.display().to_string()))?;
     Ok((bytes, raw))
 }
 
@@ -35,7 +35,7 @@ pub(super) fn read(path: &Path) -> Result<(Vec<u8>, RawMesh), MeshRefusal> {
 pub fn read_triangles(path: &Path) -> Result<Triangles, MeshRefusal> {
     let (_, raw) = read(path)?;
     if let Some((vertex, location)) = raw.not_finite.first() {
-        return Err(Refuse::not_finite(raw.positions[*vertex as usize]).at(location).about(path.display()));
+        return Err(Refuse::not_finite(raw.positions[*vertex as usize]).at(location).about(path.display().to_string()));
     }
     Ok(Triangles { corners: raw.positions.into_iter().map(Into::into).collect(), triangles: raw.faces })
 }

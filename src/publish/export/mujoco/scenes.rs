@@ -287,7 +287,7 @@ fn rolling_friction(reader: &DatasetReader) -> Result<f64, ExportError> {
     let rolling = job.get("physics").and_then(|physics| physics.get("rolling")?.as_float());
     rolling.ok_or_else(|| {
         ExportError::Dataset(DatasetError::Invalid {
-            path: reader.folder().join(JOB),
+            path: reader.folder().path_of(JOB),
             problem: "it has no `physics.rolling`".to_owned(),
             remedy: "`verify` the dataset, and make it again",
         })

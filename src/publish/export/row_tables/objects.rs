@@ -53,7 +53,7 @@ pub(super) fn write(
 
 /// A row of the asset table that makes no sense.
 fn invalid(reader: &DatasetReader, problem: String) -> ExportError {
-    let path = reader.folder().join("assets.json");
+    let path = reader.folder().path_of("assets.json");
     DatasetError::Invalid { path, problem, remedy: "`verify` the dataset" }.into()
 }
 

@@ -1,6 +1,6 @@
 //! The facts of a dataset of amodal pairs: what `inspect` prints.
 
-use std::{collections::BTreeMap, fmt, path::Path};
+use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,7 @@ use format::{
     AmodalFacts, Product,
     dataset::{DatasetError, DatasetReader, Fate},
 };
-use kernel::{ids::SampleIndex, words::Split};
+use kernel::{files::Folder, ids::SampleIndex, words::Split};
 
 /// Content of a dataset of amodal pairs. `Display` is for people; serialised, it is for machines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -79,7 +79,7 @@ const STRATA: [(f64, &str); 5] = [
 ///
 /// # Errors
 /// When the dataset is not finished or of another product, or a file is missing or damaged.
-pub fn inspect_amodal(folder: &Path) -> Result<AmodalInspection, DatasetError> {
+pub fn inspect_amodal(folder: &Folder) -> Result<AmodalInspection, DatasetError> {
     Ok(AmodalSurvey::of(&open_of(folder, Product::AMODAL)?)?.facts)
 }
 

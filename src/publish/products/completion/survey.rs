@@ -1,6 +1,6 @@
 //! One pass over a dataset: facts, distributions and the samples to show.
 
-use std::{collections::BTreeMap, path::Path};
+use std::collections::BTreeMap;
 
 use serde_json::{Map, Value};
 
@@ -18,6 +18,7 @@ use format::{
     dataset::{AssetRow, DatasetError, DatasetReader, Fate, LedgerRow, Selection},
 };
 use kernel::{
+    files::Folder,
     ids::{Digest, ObjectId},
     words::Split,
 };
@@ -257,6 +258,6 @@ fn leaking_geometry(reader: &DatasetReader, assets: &[AssetRow]) -> Vec<Vec<Stri
 ///
 /// # Errors
 /// When the dataset is not finished or of another product, or a file is missing or damaged.
-pub fn inspect_completion(folder: &Path) -> Result<CompletionInspection, DatasetError> {
+pub fn inspect_completion(folder: &Folder) -> Result<CompletionInspection, DatasetError> {
     Ok(CompletionSurvey::of(&open_of(folder, Product::COMPLETION)?)?.facts)
 }

@@ -1,6 +1,6 @@
 //! The facts of a dataset of grasps, out of one pass over its runs.
 
-use std::{collections::BTreeMap, fmt, path::Path};
+use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
@@ -16,9 +16,10 @@ use format::{
     dataset::{AssetRow, DatasetError, DatasetReader, Fate, Manifest, Selection, layout::ASSETS},
 };
 use kernel::{
+    files::Folder,
     geom::RestingPose,
     ids::{ObjectId, SampleIndex},
-    words::{GraspVerdict, STRETCHES, counted},
+    words::{GraspVerdict, STRETCHES, Show, counted},
 };
 
 /// Content of a dataset of grasps. `Display` is for people; serialised, it is for machines.
@@ -153,7 +154,7 @@ pub(crate) struct GraspSurvey {
 ///
 /// # Errors
 /// When the dataset is not finished or of another product, or a file is missing or damaged.
-pub fn inspect_grasps(folder: &Path) -> Result<GraspsInspection, DatasetError> {
+pub fn inspect_grasps(folder: &Folder) -> Result<GraspsInspection, DatasetError> {
     Ok(GraspSurvey::of(&open_of(folder, Product::GRASPS)?)?.facts)
 }
 
@@ -391,7 +392,7 @@ impl fmt::Display for GraspsInspection {
         self.header.write_names(f)?;
         writeln!(f, "  job       {}", self.header.job)?;
         if let Some(hand) = &self.hand {
-            writeln!(f, "  hand      {hand}")?;
+            writeln!(f, "  hand      {}", hand.shown())?;
         }
         let [runs, given_up] = [self.runs, self.given_up].map(grouped);
         writeln!(f, "  runs      {runs}, {given_up} of them given up")?;
@@ -451,7 +452,7 @@ impl fmt::Display for GraspsInspection {
 /// The resting poses of an object, the most likely first; none where its row lists none.
 pub(super) fn resting_poses(reader: &DatasetReader, row: &AssetRow) -> Result<Vec<RestingPose>, DatasetError> {
     let resting = row.resting().map_err(|error| DatasetError::Invalid {
-        path: reader.folder().join(ASSETS),
+        path: reader.folder().path_of(ASSETS),
         problem: error.to_string(),
         remedy: "delete manifest.json and `run` the job again: the shards are kept",
     })?;

@@ -1,12 +1,10 @@
 //! Outcomes of replaying the trials in plain MuJoCo, where somebody did (`export --to mujoco`).
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
 use crate::chart::{grouped, percent};
 use format::dataset::{DatasetError, Manifest};
-use kernel::files::{self, Bound};
+use kernel::files::{Bound, Folder};
 
 /// Where a replay of the dataset's own trials stands in its folder.
 const AGREEMENT: &str = "replay/agreement.json";
@@ -68,9 +66,9 @@ struct OtherView {
 ///
 /// # Errors
 /// When the file can't be read, or is of another dataset.
-pub(crate) fn replay(folder: &Path, manifest: &Manifest) -> Result<Option<ReplayView>, DatasetError> {
-    let path = folder.join(AGREEMENT);
-    let text = match files::read_text(&path, Bound::REPLAY) {
+pub(crate) fn replay(folder: &Folder, manifest: &Manifest) -> Result<Option<ReplayView>, DatasetError> {
+    let path = folder.path_of(AGREEMENT);
+    let text = match folder.read_text(AGREEMENT, Bound::REPLAY) {
         Ok(text) => text,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         Err(source) => return Err(DatasetError::Io { action: "reading", path, source }),

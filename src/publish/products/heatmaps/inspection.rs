@@ -1,6 +1,6 @@
 //! The facts of a dataset of heatmaps: what `inspect` prints.
 
-use std::{collections::BTreeMap, fmt, path::Path};
+use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
@@ -15,8 +15,9 @@ use format::{
     dataset::{DatasetError, DatasetReader, Fate},
 };
 use kernel::{
+    files::Folder,
     ids::{Digest, SampleIndex},
-    words::Split,
+    words::{Show, Split},
 };
 
 /// Content of a dataset of heatmaps. `Display` is for people; serialised, it is for machines.
@@ -75,7 +76,7 @@ const SHOWN: usize = 6;
 ///
 /// # Errors
 /// When the dataset is not finished or of another product, or a file is missing or damaged.
-pub fn inspect_heatmaps(folder: &Path) -> Result<HeatmapsInspection, DatasetError> {
+pub fn inspect_heatmaps(folder: &Folder) -> Result<HeatmapsInspection, DatasetError> {
     Ok(HeatmapSurvey::of(&open_of(folder, Product::HEATMAPS)?)?.facts)
 }
 
@@ -153,7 +154,7 @@ impl fmt::Display for HeatmapsInspection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.header.write_names(f)?;
         writeln!(f, "  job       {}", self.header.job)?;
-        writeln!(f, "  hand      {}: {}", self.hand, self.points.join(", "))?;
+        writeln!(f, "  hand      {}: {}", self.hand.shown(), self.points.join(", ").shown())?;
         if let Some(picks) = self.picks {
             writeln!(f, "  picks     {picks}")?;
         }

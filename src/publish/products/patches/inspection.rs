@@ -1,6 +1,6 @@
 //! The facts of a dataset of patches, out of its tables and ledgers.
 
-use std::{collections::BTreeMap, fmt, path::Path};
+use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
@@ -16,8 +16,9 @@ use format::{
     products::patches::read_types,
 };
 use kernel::{
+    files::Folder,
     ids::{Digest, ObjectId, SampleIndex},
-    words::GraspTypeCounts,
+    words::{GraspTypeCounts, Show},
 };
 
 /// Content of a dataset of patches. `Display` is for people; serialised, it is for machines.
@@ -98,7 +99,7 @@ const SHOWN: usize = 3;
 ///
 /// # Errors
 /// When the dataset is not finished or of another product, or a file is missing or damaged.
-pub fn inspect_patches(folder: &Path) -> Result<PatchesInspection, DatasetError> {
+pub fn inspect_patches(folder: &Folder) -> Result<PatchesInspection, DatasetError> {
     Ok(PatchSurvey::of(&open_of(folder, Product::PATCHES)?)?.facts)
 }
 
@@ -237,7 +238,7 @@ impl fmt::Display for PatchesInspection {
         writeln!(f, "  job       {}", self.header.job)?;
         for (name, value) in [("hand", self.hand.clone()), ("grasps", self.grasps.map(|root| root.to_string()))] {
             if let Some(value) = value {
-                writeln!(f, "  {name:<9} {value}")?;
+                writeln!(f, "  {name:<9} {}", value.shown())?;
             }
         }
         let [all, samples, kept] = [self.kept_grasps, self.samples, self.kept].map(grouped);
@@ -271,7 +272,7 @@ impl fmt::Display for PatchesInspection {
         writeln!(f, "\n{:<wide$}   grasps     kept", "object")?;
         for PatchObjectFacts { name, samples, kept, .. } in &self.objects {
             let [samples, kept] = [*samples, *kept].map(grouped);
-            writeln!(f, "{name:<wide$}  {samples:>7}  {kept:>7}")?;
+            writeln!(f, "{:<wide$}  {samples:>7}  {kept:>7}", name.shown())?;
         }
         if let Some(speed) = &self.header.notes.speed {
             writeln!(f, "\nspeed: {:.1} grasps/s: {:.1} s on {} threads", speed.rate(), speed.seconds, speed.threads)?;

@@ -1,6 +1,6 @@
 //! The facts of a dataset of picks: what `inspect` prints.
 
-use std::{collections::BTreeMap, fmt, path::Path};
+use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
@@ -13,8 +13,9 @@ use format::{
     dataset::{DatasetError, DatasetReader, Fate},
 };
 use kernel::{
+    files::Folder,
     ids::{Digest, ObjectId, SampleIndex},
-    words::Split,
+    words::{Show, Split},
 };
 
 /// Content of a dataset of picks. `Display` is for people; serialised, it is for machines.
@@ -101,7 +102,7 @@ const SHOWN: usize = 6;
 ///
 /// # Errors
 /// When the dataset is not finished or of another product, or a file is missing or damaged.
-pub fn inspect_picks(folder: &Path) -> Result<PicksInspection, DatasetError> {
+pub fn inspect_picks(folder: &Folder) -> Result<PicksInspection, DatasetError> {
     Ok(PickSurvey::of(&open_of(folder, Product::PICKS)?)?.facts)
 }
 
@@ -214,7 +215,7 @@ impl fmt::Display for PicksInspection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.header.write_names(f)?;
         writeln!(f, "  job       {}", self.header.job)?;
-        writeln!(f, "  hand      {}", self.hand)?;
+        writeln!(f, "  hand      {}", self.hand.shown())?;
         let kept = share(self.kept, self.samples);
         writeln!(f, "  samples   {} of {} bodies kept ({kept})", grouped(self.kept), grouped(self.samples))?;
         InspectionHeader::write_rejected(f, &self.rejected)?;
@@ -261,7 +262,7 @@ impl fmt::Display for PicksInspection {
         )?;
         for object in &self.objects {
             let cells = object.cells();
-            write!(f, "{:<wide$}  {:<10}", cells[0], cells[1])?;
+            write!(f, "{:<wide$}  {:<10}", cells[0].shown(), cells[1])?;
             for (cell, width) in cells[2..].iter().zip([6, 10, 8, 8, 9, 8, 9, 6, 6]) {
                 write!(f, " {cell:>width$}")?;
             }

@@ -1,6 +1,6 @@
 //! The facts of a reachability dataset: what `inspect` prints.
 
-use std::{collections::BTreeMap, fmt, path::Path};
+use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 use toml::Value;
@@ -15,8 +15,10 @@ use format::{
     products::reachability::read_field,
 };
 use kernel::{
+    files::Folder,
     geom::{Axis, AxisUnit, Covering, FieldMetric, PoseLabel, Proof},
     ids::ObjectId,
+    words::Show,
 };
 
 /// Content of a reachability dataset. `Display` is for people; serialised, it is for machines.
@@ -115,7 +117,7 @@ pub struct FieldFacts {
 ///
 /// # Errors
 /// When the dataset is not finished or of another product, or a file is missing or damaged.
-pub fn inspect_reachability(folder: &Path) -> Result<ReachabilityFacts, DatasetError> {
+pub fn inspect_reachability(folder: &Folder) -> Result<ReachabilityFacts, DatasetError> {
     facts_of(&open_of(folder, Product::REACHABILITY)?, &read_field(folder)?)
 }
 
@@ -212,8 +214,14 @@ impl fmt::Display for ReachabilityFacts {
         let Self { robot, field, .. } = self;
         self.header.write_names(f)?;
         writeln!(f, "  job       {}", self.header.job)?;
-        writeln!(f, "  robot     {}, content {}", robot.name, robot.id.0.short())?;
-        writeln!(f, "  group     {} -> {}, poses in {}", robot.joints.join(", "), robot.target, robot.frame)?;
+        writeln!(f, "  robot     {}, content {}", robot.name.shown(), robot.id.0.short())?;
+        writeln!(
+            f,
+            "  group     {} -> {}, poses in {}",
+            robot.joints.join(", ").shown(),
+            robot.target.shown(),
+            robot.frame.shown()
+        )?;
         for (joint, value) in &robot.fixed {
             writeln!(f, "  fixed     {joint} = {value}")?;
         }

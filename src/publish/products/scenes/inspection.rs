@@ -1,6 +1,6 @@
 //! The facts of a dataset of scenes: what `inspect` prints.
 
-use std::{collections::BTreeMap, fmt, path::Path};
+use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
@@ -14,8 +14,9 @@ use format::{
     dataset::{DatasetError, DatasetReader, Fate},
 };
 use kernel::{
+    files::Folder,
     ids::{ObjectId, SampleIndex},
-    words::{MAX_DEPTHS, MAX_DRIFT, Split},
+    words::{MAX_DEPTHS, MAX_DRIFT, Show, Split},
 };
 
 /// Content of a dataset of scenes. `Display` is for people; serialised, it is for machines.
@@ -91,7 +92,7 @@ const SHOWN: usize = 12;
 ///
 /// # Errors
 /// When the dataset is not finished or of another product, or a file is missing or damaged.
-pub fn inspect_scenes(folder: &Path) -> Result<ScenesInspection, DatasetError> {
+pub fn inspect_scenes(folder: &Folder) -> Result<ScenesInspection, DatasetError> {
     Ok(SceneSurvey::of(&open_of(folder, Product::SCENES)?)?.facts)
 }
 
@@ -209,7 +210,7 @@ impl fmt::Display for ScenesInspection {
         writeln!(f, "\n{:<wide$}   mass, kg  split", "object")?;
         for SceneObject { name, split, mass, .. } in &self.objects {
             let mass = mass.map_or_else(String::new, |mass| format!("{mass:.3}"));
-            writeln!(f, "{name:<wide$}  {mass:>9}  {}", split.map_or("", Split::name))?;
+            writeln!(f, "{:<wide$}  {mass:>9}  {}", name.shown(), split.map_or("", Split::name))?;
         }
         if let Some(speed) = &self.header.notes.speed {
             writeln!(f, "\nspeed: {:.1} scenes/s: {:.1} s on {} threads", speed.rate(), speed.seconds, speed.threads)?;

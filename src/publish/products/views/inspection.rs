@@ -1,6 +1,6 @@
 //! The facts of a dataset of views: what `inspect` prints.
 
-use std::{collections::BTreeMap, fmt, path::Path};
+use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ use format::{
     Product,
     dataset::{DatasetError, DatasetReader, Fate},
 };
-use kernel::{ids::SampleIndex, words::Split};
+use kernel::{files::Folder, ids::SampleIndex, words::Split};
 
 /// Content of a dataset of views. `Display` is for people; serialised, it is for machines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -68,7 +68,7 @@ const STRATA: [(&str, &str); 5] = [
 ///
 /// # Errors
 /// When the dataset is not finished or of another product, or a file is missing or damaged.
-pub fn inspect_views(folder: &Path) -> Result<ViewsInspection, DatasetError> {
+pub fn inspect_views(folder: &Folder) -> Result<ViewsInspection, DatasetError> {
     Ok(ViewSurvey::of(&open_of(folder, Product::VIEWS)?)?.facts)
 }
 

@@ -1,6 +1,6 @@
 //! The facts of a dataset of volumes: what `inspect` prints.
 
-use std::{collections::BTreeMap, fmt, path::Path};
+use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +14,7 @@ use format::{
     Channel, PickState, Product, VolumeFacts,
     dataset::{DatasetError, DatasetReader, Fate},
 };
-use kernel::{ids::SampleIndex, words::Split};
+use kernel::{files::Folder, ids::SampleIndex, words::Split};
 
 /// Content of a dataset of volumes. `Display` is for people; serialised, it is for machines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,7 +77,7 @@ const SHOWN: usize = 12;
 ///
 /// # Errors
 /// When the dataset is not finished or of another product, or a file is missing or damaged.
-pub fn inspect_volumes(folder: &Path) -> Result<VolumesInspection, DatasetError> {
+pub fn inspect_volumes(folder: &Folder) -> Result<VolumesInspection, DatasetError> {
     Ok(VolumeSurvey::of(&open_of(folder, Product::VOLUMES)?)?.facts)
 }
 

@@ -11,7 +11,10 @@ use std::{
 use self::spec::HandTableSpec;
 use super::{Hand, Skeleton};
 use form::{Checker, FormErrors, Schema, decode, schema_of};
-use kernel::files::{self, Bound};
+use kernel::{
+    files::{self, Bound},
+    words::Show,
+};
 
 static SCHEMA: LazyLock<Schema> = LazyLock::new(|| schema_of::<HandTableSpec>("table of a graspmill hand"));
 
@@ -28,7 +31,7 @@ pub enum HandTableError {
     /// The file can't be read.
     #[error(
         "{}: {message}; a hand is an MJCF file and a table of the same name that ends in .toml (docs/hands.md)",
-        file.display()
+        file.shown()
     )]
     Unreadable {
         /// The table.

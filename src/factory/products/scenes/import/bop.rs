@@ -10,7 +10,7 @@ use serde::{
     de::{DeserializeOwned, Error, MapAccess, Visitor},
 };
 
-use form::{FormError, Source};
+use form::{FormError, Mistakes, Source};
 use kernel::geom::{CameraCv, Object, Pose, SourceWorld};
 
 use super::{
@@ -101,14 +101,16 @@ impl BopFolder<'_> {
         images: &ImageChoice<'_>,
         objects: &BTreeMap<u32, String>,
         has_up: bool,
-    ) -> (Vec<FoundScene>, Vec<FormError>) {
-        let (mut scenes, mut errors) = (Vec::new(), Vec::new());
+    ) -> (Vec<FoundScene>, Mistakes) {
+        let (mut scenes, mut errors) = (Vec::new(), Mistakes::default());
         let poses = self.entries::<Vec<ModelPose>>(0, "per image a list of obj_id, cam_R_m2c and cam_t_m2c");
         let cameras = self.entries::<CameraPose>(1, "per image its camera");
         let (poses, cameras) = match (poses, cameras) {
             (Ok(poses), Ok(cameras)) => (poses, cameras),
             (poses, cameras) => {
-                errors.extend(poses.err().into_iter().chain(cameras.err()).map(|error| *error));
+                for error in poses.err().into_iter().chain(cameras.err()) {
+                    errors.push(*error);
+                }
                 return (scenes, errors);
             }
         };
@@ -121,8 +123,9 @@ impl BopFolder<'_> {
         if chosen.is_empty() {
             errors.push(mistake(sources[0].location(&(0..0)), KEY, "at least one image", "none", None));
         }
+        let places = self.texts.map(Places::of);
         for image in chosen {
-            let at = |file: usize, entry: usize| sources[file].location(&locate(self.texts[file], image, entry));
+            let at = |file: usize, entry: usize| sources[file].location(&places[file].range(image, entry));
             let Some(entries) = poses.get(&image) else {
                 let found = format!("none of number {image}");
                 let help = Some("name others in `import.images`".to_owned());
@@ -177,12 +180,39 @@ impl BopFolder<'_> {
     }
 }
 
-/// Bytes of the entry of an image, or of one of the objects in it.
-fn locate(text: &str, image: u32, entry: usize) -> std::ops::Range<usize> {
-    let key = format!("\"{image}\"");
-    let start = text.find(&key).unwrap_or(0);
-    let object = text[start..].match_indices("\"obj_id\"").nth(entry);
-    object.map_or(start..start + key.len(), |(at, word)| start + at..start + at + word.len())
+/// Where the entries of a file stand, found in one pass.
+struct Places {
+    /// First byte of the first key of each number of an image.
+    images: BTreeMap<u32, usize>,
+    /// First byte of each `"obj_id"`.
+    objects: Vec<usize>,
+}
+
+impl Places {
+    const OBJECT: &'static str = "\"obj_id\"";
+
+    fn of(text: &str) -> Self {
+        let objects = text.match_indices(Self::OBJECT).map(|(at, _)| at).collect();
+        let mut images = BTreeMap::new();
+        for (at, _) in text.match_indices('"') {
+            let digits =
+                text[at + 1..].split('"').next().filter(|key| key.len() <= 10).and_then(|key| key.parse().ok());
+            if let Some(image) = digits {
+                images.entry(image).or_insert(at);
+            }
+        }
+        Self { images, objects }
+    }
+
+    /// Bytes of the key of an image, or of one of the objects in it.
+    fn range(&self, image: u32, entry: usize) -> std::ops::Range<usize> {
+        let start = self.images.get(&image).copied().unwrap_or(0);
+        let first = self.objects.partition_point(|at| *at < start);
+        match self.objects.get(first + entry) {
+            Some(at) => *at..at + Self::OBJECT.len(),
+            None => start..start + format!("\"{image}\"").len(),
+        }
+    }
 }
 
 impl CameraPose {

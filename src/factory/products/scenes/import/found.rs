@@ -1,6 +1,6 @@
 //! Arrangements as they were read, with where each body stands, and what is wrong with them.
 
-use form::{FormError, Location, Problem, did_you_mean};
+use form::{FormError, Location, Mistakes, Problem, did_you_mean};
 
 use super::{ImportedBody, ImportedScene};
 
@@ -42,12 +42,14 @@ pub(super) fn mistake(
 impl FoundScene {
     /// Reports what is wrong with the arrangement: its count of bodies, objects that the job does not have, and bodies that stand
     /// there twice. `key` is the one that names the file, `names` the objects of the job.
-    pub fn check(&self, key: &str, names: &[&str], errors: &mut Vec<FormError>) {
+    pub fn check(&self, key: &str, names: &[&str], errors: &mut Mistakes) {
         let count = self.bodies.len();
         if !(1..=MAX_BODIES).contains(&count) {
             let expected = format!("1 to {MAX_BODIES} bodies in scene `{}`", self.source);
             let help = if count == 0 { "leave the scene out" } else { "leave bodies out, or cut the scene in several" };
-            errors.push(mistake(self.location.clone(), key, expected, count.to_string(), Some(help.to_owned())));
+            // The reader stops at the first body too many.
+            let found = if count > MAX_BODIES { format!("more than {MAX_BODIES}") } else { count.to_string() };
+            errors.push(mistake(self.location.clone(), key, expected, found, Some(help.to_owned())));
         }
         for (index, FoundBody { body, obj_id, location }) in self.bodies.iter().enumerate() {
             if !names.contains(&body.object.as_str()) {

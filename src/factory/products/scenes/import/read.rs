@@ -10,10 +10,10 @@ use super::{
     table,
 };
 use crate::products::listed_pose::check_pose;
-use form::{Checker, FormError, Path};
+use form::{Checker, Mistakes, Path};
 use kernel::{
     files::{self, Bound},
-    words::Split,
+    words::{Show, Split},
 };
 
 /// Key that lists scenes in the job itself.
@@ -48,7 +48,7 @@ pub(in super::super) fn read(
         (_, Some(file), _) => (table::KEY, of_table(checker, &folder.join(file))),
         (.., scenes) => (LISTED, listed(checker, scenes.as_deref().unwrap_or_default())),
     };
-    let mut errors: Vec<FormError> = Vec::new();
+    let mut errors = Mistakes::default();
     found.iter().for_each(|scene| scene.check(key, names, &mut errors));
     checker.add_errors(errors);
     if checker.count() > before {
@@ -123,7 +123,7 @@ fn of_folders(
         let files = bop::FILES.map(|file| folder.join(name).join(file));
         let mut text = |file: &FilePath| {
             let read = files::read_text(file, Bound::BOP);
-            let problem = read.as_ref().err().map(|error| format!("{}: {error}", file.display()));
+            let problem = read.as_ref().err().map(|error| format!("{}: {error}", file.shown()));
             if let Some(problem) = problem {
                 let report = checker.not_found(Path::from(bop::KEY).index(index), "file of BOP", problem);
                 report.help(
@@ -153,7 +153,7 @@ fn of_table(checker: &mut Checker, file: &FilePath) -> Vec<FoundScene> {
             scenes
         }
         Err(error) => {
-            let report = checker.not_found(table::KEY, "file of poses", format!("{}: {error}", file.display()));
+            let report = checker.not_found(table::KEY, "file of poses", format!("{}: {error}", file.shown()));
             report.help("paths are relative to the job file");
             Vec::new()
         }

@@ -1,10 +1,12 @@
 //! Arrangements out of a CSV table of poses.
 
-use form::{FormError, Source};
+use std::collections::BTreeMap;
+
+use form::{Mistakes, Source};
 
 use super::{
     ImportedBody,
-    found::{FoundBody, FoundScene, mistake},
+    found::{FoundBody, FoundScene, MAX_BODIES, mistake},
 };
 use crate::{job::csv_records, products::listed_pose::check_pose};
 
@@ -15,9 +17,10 @@ const COLUMNS: [&str; 9] = ["scene", "object", "x", "y", "z", "qx", "qy", "qz", 
 pub(super) const KEY: &str = "import.csv";
 
 /// The arrangements of a table, in the order in which their first bodies stand there, and every mistake.
-pub(super) fn scenes_of_table(file: &str, text: &str) -> (Vec<FoundScene>, Vec<FormError>) {
-    let (source, mut scenes, mut errors) = (Source::new(file, text), Vec::<FoundScene>::new(), Vec::new());
-    let mut records = csv_records(text).into_iter();
+pub(super) fn scenes_of_table(file: &str, text: &str) -> (Vec<FoundScene>, Mistakes) {
+    let (source, mut scenes, mut errors) = (Source::new(file, text), Vec::<FoundScene>::new(), Mistakes::default());
+    let mut numbers: BTreeMap<String, usize> = BTreeMap::new();
+    let mut records = csv_records(text);
     let header = records.next().unwrap_or_default();
     let heading: Vec<&str> = header.iter().map(|field| field.text.as_str()).collect();
     if heading != COLUMNS {
@@ -37,10 +40,18 @@ pub(super) fn scenes_of_table(file: &str, text: &str) -> (Vec<FoundScene>, Vec<F
             }
         };
         let name = &record[0].text;
-        match scenes.iter_mut().find(|scene| scene.source == *name) {
-            Some(scene) => scene.bodies.push(body),
+        match numbers.get(name) {
+            Some(number) => {
+                let bodies = &mut scenes[*number].bodies;
+                bodies.push(body);
+                // What follows mends no scene that has too many.
+                if bodies.len() > MAX_BODIES {
+                    break;
+                }
+            }
             None => {
                 let location = body.location.clone();
+                numbers.insert(name.clone(), scenes.len());
                 scenes.push(FoundScene { source: name.clone(), bodies: vec![body], location });
             }
         }
@@ -80,7 +91,7 @@ mod tests {
         let text = "scene,object,x,y,z,qx,qy,qz,qw\n# left, right\nb,mug,0.1,0,0,0,0,0,1\na,\"cup, blue\",0,0,0,0,0,0.6,0.8\n\
                     b,mug,-0.1,0,0,0,0,0,1\n";
         let (scenes, errors) = scenes_of_table("p.csv", text);
-        assert_eq!(errors, []);
+        assert!(errors.is_empty());
         let found: Vec<(&str, usize, u32)> =
             scenes.iter().map(|scene| (scene.source.as_str(), scene.bodies.len(), scene.location.line)).collect();
         assert_eq!(found, [("b", 2, 3), ("a", 1, 4)]);
@@ -105,7 +116,35 @@ mod tests {
             ("scene,object,x,y,z,qx,qy,qz,qw\n", "none"),
         ] {
             let (scenes, errors) = scenes_of_table("p.csv", text);
-            assert!(scenes.is_empty() && errors.len() == 1 && errors[0].to_string().contains(words), "{errors:?}");
+            assert!(
+                scenes.is_empty()
+                    && errors.count() == 1
+                    && errors.iter().all(|error| error.to_string().contains(words)),
+                "{errors:?}"
+            );
         }
+    }
+
+    /// A scene of two million bodies, of which twenty are allowed: reading ends at the first too many.
+    #[test]
+    fn a_scene_of_too_many_bodies_is_read_no_further() {
+        let row = "k,can,0.1,0.2,0.06,0,0,0,1\n";
+        let text = format!("scene,object,x,y,z,qx,qy,qz,qw\n{}{}", row.repeat(100_000), "k,can\n".repeat(100_000));
+        let (scenes, mut errors) = scenes_of_table("p.csv", &text);
+        assert_eq!((scenes.len(), scenes[0].bodies.len(), errors.count()), (1, MAX_BODIES + 1, 0));
+        scenes[0].check(KEY, &["can"], &mut errors);
+        let said = errors.iter().next().expect("a mistake").to_string();
+        assert!(said.contains("1 to 20 bodies in scene `k`, found more than 20"), "{said}");
+        assert!(errors.count() <= 1 + MAX_BODIES);
+    }
+
+    /// Each row is found in its scene at once, also among many scenes.
+    #[test]
+    fn many_scenes_take_linear_time() {
+        let rows: String = (0..100_000).map(|scene| format!("{scene},can,0.1,0.2,0.06,0,0,0,1\n")).collect();
+        let began = std::time::Instant::now();
+        let (scenes, errors) = scenes_of_table("p.csv", &format!("scene,object,x,y,z,qx,qy,qz,qw\n{rows}{rows}"));
+        assert!(errors.is_empty() && scenes.len() == 100_000 && scenes.iter().all(|scene| scene.bodies.len() == 2));
+        assert!(began.elapsed().as_secs() < 30, "{:?}", began.elapsed());
     }
 }
