@@ -5,6 +5,12 @@ SHELL := /bin/bash
 .DEFAULT_GOAL := help
 MAKEFLAGS += --no-builtin-rules --no-print-directory
 
+# Paths below start from here: in another folder they would lead to the files, and the programs, of that folder.
+ROOT := $(realpath $(dir $(lastword $(MAKEFILE_LIST))))
+ifneq ($(realpath $(CURDIR)),$(ROOT))
+$(error call make in the repository: make -C $(ROOT))
+endif
+
 PYTHON ?= python3
 CARGO ?= cargo
 # The tests find libmujoco and the program here; a target folder elsewhere works for building alone.

@@ -37,6 +37,9 @@ import tempfile
 import zipfile
 from pathlib import Path
 
+# Programs are found by absolute folders of PATH: what stands in the current folder is data.
+os.environ["PATH"] = os.pathsep.join(filter(os.path.isabs, os.environ.get("PATH", "").split(os.pathsep)))
+
 MUJOCO = "3.17.0"
 LIBRARY = f"libmujoco.so.{MUJOCO}"
 # The library is the same file in the wheels of every Python version; sha256 by machine.

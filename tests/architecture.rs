@@ -46,13 +46,13 @@ const CRATES: &[(&str, &[&str])] = &[
 /// Rooms of the crates that have several, with the rooms of the same crate that each uses. ARCHITECTURE.md shows the same
 /// table.
 const ROOMS: &[(&str, &[&str])] = &[
-    ("kernel/files", &[]),
     ("kernel/cancel", &[]),
     ("kernel/ids", &[]),
     ("kernel/npy", &[]),
     ("kernel/remedy", &[]),
     ("kernel/seed", &["ids"]),
     ("kernel/words", &["ids"]),
+    ("kernel/files", &["words"]),
     ("kernel/geom", &[]),
     ("kernel/voxel", &["geom", "seed"]),
     ("kernel/render", &["geom", "ids", "seed"]),
@@ -323,28 +323,117 @@ fn every_dependency_is_named_in_the_code() {
     assert!(unused.is_empty(), "{}", unused.join("\n"));
 }
 
+/// Files that touch the file system past `kernel::files`: the system's own files, a library's, and scratch folders of
+/// measurements.
+const TOUCH_FILES: [&str; 5] = [
+    "src/cli/doctor.rs",
+    "src/cli/machine.rs",
+    "src/sim/probe.rs",
+    "src/sim/build.rs",
+    "src/format/dataset/measure.rs",
+];
+
+/// Functions of `kernel::files` that follow links, with the files that may call each: what they open was named by a user, on the
+/// command line, in a job or in a description.
+const FOLLOW_LINKS: &[(&str, &[&str])] = &[
+    ("files::open(", &[]),
+    ("files::open_bounded(", &["src/kernel/assets/", "src/perception/read/"]),
+    ("files::read(", &["src/kernel/assets/description.rs"]),
+    (
+        "files::read_text(",
+        &[
+            "src/robot/hand/table/",
+            "src/perception/camera/",
+            "src/factory/job/",
+            "src/factory/products/scenes/import/",
+            "src/factory/products/views/check.rs",
+            "src/publish/release/mod.rs",
+            "src/cli/contacts.rs",
+            "src/cli/query.rs",
+        ],
+    ),
+    ("files::replace(", &["src/publish/report.rs", "src/publish/evaluation/"]),
+    ("files::open_log(", &["src/cli/log.rs"]),
+    ("files::list(", &["src/kernel/assets/folder.rs", "src/cli/doctor.rs"]),
+    (
+        "Folder::at(",
+        &[
+            "src/kernel/files/",
+            "src/cli/local_path.rs",
+            "src/cli/complete_dataset.rs",
+            "src/cli/hand.rs",
+            "src/factory/products/",
+            "src/factory/run/pilot.rs",
+            "src/format/dataset/new_folder.rs",
+            "src/infer/folder.rs",
+        ],
+    ),
+];
+
 #[test]
-fn files_are_opened_in_one_room() {
-    // What the system itself provides, this program's own folders, and figures of benchmarks.
-    const OTHERS: [&str; 6] = [
-        "src/kernel/files/",
-        "src/cli/doctor.rs",
-        "src/cli/machine.rs",
-        "src/sim/probe.rs",
-        "src/format/dataset/measure.rs",
-        "src/format/dataset/new_folder.rs",
+fn files_are_touched_in_one_room() {
+    // `fs` in any spelling, and methods of paths that ask the file system.
+    let touching = [
+        "fs::",
+        "File::open(",
+        "File::create",
+        "File::options(",
+        "OpenOptions",
+        ".is_file()",
+        ".is_dir()",
+        ".exists()",
+        ".canonicalize()",
+        ".read_dir()",
+        ".symlink_metadata()",
+        ".read_link()",
     ];
-    let opening = ["File::open(", "fs::read(", "fs::read_to_string("];
+    // Types alone, and a file system's free space.
+    let harmless = ["fs::File,", "fs::File;", "fs::{File, TryLockError}", "rustix::fs::statvfs", "rustix::fs::access"];
     for path in sources(Path::new("src")) {
         let name = path.to_string_lossy();
-        let code = code_of(&path);
-        let calls = |call: &&&str| {
+        let code = harmless.iter().fold(code_of(&path), |code, word| code.replace(word, ""));
+        let found = touching.iter().find(|call| {
             let mut befores = code.match_indices(**call).map(|(at, _)| &code[..at]);
-            befores.any(|before| !before.ends_with(char::is_alphanumeric))
-        };
-        let found = opening.iter().find(calls);
-        let is_free = OTHERS.contains(&name.as_ref()) || is_for_tests(&path);
-        assert!(is_free || found.is_none(), "{name} calls {found:?}: `kernel::files` refuses what is no regular file");
+            befores.any(|before| call.starts_with('.') || !before.ends_with(|c: char| c.is_alphanumeric() || c == '_'))
+        });
+        let is_free = TOUCH_FILES.contains(&name.as_ref()) || name.starts_with("src/kernel/files/");
+        assert!(
+            is_free || is_for_tests(&path) || found.is_none(),
+            "{name} uses {found:?}: `kernel::files` refuses what is no regular file, and follows no link inside a folder"
+        );
+    }
+}
+
+#[test]
+fn links_are_followed_for_users_alone() {
+    for path in sources(Path::new("src")).into_iter().filter(|path| !is_for_tests(path)) {
+        let (name, code) = (path.to_string_lossy().into_owned(), code_of(&path));
+        for (call, allowed) in FOLLOW_LINKS {
+            let is_allowed = name.starts_with("src/kernel/files/") || allowed.iter().any(|home| name.starts_with(home));
+            assert!(
+                is_allowed || !code.contains(call),
+                "{name} calls {call}...): inside a folder a `Folder` opens files; what a user names is opened in {allowed:?}"
+            );
+        }
+        // A path for messages is no way back to a file.
+        for way in [".path().join(", "Folder::at(folder.path", "Folder::at(&folder.path"] {
+            assert!(!code.contains(way), "{name}: `{way}` leads around the folder: use `subfolder` and `path_of`");
+        }
+    }
+}
+
+#[test]
+fn paths_are_shown_with_escapes() {
+    for path in sources(Path::new("src")).into_iter().filter(|path| !is_for_tests(path) && !path.ends_with("build.rs"))
+    {
+        let code: String = code_of(&path).split_whitespace().collect();
+        let plain = code.matches(".display()").count() - code.matches(".display().to_string()").count();
+        assert_eq!(
+            plain,
+            0,
+            "{}: messages show a path by `.shown()`, which escapes control characters; `.display().to_string()` is for JSON",
+            path.display()
+        );
     }
 }
 

@@ -13,6 +13,8 @@
 {% endfor %}
 # Sent with --dependency=afterok on the tasks. Checks every shard, writes index, manifest and root digest.
 set -u
+# Programs are found by absolute folders of PATH: what stands in the current folder is data.
+path=; IFS=:; for part in $PATH; do case $part in /*) path=$path:$part;; esac; done; unset IFS; PATH=${path#:}
 cd {{ folder }} || exit 74
 {{ program }} merge {{ out }} --threads {{ cpus }}
 code=$?

@@ -16,6 +16,8 @@
 # Task K of {{ tasks }} makes those of the dataset's shards whose number, divided by {{ tasks }}, leaves K. A task that runs twice, or
 # beside its own double, does no harm: what is finished stays, and equal shards have equal names.
 set -u
+# Programs are found by absolute folders of PATH: what stands in the current folder is data.
+path=; IFS=:; for part in $PATH; do case $part in /*) path=$path:$part;; esac; done; unset IFS; PATH=${path#:}
 cd {{ folder }} || exit 74
 
 # Before its time is up, and where it must make room, Slurm signals this shell alone: pass it on. The program then ends with 75.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -14,6 +15,7 @@ import numpy.typing as npt
 from .completion import PairBatch
 from .errors import BadSelection, DamagedFile, UnfinishedDataset
 from .geometry import pack
+from .inside import read_text, size_inside
 
 _AGAIN = "export it again"
 
@@ -33,13 +35,12 @@ class NpyExport:
             raise UnfinishedDataset(
                 self.path, "no export: it has no export.json", "make it with `graspmill export --to npy`"
             )
-        self.facts: dict[str, Any] = json.loads(facts.read_text(encoding="utf-8"))
+        self.facts: dict[str, Any] = json.loads(read_text(self.path, facts.name))
         if self.facts.get("format") != "npy":
             raise UnfinishedDataset(self.path, f"an export to {self.facts.get('format')}", "give one `--to npy`")
         self.root: str = self.facts["root"]
         """Root digest of the dataset that it was made from."""
-        with (self.path / "samples.csv").open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
+        rows = list(csv.DictReader(io.StringIO(read_text(self.path, "samples.csv"), newline="")))
         names = [] if objects is None else [objects] if isinstance(objects, str) else list(objects)
         chosen = [
             place
@@ -64,6 +65,8 @@ class NpyExport:
     def _array(self, name: str, count: int) -> npt.NDArray[Any]:
         path = self.path / f"{name}.npy"
         try:
+            # Refuses links and what is no regular file.
+            size_inside(self.path, path.name)
             # Mapped, then taken as a plain array: each row of a memmap would cost a new object of that class.
             array: npt.NDArray[Any] = np.load(path, mmap_mode="r").view(np.ndarray)
         except (OSError, ValueError) as error:

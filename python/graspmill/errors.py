@@ -33,13 +33,6 @@ class DamagedFile(DatasetError):
     """A file that is not what its own checksums, or the manifest, say."""
 
 
-def refuse_irregular(path: Path) -> None:
-    """Raises ``DamagedFile`` where something stands that is no regular file: a FIFO would wait for its writer, a device
-    could never end."""
-    if path.exists() and not path.is_file():
-        raise DamagedFile(path, "it is no regular file", VERIFY)
-
-
 _REMEDIES = {
     errno.EACCES: "change its permissions, or those of a folder above it",
     errno.EPERM: "change its permissions, or those of a folder above it",

@@ -5,6 +5,7 @@ The same values as ``graspmill query reach`` and the Rust runtime give, vectoris
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -83,7 +84,7 @@ class ReachabilityField:
     def __init__(self, folder: str | Path) -> None:
         self.folder = Path(folder)
         path = self.folder / "field.mcap"
-        if not path.is_file():
+        if not os.path.lexists(path):
             remedy = "give the folder of a finished reachability dataset"
             raise UnfinishedDataset(self.folder, "it has no field.mcap", remedy)
         file = McapFile(path)

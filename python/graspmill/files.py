@@ -10,7 +10,8 @@ from collections import OrderedDict
 from dataclasses import dataclass
 from pathlib import Path
 
-from .errors import VERIFY, DamagedFile, refuse_irregular, unreadable
+from .errors import VERIFY, DamagedFile, unreadable
+from .inside import descriptor_of
 
 _MOST_OPEN = 64
 """Files that a process keeps open, at most, whatever the count of shards; a limit of 1,024 is common."""
@@ -46,7 +47,7 @@ class _OpenFile:
     """A descriptor that is closed with its last reference: a read on another thread may still hold it."""
 
     def __init__(self, path: Path) -> None:
-        self.descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
+        self.descriptor = descriptor_of(path)
 
     def __del__(self) -> None:
         if hasattr(self, "descriptor"):
@@ -122,13 +123,12 @@ class FileBytes:
     """A regular file that is read by place, ``size`` bytes long. It is closed and opened again between reads, and refused when
     another file has taken its name since.
 
-    Raises ``DamagedFile`` where it is missing, empty or no regular file, ``DatasetError`` where the system does not let
+    Raises ``DamagedFile`` where it is missing, empty, reached through a link or no regular file, ``DatasetError`` where the system does not let
     us read it.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        refuse_irregular(path)
         # Another file may have taken the name of one that was read before.
         open_files.forget(path)
         self._identity = _Identity.of(self._open())

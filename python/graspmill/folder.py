@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from pathlib import Path
 from typing import Any
@@ -14,9 +15,9 @@ from .errors import (
     UnfinishedDataset,
     UnknownFormat,
     WrongProduct,
-    refuse_irregular,
     unreadable,
 )
+from .inside import read_text, size_inside
 
 FORMAT_VERSION = 2
 SPLITS = ("training", "holdout", "validation", "test")
@@ -58,11 +59,11 @@ class Folder:
         self.kept: int = self.manifest["counts"]["kept"]
         self.shards = [self.path / "shards" / shard["file"] for shard in self.manifest["shards"]]
         for path, shard in zip(self.shards, self.manifest["shards"]):
-            refuse_irregular(path)
-            if not path.is_file():
-                raise DamagedFile(path, "it is missing, and the manifest names it", VERIFY)
-            if path.stat().st_size != shard["bytes"]:
-                size = path.stat().st_size
+            try:
+                size = size_inside(self.path, f"shards/{shard['file']}")
+            except FileNotFoundError:
+                raise DamagedFile(path, "it is missing, and the manifest names it", VERIFY) from None
+            if size != shard["bytes"]:
                 raise DamagedFile(path, f"it has {size} bytes, and the manifest says {shard['bytes']}", VERIFY)
 
     def expect(self, *products: str) -> None:
@@ -114,9 +115,9 @@ class Folder:
 
     def _table(self, name: str) -> dict[str, Any]:
         path = self.path / name
-        table = _json(path)
+        table = _json(self.path, name)
         entry = self.manifest["files"].get(name)
-        if not isinstance(entry, dict) or entry.get("bytes") != path.stat().st_size:
+        if not isinstance(entry, dict) or entry.get("bytes") != size_inside(self.path, name):
             raise DamagedFile(path, "the manifest knows it otherwise", VERIFY)
         return table
 
@@ -171,17 +172,17 @@ def _check_manifest(path: Path, manifest: dict[str, Any]) -> None:
     _expect(path, (samples, kept) == (counts["samples"], counts["kept"]), said)
 
 
-def _json(path: Path) -> dict[str, Any]:
-    refuse_irregular(path)
+def _json(folder: Path, name: str) -> dict[str, Any]:
+    path = folder / name
     try:
-        value = json.loads(path.read_text(encoding="utf-8"))
+        value = json.loads(read_text(folder, name))
     except FileNotFoundError:
         raise DamagedFile(path, "it is missing", VERIFY) from None
     except OSError as error:
         raise unreadable(path, error) from error
     except RecursionError:
         raise DamagedFile(path, "it is nested too deep", VERIFY) from None
-    except (ValueError, UnicodeDecodeError) as error:
+    except ValueError as error:
         raise DamagedFile(path, f"it is no JSON ({error})", VERIFY) from error
     if not isinstance(value, dict):
         raise DamagedFile(path, "it holds no JSON object", VERIFY)
@@ -190,9 +191,10 @@ def _json(path: Path) -> dict[str, Any]:
 
 def _manifest(folder: Path) -> dict[str, Any]:
     path = folder / "manifest.json"
-    if not path.exists():
+    # A link is there, wherever it leads.
+    if not os.path.lexists(path):
         raise _without_manifest(folder)
-    manifest = _json(path)
+    manifest = _json(folder, path.name)
     version = manifest.get("format_version")
     if isinstance(version, int) and version < FORMAT_VERSION:
         problem = f"format version {version}, and this package reads {FORMAT_VERSION}"
@@ -216,7 +218,7 @@ def _without_manifest(folder: Path) -> DatasetError:
     if not folder.is_dir():
         return UnfinishedDataset(folder, "no such folder", "give the folder that `graspmill run --out` made")
     if (folder / "set.json").is_file():
-        jobs = _json(folder / "set.json").get("jobs", [])
+        jobs = _json(folder, "set.json").get("jobs", [])
         names = ", ".join(job["name"] for job in jobs if _has(job, {"name": str})) if isinstance(jobs, list) else ""
         return UnfinishedDataset(folder, f"a set of datasets ({names})", "give the folder of one of them")
     if (folder / "run.json").is_file():

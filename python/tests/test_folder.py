@@ -77,6 +77,40 @@ def test_missing_and_short_shards_are_refused(copy: Path) -> None:
     refused(DamagedFile, copy, shard.name, "missing")
 
 
+@pytest.mark.parametrize("name", ["manifest.json", "assets.json", "splits.json", "shards", "shards/*"])
+def test_links_inside_a_dataset_are_refused(copy: Path, tmp_path: Path, name: str) -> None:
+    """Also one that leads to the very file that belongs there; a link that leads to the dataset is followed."""
+    path = next(copy.glob(name))
+    target = tmp_path / path.name
+    path.rename(target)
+    path.symlink_to(target)
+    with pytest.raises(DamagedFile, match=r"symbolic link.*cp -rL"):
+        data = Dataset(copy, CompletionSample)
+        print(list(data)[0].partial.sum(), data.folder.objects(), data.folder.splits())
+    # The remedy of the message.
+    path.unlink()
+    target.rename(path)
+    (tmp_path / "named").symlink_to(copy)
+    assert len(list(Dataset(tmp_path / "named", CompletionSample))) > 0
+
+
+def test_exports_and_fields_follow_no_link(data: Path, tmp_path: Path) -> None:
+    exports = [(NpyExport, "npy", "partial.npy"), (NpyExport, "npy", "samples.csv")]
+    for kind, source, name in [*exports, (ReachabilityField, "axes", "field.mcap")]:
+        copied = Path(shutil.copytree(data / source, tmp_path / f"{source}-{name}"))
+        (copied / name).rename(tmp_path / name)
+        (copied / name).symlink_to(tmp_path / name)
+        with pytest.raises(DamagedFile, match="symbolic link"):
+            kind(copied)
+        (tmp_path / name).unlink()
+
+
+def test_tables_above_their_bound_are_refused_unread(copy: Path) -> None:
+    with (copy / "manifest.json").open("r+b") as file:
+        file.truncate(3 << 30)
+    refused(DatasetError, copy, "manifest.json", str(3 << 30), str(256 << 20))
+
+
 def test_no_flipped_bit_goes_unseen(copy: Path) -> None:
     """Every sample is read; a flip anywhere in a shard is an error, or lies where nothing is read."""
     good = [bytes(sample.payload("pair")) for sample in Dataset(copy, CompletionSample)]

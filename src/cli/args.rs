@@ -18,7 +18,9 @@ use publish::export::{ExportFormat, FORMATS};
 #[command(after_help = "Exit codes: 0 complete; 1 failed; 2 bad job or arguments; 3 complete, but meshes or\n\
     objects were refused, or no sample was kept; 4 verify or diff found a difference; 74 input/output (disk full, read-only: mend, then run again);\n\
     75 interrupted, resumable.\n\
-    Environment: GRASPMILL_SIMD=scalar|avx2|avx512 picks the vector instructions (same bytes); NO_COLOR=1 for plain text.")]
+    Environment: GRASPMILL_SIMD=scalar|avx2|avx512 picks the vector instructions (same bytes);\n\
+    GRASPMILL_PACKAGES=DIR is the folder of the packages of meshes that jobs name, in place of the program's own;\n\
+    NO_COLOR=1 for plain text.")]
 pub struct Cli {
     #[command(subcommand)]
     pub command: Command,

@@ -32,7 +32,7 @@ impl Printer {
     pub fn open_log(&mut self, path: &Path, command: String) -> Result<(), Failure> {
         let failed = |error| {
             let what = format!("--log {}: {error}", path.shown());
-            Failure::new(Exit::InputOutput, anyhow::Error::new(error).context(what))
+            Failure::from(anyhow::Error::new(error).context(what))
         };
         self.log = Some(Log::open(path, command).map_err(failed)?);
         Ok(())

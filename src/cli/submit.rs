@@ -191,7 +191,7 @@ fn write(folder: &Folder, submission: &Submission, files: &[SubmissionFile]) -> 
     let logs = folder.subfolder(LOGS);
     let failed = |path: &Path| {
         let path = path.display().to_string();
-        move |error: io::Error| Failure::new(Exit::InputOutput, anyhow::Error::new(error).context(path))
+        move |error: io::Error| Failure::from(anyhow::Error::new(error).context(path))
     };
     logs.create().map_err(failed(logs.path()))?;
     let record = serde_json::to_string_pretty(&Record { submission: submission.clone() })? + "\n";

@@ -22,7 +22,7 @@ use format::dataset::{
 };
 use kernel::{
     assets::MeshOrigin,
-    files::Folder,
+    files::{FileRefusal, Folder},
     words::{Show, capped, counted, size_in_words},
 };
 use publish::{ReleaseCheck, check_release};
@@ -75,12 +75,15 @@ pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure
     Ok(checked.exit)
 }
 
-/// For verbs that check a dataset: damage to a table without which nothing else can be checked is the finding.
+/// For verbs that check a dataset: damage to a table without which nothing else can be checked is the finding, and so is a link or
+/// a FIFO in its place.
 pub fn damage(error: DatasetError) -> Failure {
-    match &error {
-        DatasetError::Invalid { .. } => Failure::new(Exit::Mismatch, error),
-        _ => error.into(),
-    }
+    let is_finding = match &error {
+        DatasetError::Invalid { .. } => true,
+        DatasetError::Io { source, .. } => FileRefusal::of(source).is_some(),
+        _ => false,
+    };
+    if is_finding { Failure::new(Exit::Mismatch, error) } else { error.into() }
 }
 
 /// Checks the dataset in a folder as the arguments say.

@@ -231,7 +231,7 @@ impl Mistakes {
         self.list.is_empty()
     }
 
-    /// Those that are kept.
+    /// The mistakes that are kept.
     pub fn iter(&self) -> impl Iterator<Item = &FormError> {
         self.list.iter()
     }

@@ -6,7 +6,7 @@ use std::{
 };
 
 use kernel::{
-    files::{self, Bound},
+    files::{Bound, Folder},
     geom::GridPlacement,
 };
 use serde::{Deserialize, Serialize};
@@ -115,7 +115,8 @@ impl ModelFolder {
     pub(crate) fn open(path: &Path) -> Result<Self, ModelError> {
         let json = path.join(MODEL_JSON);
         let at_json = |problem| ModelError { file: json.clone(), problem };
-        let text = files::read(&json, Bound::MODEL_TABLE).map_err(|error| at_json(error.into()))?;
+        let folder = Folder::at(path);
+        let text = folder.read(MODEL_JSON, Bound::MODEL_TABLE).map_err(|error| at_json(error.into()))?;
         // Models of other kinds have other keys.
         if let Ok(FormatVersion { format }) = serde_json::from_slice(&text)
             && format != FORMAT
@@ -129,12 +130,12 @@ impl ModelFolder {
             at_json(ModelProblem::Json { line: error.line(), column: error.column(), found })
         })?;
         let inputs = check_values(&facts).map_err(at_json)?;
-        check_names(path, &facts).map_err(at_json)?;
+        check_names(&folder, &facts).map_err(at_json)?;
         let mut contents: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
         for (name, stated) in &facts.files {
             let file = path.join(name);
             let failed = |problem| ModelError { file: file.clone(), problem };
-            let content = files::read(&file, bound_of(name)).map_err(|error| failed(error.into()))?;
+            let content = folder.read(name, bound_of(name)).map_err(|error| failed(error.into()))?;
             let calculated = sha256(&content);
             if calculated != *stated {
                 return Err(failed(ModelProblem::Digest { calculated, stated: stated.clone() }));
@@ -202,7 +203,7 @@ fn bound_of(name: &str) -> Bound {
 }
 
 /// Refuses names that lead elsewhere, and files that are missing in the list.
-fn check_names(path: &Path, facts: &ModelFacts) -> Result<(), ModelProblem> {
+fn check_names(folder: &Folder, facts: &ModelFacts) -> Result<(), ModelProblem> {
     let wrong = |found: String| Err(ModelProblem::Files { found });
     let is_plain = |name: &String| {
         !name.is_empty()
@@ -219,8 +220,8 @@ fn check_names(path: &Path, facts: &ModelFacts) -> Result<(), ModelProblem> {
     if let Some(name) = [MODEL_ONNX, GOLDEN_NPZ, CARD].into_iter().find(|name| !facts.files.contains_key(*name)) {
         return wrong(format!("'{name}' is missing"));
     }
-    for entry in fs::read_dir(path)? {
-        let name = entry?.file_name().to_string_lossy().into_owned();
+    for name in folder.names()? {
+        let name = name.to_string_lossy().into_owned();
         if name != MODEL_JSON && !facts.files.contains_key(&name) {
             return wrong(format!("'{name}' is missing"));
         }

@@ -1,6 +1,8 @@
-//! `docs/security.md`: each threat names tests that are there.
+//! `docs/security.md`: each threat names tests that are there, and bounds are those of the program.
 
 use std::collections::BTreeSet;
+
+use graspmill::files::Bound;
 
 use crate::support::files::{read_text, repository_path};
 
@@ -45,4 +47,25 @@ fn a_test_is_told_from_another_function() {
     let rust = "#[test]\n#[ignore = \"slow\"]\nfn a_b() {\nfn c() {}\n";
     assert!(has_test(rust, "a_b") && !has_test(rust, "c") && !has_test(rust, "a"));
     assert!(has_test("def test_x(copy: Path) -> None:", "test_x") && !has_test("def x():", "x"));
+}
+
+#[test]
+fn bounds_are_those_of_the_program() {
+    let text = read_text(repository_path("docs/security.md"));
+    let (_, table) = text.split_once("| kind | at most |").expect("a table of bounds");
+    let rows = table.lines().skip(2).take_while(|line| line.starts_with('|'));
+    let mut listed: Vec<(String, String)> = Vec::new();
+    for row in rows {
+        let cells: Vec<&str> = row.trim_matches('|').split('|').map(str::trim).collect();
+        listed.extend(cells[0].split(", ").map(|kind| (kind.to_owned(), cells[1].to_owned())));
+    }
+    let size = |bytes: u64| match bytes {
+        bytes if bytes < 1 << 20 => format!("{} KiB", bytes >> 10),
+        bytes => format!("{} MiB", bytes >> 20),
+    };
+    let mut known: Vec<(String, String)> =
+        Bound::ALL.iter().map(|bound| (bound.kind.to_owned(), size(bound.bytes))).collect();
+    listed.sort();
+    known.sort();
+    assert_eq!(listed, known);
 }

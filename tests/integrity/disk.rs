@@ -8,6 +8,7 @@ use std::{path::Path, process::Command};
 
 use crate::support::{
     jobs::{ABOUT, NO_SPLIT},
+    products::{MadeProduct, made_products},
     program::{Program, print_root},
     workspace::Workspace,
 };
@@ -151,4 +152,93 @@ fn a_read_only_folder_ends_every_writing_verb_with_74() {
         let why = if mounts { "Read-only file system" } else { "Permission denied" };
         assert!(said.contains(why) && said.contains("disk"), "{verb}: {said}");
     }
+}
+
+/// Makes a dataset again on a disk that is full at a share of its size, or, without mounts, under a limit of its largest file; then
+/// there is room, and the same command goes on to the same root. Whether the disk was full at all.
+#[track_caller]
+fn fill_at(made: &MadeProduct, share: f64, mounts: bool) -> bool {
+    let workspace = Workspace::new();
+    let sizes = sizes_of(&made.dataset);
+    // Of a page each, as a file system counts them.
+    let whole: u64 = sizes.iter().map(|size| size.div_ceil(4096) * 4).sum();
+    let largest = sizes.iter().max().copied().unwrap_or(0) / 1024;
+    let run = made.shell_words("$1/disk/data");
+    let script = if mounts {
+        let size = ((whole as f64 * share) as u64).max(16);
+        format!(
+            "mkdir -p $1/disk; mount -t tmpfs -o size={size}k tmpfs $1/disk; {run}; echo exit $?
+            mount -o remount,size=256m $1/disk; {run}; echo exit $?; cp -r $1/disk/data $1/resumed"
+        )
+    } else {
+        let size = ((largest as f64 * share) as u64).max(1);
+        format!(
+            "mkdir -p $1/disk; (ulimit -f {size}; {run}; echo exit $?); {run}; echo exit $?; cp -r $1/disk/data $1/resumed"
+        )
+    };
+    let (codes, said) = run_script(&script, workspace.folder(), mounts);
+    let what = format!("{} at {share}: {said}", made.product);
+    let [first, second] = codes[..] else { panic!("{what}") };
+    assert!([0, 3].contains(&second), "{what}");
+    assert_eq!(print_root(workspace.path("resumed")), made.root, "{what}");
+    if [0, 3].contains(&first) {
+        return false;
+    }
+    assert_eq!(first, 74, "{what}");
+    assert!(said.contains("No space left on device") || said.contains("File too large"), "{what}");
+    assert!(!said.contains("panicked"), "{what}");
+    true
+}
+
+/// Sizes of the files of a dataset [bytes].
+fn sizes_of(dataset: &Path) -> Vec<u64> {
+    crate::support::files::read_tree(dataset).values().map(|content| content.len() as u64).collect()
+}
+
+#[test]
+fn a_full_disk_ends_a_run_of_every_product_with_74() {
+    let mounts = can_mount();
+    for made in made_products() {
+        let was_full = [0.3, 0.8].map(|share| fill_at(made, share, mounts));
+        assert!(was_full[0], "{}: {was_full:?}", made.product);
+    }
+}
+
+#[test]
+#[ignore = "ten levels of every product, by a full disk and by a limit: half an hour of two cores"]
+fn a_full_disk_ends_a_run_of_every_product_with_74_at_every_level() {
+    for mounts in [true, false].into_iter().filter(|mounts| !mounts || can_mount()) {
+        for made in made_products() {
+            let full = (1..=10).filter(|level| fill_at(made, f64::from(*level) / 10.5, mounts)).count();
+            println!("{:14} mounts {mounts}: 10 tried, {full} met the end of the disk", made.product);
+            assert!(full > 3, "{}: {full}", made.product);
+        }
+    }
+}
+
+/// Every form of every product's export on a disk of one page, and the verbs that write for pictures.
+#[test]
+fn exports_of_every_product_end_with_74_on_a_full_disk() {
+    let workspace = Workspace::new();
+    let mut tried = 0;
+    for (number, made) in made_products().iter().enumerate() {
+        for format in graspmill::export::FORMATS
+            .iter()
+            .filter(|format| format.forms.iter().any(|form| form.product.name == made.product))
+        {
+            let out = workspace.path(format!("{number}-{}", format.name));
+            let script = format!(
+                "ulimit -f 0; $0 export {} --to {} --out {}; echo exit $?; ls -d {0}* | grep -c tmp",
+                made.dataset.display(),
+                format.name,
+                out.display()
+            );
+            let (codes, said) = run_script(&script, workspace.folder(), false);
+            // A form of picks or grasps may have nothing to write of so small a dataset: that is said before anything is written.
+            assert!(matches!(codes[..], [74] | [2]), "{} of {}: {said}", format.name, made.product);
+            assert!(!said.contains("panicked"), "{} of {}: {said}", format.name, made.product);
+            tried += usize::from(codes == [74]);
+        }
+    }
+    assert!(tried > 10, "{tried}");
 }

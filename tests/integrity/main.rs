@@ -1,5 +1,6 @@
 //! Damage, forgery, differences and full disks are found and reported; kept inputs of the fuzzer are taken.
 
+mod bounds;
 mod difference;
 mod disk;
 mod evil_input;
@@ -9,9 +10,13 @@ mod forged;
 mod forger;
 mod fuzz_corpus;
 mod irregular;
+mod links;
+mod names;
 mod panics;
+mod places;
 #[path = "../support/mod.rs"]
 mod support;
 mod surroundings;
+mod together;
 mod verification;
 mod wire_tree;

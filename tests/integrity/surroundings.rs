@@ -328,3 +328,21 @@ fn a_user_who_may_not_read_or_write_is_told_so_and_loses_nothing() {
     Program::on("verify", workspace.path("data")).succeed();
     print("unprivileged user", cases.len() + writes.len());
 }
+
+/// The program's threads have stacks of their own: what `ulimit -s` leaves its first thread does not matter.
+#[test]
+fn a_small_stack_is_enough() {
+    let workspace = Workspace::new();
+    let job = workspace.write("job.toml", job());
+    let out = workspace.path("data").display().to_string();
+    let verbs = ["version", "schema", &format!("run {} --out {out} --threads 2 --progress none", job.display())];
+    for (kilobytes, verb) in [32, 48, 64, 96, 256].iter().flat_map(|kilobytes| verbs.map(|verb| (kilobytes, verb))) {
+        _ = fs::remove_dir_all(workspace.path("data"));
+        let line = format!("ulimit -s {kilobytes}; exec \"$0\" {verb}");
+        let shell = Program::of_system("bash").option("-c", line).arg(env!("CARGO_BIN_EXE_graspmill"));
+        // Some systems start no program at all with so little: the arguments take a quarter of the stack.
+        let outcome = shell.env("RUST_MIN_STACK", "16384").finish();
+        let starts = !outcome.text().contains("Argument list too long") && outcome.code != Some(126);
+        assert!(!starts || outcome.code == Some(0), "{kilobytes} kB, {verb}: {:?} {}", outcome.code, outcome.text());
+    }
+}

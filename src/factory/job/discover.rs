@@ -209,7 +209,7 @@ fn candidates(
         let mut found = Vec::new();
         for (index, file) in list.iter().enumerate() {
             let target = tidy(&folder.join(file));
-            if target.is_file() {
+            if files::is_file(&target) {
                 found.push(Candidate::file(with_slashes(file), target));
             } else {
                 absent(checker, &path.key("list").index(index), "mesh file", target.display().to_string(), None);

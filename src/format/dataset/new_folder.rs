@@ -19,7 +19,7 @@ const TRIES: u32 = 64;
 pub struct NewFolder {
     /// The folder that holds it.
     parent: Folder,
-    /// Its name.
+    /// Name of the folder in it.
     name: String,
     temporary: String,
     folder: Folder,

@@ -143,8 +143,14 @@ impl SetTable {
     /// # Errors
     /// When some are not finished: all of these are named. When one can't be read.
     pub fn content(&self, folder: &Folder) -> Result<SetContent, DatasetError> {
-        let names = self.jobs.iter().map(|job| &job.name);
-        let missing: Vec<String> = names.filter(|name| !folder.subfolder(name).contains(MANIFEST)).cloned().collect();
+        let mut missing = Vec::new();
+        for SetEntry { name, .. } in &self.jobs {
+            let dataset = folder.subfolder(name);
+            let manifest = dataset.entry(MANIFEST).map_err(DatasetError::io("reading", dataset.path()))?;
+            if manifest.is_none() {
+                missing.push(name.clone());
+            }
+        }
         if missing.is_empty() {
             return SetContent::of(folder, &self.jobs);
         }

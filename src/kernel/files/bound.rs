@@ -1,4 +1,4 @@
-//! How large the files of each kind may be.
+//! Largest size of the files of each kind.
 
 /// Largest size of the files of a kind. A file above it is refused before it is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,7 +19,7 @@ impl Bound {
     pub const CSV: Self = Self { kind: "a CSV table", bytes: 128 * MIB };
     /// Arrangements in the format of BOP.
     pub const BOP: Self = Self { kind: "a JSON file of BOP", bytes: 256 * MIB };
-    /// What an about file says of a release.
+    /// About files of releases.
     pub const ABOUT: Self = Self { kind: "an about file", bytes: MIB };
     /// Tables that describe a hand.
     pub const HAND_TABLE: Self = Self { kind: "a hand's table", bytes: MIB };
@@ -55,13 +55,13 @@ impl Bound {
     pub const DATASET_TABLE: Self = Self { kind: "a table of a dataset", bytes: 256 * MIB };
     /// A line of `rejects.jsonl`.
     pub const REJECTS_LINE: Self = Self { kind: "a line of rejects.jsonl", bytes: MIB };
-    /// What a run notes about itself.
+    /// Notes of a run about itself.
     pub const NOTES: Self = Self { kind: "a notes.json", bytes: MIB };
     /// Documents of a release, and its list of digests: a line or more per file.
     pub const RELEASE_TEXT: Self = Self { kind: "a document of a release", bytes: 256 * MIB };
     /// Outcomes of a replay in plain MuJoCo.
     pub const REPLAY: Self = Self { kind: "an agreement.json", bytes: 64 * MIB };
-    /// What `submit` remembers of what it sent.
+    /// Records of what `submit` sent.
     pub const SUBMISSION: Self = Self { kind: "a submit.json", bytes: MIB };
 
     /// Every bound.

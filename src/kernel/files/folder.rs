@@ -37,7 +37,7 @@ pub struct Folder {
     path: PathBuf,
 }
 
-/// What stands under a name; a link is not followed.
+/// Kind of what a name in a folder stands for; a link is not followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Entry {
     /// A regular file.
@@ -109,7 +109,7 @@ impl Folder {
         make_folders(self.open_named()?, &self.below, &mut self.named.clone())
     }
 
-    /// What stands under a name; `None` where nothing does.
+    /// Looks up a name; `None` where nothing has it.
     ///
     /// # Errors
     /// [`FileRefusal::Link`] for a link on the way to it, or an error of the operating system.
@@ -174,7 +174,7 @@ impl Folder {
     /// Reads a regular file of UTF-8 text whole.
     ///
     /// # Errors
-    /// Those of [`Folder::read`], or [`io::ErrorKind::InvalidData`] where it is no UTF-8.
+    /// Errors of [`Folder::read`], or [`io::ErrorKind::InvalidData`] where it is no UTF-8.
     pub fn read_text(&self, name: impl AsRef<Path>, bound: Bound) -> io::Result<String> {
         text_of(self.read(name, bound)?)
     }
@@ -182,7 +182,7 @@ impl Folder {
     /// Size of a regular file [bytes].
     ///
     /// # Errors
-    /// Those of [`Folder::open`].
+    /// Errors of [`Folder::open`].
     pub fn size(&self, name: impl AsRef<Path>) -> io::Result<u64> {
         Ok(self.open(name)?.metadata()?.len())
     }
@@ -330,7 +330,7 @@ fn make_folders(mut folder: OwnedFd, below: &Path, path: &mut PathBuf) -> io::Re
     Ok(())
 }
 
-/// What stands in a folder under a name.
+/// Looks up a name in an open folder.
 fn entry_of(folder: &OwnedFd, name: &OsStr) -> io::Result<Entry> {
     let facts = rustix::fs::statat(folder, name, AtFlags::SYMLINK_NOFOLLOW)?;
     Ok(Entry::of(FileType::from_raw_mode(facts.st_mode)))

@@ -45,7 +45,7 @@ pub fn read(path: &Path, bound: Bound) -> io::Result<Vec<u8>> {
 /// Reads a regular file of UTF-8 text whole.
 ///
 /// # Errors
-/// Those of [`read`], or [`io::ErrorKind::InvalidData`] where it is no UTF-8.
+/// Errors of [`read`], or [`io::ErrorKind::InvalidData`] where it is no UTF-8.
 pub fn read_text(path: &Path, bound: Bound) -> io::Result<String> {
     text_of(read(path, bound)?)
 }

@@ -8,13 +8,13 @@ use crate::words::Show;
 /// Why a file is not opened, read or replaced, inside an [`io::Error`] of the kind [`io::ErrorKind::InvalidInput`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FileRefusal {
-    /// It is no regular file.
+    /// A folder, FIFO, socket or device.
     #[error("it is {found}, not a regular file; replace it by one")]
     NotRegular {
         /// Kind of file, with its article: `a FIFO`.
         found: &'static str,
     },
-    /// A part of its path inside a [`super::Folder`] is a symbolic link.
+    /// A symbolic link on the path inside a [`super::Folder`].
     #[error(
         "{} is a symbolic link, and links inside this folder are not followed; replace it by a copy of what it leads to \
          (`cp -rL`)",
@@ -24,13 +24,13 @@ pub enum FileRefusal {
         /// The link.
         path: PathBuf,
     },
-    /// A part of its path inside a [`super::Folder`] is no name of a file or folder.
+    /// A path that leads out of a [`super::Folder`].
     #[error("'{name}' leads out of the folder; give a name inside it")]
     Outside {
         /// The path.
         name: String,
     },
-    /// It is larger than files of its kind may be.
+    /// A file above the bound of its kind.
     #[error("it has {size} bytes, and {} may have at most {}; check that it is the right file", bound.kind, bound.bytes)]
     TooLarge {
         /// Size [bytes].

@@ -41,7 +41,7 @@ impl Temporary {
                 file => file?,
             };
             // Before it had the lock, another run may have taken the file for a leftover: one that holds the lock is about to
-            // remove it, one that removed it leaves a file without a name. A file system without locks still works; its leftovers
+            // remove it, one that removed it has taken its name away. A file system without locks still works; its leftovers
             // are then taken for writers at work and stay.
             let is_taken = matches!(file.try_lock(), Err(TryLockError::WouldBlock));
             if !is_taken && file.metadata()?.nlink() > 0 {
@@ -79,7 +79,7 @@ impl Temporary {
     /// Writes a whole file: temporary name, sync, rename.
     ///
     /// # Errors
-    /// Those of [`Temporary::create`] and [`Temporary::publish`].
+    /// Errors of [`Temporary::create`] and [`Temporary::publish`].
     pub fn write(folder: &Folder, name: impl AsRef<Path>, content: &[u8]) -> io::Result<()> {
         let (mut file, temporary) = Self::create(folder, &name)?;
         file.write_all(content)?;

@@ -1,4 +1,4 @@
-//! What the head of a picture says of its size, before the rest is read.
+//! Size of a picture by its head, before the rest is read.
 
 use super::raw::{FrameProblem, pixel_count};
 
