@@ -61,8 +61,8 @@ pub fn check_release(folder: &Folder) -> Result<Option<ReleaseCheck>, DatasetErr
     let text = String::from_utf8(bytes).map_err(|error| error.to_string());
     let listed = (text.and_then(|text| parsed(&text).map_err(|error| error.to_string())))
         .map_err(|problem| DatasetError::Invalid { path: path.clone(), problem, remedy: REMEDY })?;
-    let mut problems = check_files(folder, &listed)?;
     let manifest = Manifest::read(folder)?;
+    let mut problems = check_files(folder, &manifest, &listed)?;
     let recipe = read_recipe(folder, &manifest, &mut problems);
     let left_out: Vec<String> =
         recipe.map(|recipe| recipe.left_out.into_iter().map(|file| file.path).collect()).unwrap_or_default();
@@ -78,10 +78,27 @@ fn problem(file: &str, what: String) -> Problem {
 }
 
 /// Every file against its digest, and every file of the folder against the list.
-fn check_files(folder: &Folder, listed: &BTreeMap<String, String>) -> Result<Vec<Problem>, DatasetError> {
+fn check_files(
+    folder: &Folder,
+    manifest: &Manifest,
+    listed: &BTreeMap<String, String>,
+) -> Result<Vec<Problem>, DatasetError> {
     let (mut problems, mut more) = (Vec::new(), 0);
     let mut push = |found: Problem| if problems.len() < MOST_PROBLEMS { problems.push(found) } else { more += 1 };
+    let entries = manifest.entries();
     for (path, saved) in listed {
+        // A file that has grown is another one, whatever its digest; documents have a bound.
+        let most = entries.get(path).map_or(Bound::RELEASE_TEXT.bytes, |entry| entry.bytes);
+        match folder.size(path) {
+            Ok(size) if size > most => {
+                push(problem(
+                    path,
+                    format!("its content has changed: it has {size} bytes, at most {most} are expected"),
+                ));
+                continue;
+            }
+            _ => {}
+        }
         match digests_of(folder, path) {
             Ok(found) if found.sha256 == *saved => {}
             Ok(found) => {

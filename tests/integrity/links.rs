@@ -66,6 +66,25 @@ impl Victim {
     }
 }
 
+#[test]
+fn a_victim_that_is_opened_is_seen() {
+    let workspace = Workspace::new();
+    let file = workspace.write("victim/below/file", "text");
+    let touches: [&dyn Fn(); 4] = [
+        &|| drop(fs::read(&file).expect("a file")),
+        &|| fs::write(workspace.path("victim/new"), "").expect("written"),
+        &|| drop(fs::read_dir(workspace.path("victim/below")).expect("a folder").count()),
+        &|| fs::rename(&file, workspace.path("victim/below/other")).expect("renamed"),
+    ];
+    for (number, touch) in touches.into_iter().enumerate() {
+        let victim = Victim::new(workspace.path("victim"));
+        victim.assert_untouched("nothing");
+        touch();
+        let seen = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| victim.assert_untouched("touch")));
+        assert!(seen.is_err(), "touch {number}");
+    }
+}
+
 /// Names inside a dataset's folder; a folder's end with a slash.
 const NAMES: [&str; 22] = [
     "run.json",
@@ -151,10 +170,16 @@ fn link(dataset: &Path, name: &str, victim: &Path) -> Option<PathBuf> {
     Some(path)
 }
 
-/// Tries names of a dataset with every verb: how often a verb was run.
-fn try_names(product: &str, job: &Path, settings: &[String], dataset: &Path, names: &[&str]) -> usize {
+/// Tries names of a dataset, finished or not, with every verb: how often a verb was run.
+fn try_names(
+    product: &str,
+    job: &Path,
+    settings: &[String],
+    dataset: &Path,
+    names: impl IntoIterator<Item = (&'static str, bool)>,
+) -> usize {
     let mut tried = 0;
-    for (name, is_finished) in names.iter().flat_map(|name| [(name, true), (name, false)]) {
+    for (name, is_finished) in names {
         let workspace = Workspace::new();
         let data = workspace.path("data");
         super::support::files::copy_folder(dataset, &data);
@@ -190,8 +215,8 @@ fn no_verb_reaches_through_a_link_in_a_dataset() {
          min_partial_cells = 1\n[channels]\ndepth = \"u16\"\n[shards]\nsamples = 2\n{NO_SPLIT}"
     );
     let dataset = workspace.make_dataset("whole", &job, &[]);
-    let names = ["manifest.json", "job.toml", "preview.mcap", "report.html", "shards/", "shards/*", "cluster/"];
-    let tried = try_names("completion", &workspace.path("whole.toml"), &[], &dataset, &names);
+    let names = [("report.html", true), ("shards/", false), ("cluster/", true), ("manifest.json", true)];
+    let tried = try_names("completion", &workspace.path("whole.toml"), &[], &dataset, names);
     println!("{tried} tried");
 }
 
@@ -199,7 +224,8 @@ fn no_verb_reaches_through_a_link_in_a_dataset() {
 #[ignore = "every name of every product with every verb: an hour of two cores"]
 fn no_verb_reaches_through_a_link_in_a_dataset_of_any_product() {
     for made in made_products() {
-        let tried = try_names(made.product, &made.job, &made.settings, &made.dataset, &NAMES);
+        let names = NAMES.into_iter().flat_map(|name| [(name, true), (name, false)]);
+        let tried = try_names(made.product, &made.job, &made.settings, &made.dataset, names);
         println!("{:14} {tried} tried", made.product);
     }
 }
@@ -239,7 +265,8 @@ fn a_link_is_replaced_itself_where_a_file_is_written_and_refused_where_a_folder_
     // A folder that the user names may be reached by links, also below one.
     fs::create_dir_all(workspace.path("disk/place")).expect("a folder");
     symlink(workspace.path("disk"), workspace.path("home")).expect("a link");
-    symlink(workspace.path("disk/place"), workspace.path("named")).expect("a link");
+    workspace.make_folder("disk/other");
+    symlink(workspace.path("disk/other"), workspace.path("named")).expect("a link");
     for out in ["home/place/new", "named"] {
         workspace.run_job("data", out).succeed();
         for verb in ["verify", "inspect", "report", "status"] {

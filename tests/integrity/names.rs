@@ -43,7 +43,7 @@ fn names_of_others_are_shown_with_escapes() {
     );
     let outcome = Program::new("meshes").arg("check").arg(&meshes).finish();
     assert_harmless(&outcome, "meshes check");
-    assert!(outcome.stdout.contains("\\u{1b}[31mred"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("c\\u{9b}d\\u{200f}"), "{}", outcome.stdout);
     assert_harmless(&Program::on("estimate", &job).finish(), "estimate");
 
     // In JSON the name is what it was.

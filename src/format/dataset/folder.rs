@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::{
     DatasetError, durable,
     layout::{CLUSTER, MANIFEST, RUN, SHARDS, ShardName},
+    shard_file::has_magic,
 };
 use crate::{FORMAT_VERSION, Product};
 use kernel::{
@@ -253,8 +254,12 @@ pub fn scan_some_shards(
             bad(format!("this run makes {} shards of product {}", mark.shards, mark.product));
             continue;
         }
-        let (digest, bytes) = match hash_file(&shards, &name) {
-            Ok(found) => found,
+        let (digest, bytes) = match hash_shard(&shards, &name) {
+            Ok(Some(found)) => found,
+            Ok(None) => {
+                bad(format!("its name says digest {}, and it is no whole MCAP file", parsed.short));
+                continue;
+            }
             // What is no file is no shard.
             Err(DatasetError::Io { source, .. }) if FileRefusal::of(&source).is_some() => {
                 bad(source.to_string());
@@ -315,6 +320,32 @@ pub fn clear_away(folder: &Folder, scan: &ShardScan) -> Result<Vec<String>, Data
 pub(super) fn sorted_names(folder: &Folder) -> Result<Vec<String>, DatasetError> {
     let names = folder.names().map_err(DatasetError::io("reading", folder.path()))?;
     Ok(names.into_iter().map(|name| name.to_string_lossy().into_owned()).collect())
+}
+
+/// [`hash_file`] of a shard; `None` of one that does not begin and end as MCAP files do, which need not be read.
+fn hash_shard(shards: &Folder, name: &str) -> Result<Option<(Digest, u64)>, DatasetError> {
+    let file = shards.open(name).map_err(DatasetError::io("reading", &shards.path_of(name)))?;
+    match has_magic(&file) {
+        Ok(true) => hash_file(shards, name).map(Some),
+        Ok(false) => Ok(None),
+        Err(error) => Err(DatasetError::io("reading", &shards.path_of(name))(error)),
+    }
+}
+
+/// A file that was compared with a size.
+pub(super) enum Hashed {
+    /// Digest and size [bytes] of one that is not larger.
+    Whole(Digest, u64),
+    /// Size of a larger one [bytes], which was not read.
+    Grown(u64),
+}
+
+/// Hashes a file that is not larger than it should be [bytes].
+pub(super) fn hash_grown(folder: &Folder, name: &str, expected: u64) -> Result<Hashed, DatasetError> {
+    match folder.size(name).map_err(DatasetError::io("reading", &folder.path_of(name)))? {
+        size if size > expected => Ok(Hashed::Grown(size)),
+        _ => hash_file(folder, name).map(|(digest, bytes)| Hashed::Whole(digest, bytes)),
+    }
 }
 
 /// BLAKE3 and size of a file, read in pieces.

@@ -4,6 +4,7 @@ use std::{
     cell::RefCell,
     collections::BTreeMap,
     fs::File,
+    io,
     os::unix::fs::FileExt,
     path::{Path, PathBuf},
 };
@@ -353,6 +354,20 @@ pub(crate) fn read_at(folder: &Folder, name: &str, offset: u64, length: u64) -> 
     let mut record = vec![0; length as usize];
     file.read_exact_at(&mut record, offset).map_err(DatasetError::io("reading", path))?;
     Ok(record)
+}
+
+/// Whether a file begins and ends with the magic bytes of MCAP.
+pub(super) fn has_magic(file: &File) -> io::Result<bool> {
+    let magic = mcap::MAGIC.len() as u64;
+    let Some(end) = file.metadata()?.len().checked_sub(magic) else { return Ok(false) };
+    for at in [0, end] {
+        let mut found = vec![0; mcap::MAGIC.len()];
+        file.read_exact_at(&mut found, at)?;
+        if found != mcap::MAGIC {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 /// Format version that a shard names in the library of its header; `None` when it names none.

@@ -12,7 +12,7 @@ use super::{
     super::{
         DatasetError, Fate, Ledger, LedgerRow, Manifest, ShardEntry,
         error::REMAKE,
-        folder::{hash_file, shards_folder},
+        folder::{Hashed, hash_grown, shards_folder},
         layout::SHARDS,
         shard_file::{ShardFile, StoredMessage},
     },
@@ -79,8 +79,13 @@ fn check_shard(context: &Context, shard: usize) -> ShardCheck {
     };
     let mut check = ShardCheck { samples: entry.samples, ..ShardCheck::default() };
     let mut changed = false;
-    match hash_file(&folder, &entry.file) {
-        Ok((digest, bytes)) => {
+    match hash_grown(&folder, &entry.file, entry.bytes) {
+        Ok(Hashed::Grown(bytes)) => {
+            check.bytes = bytes;
+            changed = true;
+            findings.push(String::new(), format!("it has {bytes} bytes, the manifest says {}", entry.bytes));
+        }
+        Ok(Hashed::Whole(digest, bytes)) => {
             check.bytes = bytes;
             if digest == entry.digest && bytes != entry.bytes {
                 findings.push(String::new(), format!("it has {bytes} bytes, the manifest says {}", entry.bytes));

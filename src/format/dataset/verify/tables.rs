@@ -14,7 +14,7 @@ use super::{
         Counts, DatasetError, IndexFormat, IndexWriter, Ledger, Manifest,
         error::REWRITE,
         finish::{count_row, reject_line},
-        folder::{SET_ASIDE, hash_file, mark_text, read_mark, shards_folder, sorted_names},
+        folder::{Hashed, SET_ASIDE, hash_grown, mark_text, read_mark, shards_folder, sorted_names},
         index::{IndexRow, index_columns},
         layout::ASSETS,
         layout::{INDEX, MANIFEST, PREVIEW, REJECTS, RUN, SHARDS, SPLITS, ShardName},
@@ -33,9 +33,14 @@ use kernel::{
 pub(super) fn check_files(folder: &Folder, manifest: &Manifest) -> Vec<Problem> {
     let mut problems = Vec::new();
     for (name, entry) in &manifest.files {
-        match hash_file(folder, name) {
-            Ok((digest, bytes)) if (digest, bytes) == (entry.digest, entry.bytes) => {}
-            Ok((digest, bytes)) => {
+        // A file that has grown is another one, whatever its digest.
+        match hash_grown(folder, name, entry.bytes) {
+            Ok(Hashed::Grown(bytes)) => {
+                let what = format!("its content has changed: saved {} bytes, found {bytes} bytes", entry.bytes);
+                problems.push(whole(name, what, REWRITE));
+            }
+            Ok(Hashed::Whole(digest, bytes)) if (digest, bytes) == (entry.digest, entry.bytes) => {}
+            Ok(Hashed::Whole(digest, bytes)) => {
                 let what = format!(
                     "its content has changed: saved digest {} ({} bytes), calculated {} ({bytes} bytes)",
                     entry.digest.short(),

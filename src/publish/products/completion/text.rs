@@ -8,6 +8,7 @@ use crate::{
     inspection::InspectionHeader,
     tally::SpreadRow,
 };
+use kernel::words::Show;
 
 impl fmt::Display for CompletionInspection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -33,7 +34,7 @@ impl fmt::Display for CompletionInspection {
             )?;
         }
         if let Some(sensor) = &self.sensor {
-            writeln!(f, "  sensor    {sensor}: its noise is in the depth")?;
+            writeln!(f, "  sensor    {}: its noise is in the depth", sensor.shown())?;
         }
         if let Some(speed) = &self.header.notes.speed {
             let rate = grouped(speed.rate().round() as u64);
@@ -76,11 +77,11 @@ impl CompletionInspection {
             writeln!(f, "  nested training subsets of {} objects", sizes.join(", "))?;
         }
         for names in &self.leaking_geometry {
-            writeln!(f, "  LEAK: equal geometry on different sides: {}", names.join(", "))?;
+            writeln!(f, "  LEAK: equal geometry on different sides: {}", names.join(", ").shown())?;
         }
         let notes = &self.header.notes;
         for (name, count) in &notes.leaks {
-            writeln!(f, "  {:>9} {}", grouped(*count), notes.leak_in_words(name))?;
+            writeln!(f, "  {:>9} {}", grouped(*count), notes.leak_in_words(name).shown())?;
         }
         Ok(())
     }
@@ -95,15 +96,16 @@ impl CompletionInspection {
             let closed = watertight.map_or("?", |closed| if closed { "yes" } else { "no" });
             let counts = format!("{kept}/{planned}");
             let split = split.map_or("?", |split| split.name());
+            let name = name.shown();
             writeln!(f, "{name:<wide$}   {triangles:>9}  {side:>12}  {closed:>6}  {counts:>12}  {split}")?;
             for (kind, words) in [("repaired", &object.repairs), ("warning", &object.warnings)] {
                 for word in words {
-                    writeln!(f, "{:wide$}     {kind}: {word}", "")?;
+                    writeln!(f, "{:wide$}     {kind}: {}", "", word.shown())?;
                 }
             }
         }
         for line in &self.refused {
-            writeln!(f, "refused: {line}")?;
+            writeln!(f, "refused: {}", line.shown())?;
         }
         self.header.write_warnings(f)
     }

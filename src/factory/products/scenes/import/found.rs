@@ -50,6 +50,7 @@ impl FoundScene {
             // The reader stops at the first body too many.
             let found = if count > MAX_BODIES { format!("more than {MAX_BODIES}") } else { count.to_string() };
             errors.push(mistake(self.location.clone(), key, expected, found, Some(help.to_owned())));
+            return;
         }
         for (index, FoundBody { body, obj_id, location }) in self.bodies.iter().enumerate() {
             if !names.contains(&body.object.as_str()) {
