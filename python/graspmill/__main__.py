@@ -19,6 +19,11 @@ def _facts(folder: Folder) -> dict[str, Any]:
     return {key: manifest[key] for key in keys} | sizes | {"objects": [row["name"] for row in folder.objects()]}
 
 
+def _shown(line: str) -> str:
+    """A line whose control characters, line ends and marks of direction are escapes: names are texts of others."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in line)
+
+
 def _text(facts: dict[str, Any]) -> str:
     counts = facts["counts"]
     lines = [f"{facts['product']}: {counts['kept']} samples of {len(facts['objects'])} objects, {facts['generator']}"]
@@ -33,7 +38,7 @@ def _text(facts: dict[str, Any]) -> str:
     some = ", ".join(facts["objects"][:12])
     lines.append(f"objects   {some}{', ...' if len(facts['objects']) > 12 else ''}")
     lines += [f"warning   {warning}" for warning in facts["warnings"]]
-    return "\n".join(lines)
+    return "\n".join(map(_shown, lines))
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -48,7 +53,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         facts = _facts(Folder(given.dir))
     except DatasetError as error:
-        print(f"error: {error}", file=sys.stderr)
+        print(f"error: {_shown(str(error))}", file=sys.stderr)
         return 1
     print(json.dumps(facts) if given.json else _text(facts))
     return 0

@@ -105,6 +105,20 @@ def test_exports_and_fields_follow_no_link(data: Path, tmp_path: Path) -> None:
         (tmp_path / name).unlink()
 
 
+def test_names_are_shown_with_escapes(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = copy / "manifest.json"
+    manifest = json.loads(path.read_text(encoding="utf-8"))
+    evil = "a\x1b[31mred\nroot 0\u202eb"
+    path.write_text(json.dumps(manifest | {"warnings": [evil], "generator": evil}), encoding="utf-8")
+    assert main(["info", str(copy)]) == 0
+    path.unlink()
+    assert main(["info", str(copy / evil)]) == 1
+    shown = capsys.readouterr()
+    for text in (shown.out, shown.err):
+        assert all(c.isprintable() or c == "\n" for c in text) and "\nroot 0\\" not in text, text
+    assert "a\\x1b[31mred\\nroot 0\\u202eb" in shown.out
+
+
 def test_tables_above_their_bound_are_refused_unread(copy: Path) -> None:
     with (copy / "manifest.json").open("r+b") as file:
         file.truncate(3 << 30)

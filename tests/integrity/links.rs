@@ -1,6 +1,6 @@
 //! Links inside of folders: nothing is read, written, renamed or removed through one, whatever its name, by any verb.
 //!
-//! What a link leads to is watched by the kernel (inotify): opening it is seen, not only a change.
+//! The kernel watches what a link leads to (inotify), so that a test sees that it was opened, and not only that it changed.
 
 use std::{
     collections::BTreeMap,
