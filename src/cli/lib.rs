@@ -117,7 +117,7 @@ fn open_log(command: &Command, printer: &mut Printer) -> Result<(), Failure> {
         let message = format!("--log {log}: {folder} holds the dataset and nothing else; give a file outside of it");
         return Err(Failure::message(Exit::BadSpec, message));
     }
-    let words = env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect::<Vec<_>>();
+    let words = env::args_os().skip(1).map(|word| path::Path::new(&word).shown().to_string()).collect::<Vec<_>>();
     printer.open_log(log, format!("graspmill {}: {}", env!("CARGO_PKG_VERSION"), words.join(" ")))
 }
 

@@ -11,7 +11,7 @@ use std::{
 use serde::Serialize;
 
 use super::{
-    exit::{Exit, Failure},
+    exit::Failure,
     log::{Level, Log},
 };
 use kernel::words::{Show, shown_json, shown_lines};

@@ -171,7 +171,7 @@ fn files_of_datasets_above_their_bounds_are_refused_unread() {
         (&release, "README.md", &["verify"], &[4]),
         (&release, "manifest-sha256.txt", &["verify"], &[4]),
         (&release, "croissant.json", &["verify"], &[4]),
-        (&release, "recipe.json", &["verify"], &[4]),
+        (&release, "licences.json", &["verify"], &[4]),
         (&release, "provenance.intoto.json", &["verify"], &[4]),
     ];
     for (of, name, verbs, codes) in cases {

@@ -2,6 +2,7 @@
 
 use std::{
     collections::BTreeMap,
+    fs::File,
     io::{self, BufWriter, Seek, SeekFrom, Write},
     ops::Range,
     path::{Path, PathBuf},
@@ -367,7 +368,7 @@ fn begin(
 
 /// A file whose BLAKE3 grows as it is written, so that it is never read back to be named.
 struct HashingFile {
-    file: BufWriter<std::fs::File>,
+    file: BufWriter<File>,
     hasher: blake3::Hasher,
     position: u64,
 }

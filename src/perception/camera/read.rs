@@ -24,7 +24,7 @@ impl CameraDescription {
         match numbers {
             Some(numbers) => Self::from_numbers(&numbers),
             // A name with commas is hardly a file's.
-            None if fields.len() == 4 && !Path::new(text).exists() => {
+            None if fields.len() == 4 && !files::is_present(Path::new(text)) => {
                 let wrong = fields.iter().find(|field| field.parse::<f64>().is_err()).unwrap_or(&"");
                 Err(CameraProblem::content("the command line", format!("'{wrong}' is no number"), NUMBERS))
             }
