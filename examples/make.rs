@@ -16,6 +16,7 @@ use graspmill::{
         job::{JobContext, JobText},
         run::{OpenJob, regenerate},
     },
+    files::Folder,
     format::dataset::{DatasetReader, VerifyLevel, VerifyOptions, verify},
     tables::ParquetIndex,
 };
@@ -30,7 +31,9 @@ split = { validation_objects = 0, test_objects = 1 }
 "#;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folder = tempfile::tempdir()?;
+    let temporary = tempfile::tempdir()?;
+    // Links inside a dataset are not followed: everything in it is reached through a `Folder`.
+    let folder = Folder::at(temporary.path());
 
     // A job from a file is read by `JobText::open(path, overrides)`; messages name it by its label.
     let text = JobText {
@@ -48,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let job = OpenJob::open(&text, &JobContext::default(), &context)?;
     job.warnings().iter().for_each(|warning| println!("warning: {warning}"));
 
-    let summary = job.run(folder.path(), &context)?;
+    let summary = job.run(&folder, &context)?;
     println!("{} samples, root {}", summary.manifest.counts.kept, summary.manifest.root);
 
     // Every byte against its digest; then four samples made again and compared with the stored ones.
@@ -58,8 +61,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         index: Some(&ParquetIndex),
         threads: parallelism.threads,
     };
-    let report = verify(folder.path(), options, |_| ())?;
-    let reader = DatasetReader::open(folder.path())?;
+    let report = verify(&folder, options, |_| ())?;
+    let reader = DatasetReader::open(&folder)?;
     let again = regenerate(&reader, &job.job, &job.plan, 4, 1, &context)?;
     println!(
         "intact: {}; {} samples made again, {} differ",

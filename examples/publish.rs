@@ -17,6 +17,7 @@ use std::{env, error::Error};
 
 use graspmill::{
     export::{ExportFormat, ExportSelection, export},
+    files::Folder,
     publish::{inspect, report},
     runtime::{Selection, Split},
 };
@@ -31,7 +32,7 @@ split = { validation_objects = 0, test_objects = 1 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = match env::args_os().nth(1) {
-        Some(folder) => folder.into(),
+        Some(folder) => Folder::at(folder),
         None => {
             let folder = support::fresh_folder("publish")?;
             support::make_dataset(JOB, &folder)?;
@@ -43,13 +44,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     // The facts of a dataset: as text here, as JSON by serde.
     println!("{}", inspect(&folder)?);
 
-    let page = report(&folder, Some(&out.join("report.html")))?;
+    let page = report(&folder, Some(&out.path_of("report.html")))?;
     println!("{}: {} bytes, {} with pictures", page.path.display(), page.bytes, page.shown);
 
     // Training pairs as one array per grid. `graspmill::export::FORMATS` lists the formats.
     let format = ExportFormat::from_name("npy").ok_or("a format of the table")?;
     let selection = ExportSelection { samples: Selection::of(Split::Training), ..ExportSelection::default() };
-    let summary = export(&folder, format, &out.join("npy"), &selection)?;
+    let summary = export(&folder, format, &out.path_of("npy"), &selection)?;
     let (count, counted) = (summary.count, summary.counted.of(summary.count));
     println!("{}: {count} {counted} in {} files", summary.folder.display(), summary.files);
     Ok(())

@@ -13,7 +13,10 @@ mod support;
 
 use std::{collections::BTreeMap, env, error::Error};
 
-use graspmill::runtime::{DatasetReader, Selection, Split};
+use graspmill::{
+    files::Folder,
+    runtime::{DatasetReader, Selection, Split},
+};
 
 /// Pairs of four built-in shapes, 6 views of each.
 const JOB: &str = r#"
@@ -24,7 +27,7 @@ split = { validation_objects = 1, test_objects = 1 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = match env::args_os().nth(1) {
-        Some(folder) => folder.into(),
+        Some(folder) => Folder::at(folder),
         None => {
             let folder = support::fresh_folder("read")?;
             support::make_dataset(JOB, &folder)?;
@@ -35,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let reader = DatasetReader::open(&folder)?;
     let manifest = reader.manifest();
     let (kept, product) = (manifest.counts.kept, manifest.product);
-    println!("{}: {kept} {}, {product}, root {}", folder.display(), product.samples.of(kept), manifest.root);
+    println!("{}: {kept} {}, {product}, root {}", folder.path().display(), product.samples.of(kept), manifest.root);
     for split in Split::ALL {
         println!("{:>10}: {} samples", split.name(), reader.indices(Selection::of(split)).count());
     }

@@ -12,13 +12,10 @@
 
 mod support;
 
-use std::{
-    env,
-    error::Error,
-    path::{Path, PathBuf},
-};
+use std::{env, error::Error, path::Path};
 
 use graspmill::{
+    files::Folder,
     geom::Pose,
     measure::Baseline,
     runtime::{
@@ -56,7 +53,7 @@ yaw = 4
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = match env::args_os().nth(1) {
-        Some(folder) => PathBuf::from(folder),
+        Some(folder) => Folder::at(folder),
         None => {
             let folder = support::fresh_folder("runtime")?;
             support::make_dataset(JOB, &folder)?;
@@ -69,7 +66,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Ranks poses of the end effector, then puts an obstacle into the map and takes it out.
-fn query_map(folder: &Path) -> Result<(), Box<dyn Error>> {
+fn query_map(folder: &Folder) -> Result<(), Box<dyn Error>> {
     let mut map = ReachabilityMap::open(folder)?;
 
     // Poses are x, y, z [m], roll, pitch, yaw [rad]. Distances are negative inside the reachable set.

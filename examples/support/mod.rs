@@ -1,20 +1,18 @@
 //! Shared by the examples: jobs from code, and a folder to work in.
 
-use std::{
-    env,
-    error::Error,
-    fs, io,
-    path::{Path, PathBuf},
-};
+use std::{env, error::Error, fs, io};
 
-use graspmill::factory::{
-    Parallelism, RunContext,
-    job::{JobContext, JobText},
-    run::{OpenJob, RunSummary},
+use graspmill::{
+    factory::{
+        Parallelism, RunContext,
+        job::{JobContext, JobText},
+        run::{OpenJob, RunSummary},
+    },
+    files::Folder,
 };
 
 /// Makes a dataset in a folder by the text of a job. Paths in the job are relative to the current folder.
-pub fn make_dataset(job: &str, folder: &Path) -> Result<RunSummary, Box<dyn Error>> {
+pub fn make_dataset(job: &str, folder: &Folder) -> Result<RunSummary, Box<dyn Error>> {
     let text = JobText {
         label: "the job of this example".to_owned(),
         folder: ".".into(),
@@ -29,11 +27,11 @@ pub fn make_dataset(job: &str, folder: &Path) -> Result<RunSummary, Box<dyn Erro
 
 /// An empty folder `graspmill-example-NAME` among the system's temporary files. It stays, so that you can look into it; the
 /// next run of the example empties it.
-pub fn fresh_folder(name: &str) -> io::Result<PathBuf> {
+pub fn fresh_folder(name: &str) -> io::Result<Folder> {
     let folder = env::temp_dir().join(format!("graspmill-example-{name}"));
     if folder.exists() {
         fs::remove_dir_all(&folder)?;
     }
     fs::create_dir_all(&folder)?;
-    Ok(folder)
+    Ok(Folder::at(folder))
 }

@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn a_file_that_is_none_has_a_remedy_too() {
-        let error = crate::files::read("/".as_ref()).expect_err("a folder");
+        let error = crate::files::read("/".as_ref(), crate::files::Bound::JOB).expect_err("a folder");
         assert_eq!(for_reading(&error), "give another file");
     }
 }

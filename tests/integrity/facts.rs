@@ -6,7 +6,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use graspmill::format::{FactKind, dataset::verify};
+use graspmill::{
+    files::Folder,
+    format::{FactKind, dataset::verify},
+};
 
 use super::forged::{CODES, Original, Tally, observe, verbs};
 use crate::support::{files::FULL_CHECK, jobs::small_datasets, program::Program, workspace::Workspace};
@@ -40,7 +43,7 @@ fn forge_facts(original: &Original, workspace: &Workspace, with_all: bool) -> Ta
             original.write_with_facts(&data, &BTreeMap::from([(index, *value)]));
             let what = format!("{} = {value}", fact.name);
             tally.tried += 1;
-            let is_found = verify(&data, FULL_CHECK, |_| {}).map_or(true, |report| !report.is_intact());
+            let is_found = verify(&Folder::at(&data), FULL_CHECK, |_| {}).map_or(true, |report| !report.is_intact());
             tally.found += u32::from(is_found);
             // The verbs that add numbers up each time, the others in rotation, or all of them.
             let (tallied, others): (Vec<_>, Vec<_>) =

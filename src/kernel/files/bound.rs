@@ -43,8 +43,8 @@ impl Bound {
     pub const MODEL_TABLE: Self = Self { kind: "a network's model.json", bytes: MIB };
     /// Cards of networks.
     pub const MODEL_TEXT: Self = Self { kind: "a network's card", bytes: MIB };
-    /// Networks: a message of protobuf is no longer.
-    pub const NETWORK: Self = Self { kind: "a network", bytes: 2048 * MIB - 1 };
+    /// Networks: a message of protobuf has less than 2 GiB.
+    pub const NETWORK: Self = Self { kind: "a network", bytes: 2047 * MIB };
     /// The other files of a network: reference output and recipes.
     pub const MODEL_DATA: Self = Self { kind: "a file of a network", bytes: 64 * MIB };
     /// `run.json` of a dataset.
