@@ -9,7 +9,7 @@ use super::{
         error::ExportError,
         form::{ExportForm, ExportSelection, Written},
         names::object_folders,
-        object_mesh::{mass_properties, write_mesh},
+        object_mesh::{mass_properties, write_touched_mesh},
         objects::wanted_objects,
         target::Target,
     },
@@ -148,7 +148,7 @@ fn object(
         "grasps": grasps,
     });
     target.write_json(&format!("{folder}/grasps.json"), &facts)?;
-    write_mesh(target, &format!("{folder}/object.obj"), mesh)?;
+    write_touched_mesh(target, &format!("{folder}/object.obj"), mesh)?;
     let [triangles, distances] = scenes(&method, &unit);
     target.write(&format!("{folder}/scene.xml"), triangles.as_bytes())?;
     target.write(&format!("{folder}/scene_sdf.xml"), distances.as_bytes())
