@@ -8,6 +8,7 @@ mod length;
 mod material;
 mod ranges;
 mod split;
+mod way;
 
 pub use class::NumberClass;
 pub use counts::{counted, size_in_words};
@@ -17,3 +18,4 @@ pub use length::LengthUnit;
 pub use material::{MassSource, Material};
 pub use ranges::number_ranges;
 pub use split::{InvalidSplits, ObjectSplit, Split, SplitTable};
+pub use way::{BothWays, FreeWays, PathStage};

@@ -37,7 +37,7 @@ pub(super) const FORM: ExportForm = ExportForm {
     layout: |_| {
         "hand.xml: the hand with a servo for each joint; drive.json: what drives them, and how a trial goes on; \
          <object>/scene.xml, scene_sdf.xml: that hand and the object for MuJoCo 3.17, by triangles and by distances; \
-         <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], the same of the pregrasp, and what came of each trial; replay.py \
+         <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], the same of the pregrasp with its driven joints, and what came of each trial; replay.py \
          makes the trials again and writes agreement.json"
     },
     write,
@@ -124,6 +124,8 @@ fn object(
             "object_from_base": grasp.object_from_base.to_rows(),
             "opening": grasp.opening,
             "object_from_base_pregrasp": grasp.object_from_base_back(run.method.stand_off).to_rows(),
+            "pregrasp": grasp.pregrasp(None),
+            "free_ways": grasp.free_ways(None).name(),
             "expected": {
                 "verdict": trial.outcome.verdict.name(),
                 "label": trial.label().name(),
