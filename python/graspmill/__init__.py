@@ -24,7 +24,17 @@ from .errors import (
 from .field import Axis, Nearest, ReachabilityField
 from .folder import FORMAT_VERSION, Folder
 from .geometry import Camera, Grid, SampleId, pack, unpack
-from .grasps import GRASP_LABELS, TRIAL_PHASES, TRIAL_VERDICTS, VERDICTS, WAYPOINTS, GraspSample, grasp_frame
+from .grasps import (
+    FREE_WAYS,
+    GRASP_LABELS,
+    PATH_STAGES,
+    TRIAL_PHASES,
+    TRIAL_VERDICTS,
+    VERDICTS,
+    WAYPOINTS,
+    GraspSample,
+    grasp_frame,
+)
 from .heatmaps import PICK_STATES, HeatmapSample
 from .index import Index
 from .patches import Heatmap, ImageColour, PatchSample
@@ -53,6 +63,7 @@ __all__ = [
     "DatasetError",
     "Depth",
     "FORMAT_VERSION",
+    "FREE_WAYS",
     "Folder",
     "GraspSample",
     "Grid",
@@ -68,6 +79,7 @@ __all__ = [
     "NpyExport",
     "ObjectFacts",
     "Overview",
+    "PATH_STAGES",
     "PICK_OBSTACLES",
     "PICK_PHASES",
     "PICK_STAGES",

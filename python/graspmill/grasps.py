@@ -30,6 +30,11 @@ GRASP_LABELS = (None, "untested", "held", "failed", "borderline", "unconfirmed")
 
 WAYPOINTS = ("pregrasp", "arrival", "posture", "closed", "lifted")
 """Name of each waypoint on the way of a grasp."""
+PATH_STAGES = (None, "pregrasp", "approach", "closing", "shaping")
+"""Part of the way of a hand, by number: in its posture where it begins to close, on the way there, while it closes, and, where it
+has come opened, while it takes on its posture."""
+FREE_WAYS = ("none", "opened", "posture", "both")
+"""Ways that are free: of the hand that comes opened, and of the one that comes in its posture."""
 TRIAL_PHASES = {
     "lifted": ("closing", "lift", "shake"),
     "six": ("closing", "-z", "z", "-y", "y", "-x", "x"),
@@ -48,10 +53,12 @@ _CONTACT = [("grasp", "<i4"), ("link", "<i4"), ("point", "<f8", 3), ("normal", "
 
 _POSES = ("object_from_base", "object_from_approach")
 _LISTS = (*_JOINTS, "clearances", "clearances_opened")
+_OBSTACLES = (("", "table"), ("object", "object and table"))
 _COUNTS = ("perturbed", "perturbed_held", "roll_outs", "roll_outs_held")
 _TRIAL = ("trial", "held", *_COUNTS, "label", "robust", "table_pose", "table_trial", "held_on_table")
 # Columns of frames whose values may be missing, of all grasps or of some, have a type that says so.
-_KINDS = dict.fromkeys(("verdict", "trial", "label", "table_trial"), "string")
+_KINDS = dict.fromkeys(("verdict", "trial", "label", "table_trial", "free_ways"), "string")
+_KINDS |= dict.fromkeys(("object_in_way_posture", "object_in_way_opened"), "string")
 _KINDS |= dict.fromkeys(("held", "robust", "held_on_table"), "boolean")
 _KINDS |= dict.fromkeys(("type", *_COUNTS, "table_pose"), "Int64")
 
@@ -82,7 +89,8 @@ class GraspSample(Sample):
         ``contact_energy``, ``potential``, ``epsilon_force``, ``epsilon_wrench``, ``volume``, ``advance`` (m), ``width``
         (m, NaN where it means nothing). ``shift`` (m) and ``turn`` (rad) of grippers. ``clearances`` and
         ``clearances_opened`` (m, one per resting pose of the object, as ``resting_poses`` lists them; NaN where not
-        measured). ``type`` (-1: none), ``verdict`` (place
+        measured). ``object_in_way`` (2, places in ``PATH_STAGES``): where the object is in the way of the hand that comes in its
+        posture, and of the one that comes opened; 0 nowhere. ``type`` (-1: none), ``verdict`` (place
         in ``VERDICTS``), ``contacts`` (how many rows it has in ``contacts``).
         """
         run = self.run
@@ -96,6 +104,7 @@ class GraspSample(Sample):
         fields += [(name, "<f8") for name in (*_NUMBERS, "width")]
         fields += [("shift", "<f8", (3,)), ("turn", "<f8", (3,))]
         fields += [("clearances", "<f8", (poses,)), ("clearances_opened", "<f8", (poses,))]
+        fields += [("object_in_way", "u1", (2,))]
         fields += [("type", "<i8"), ("verdict", "u1"), ("contacts", "<i4")]
         table = np.zeros(len(rows), fields)
         for place, row in enumerate(rows):
@@ -113,19 +122,35 @@ class GraspSample(Sample):
                 if len(row[name]):
                     expect_lengths(poses, **{name: row[name]})
                 table[name][place] = row[name] if len(row[name]) else np.nan
+            if len(row["object_in_way"]):
+                expect_lengths(2, object_in_way=row["object_in_way"])
+                table["object_in_way"][place] = row["object_in_way"]
             table["width"][place] = row["width"][0] if len(row["width"]) else np.nan
             table["type"][place] = row["type"][0] if len(row["type"]) else -1
             table["contacts"][place] = len(row["links"])
         return table
 
-    def waypoints(self, up: npt.ArrayLike = (0.0, 0.0, 1.0), lift: float = 0.1) -> Table:
+    def free_ways(self, resting_pose: npt.ArrayLike | None = None) -> npt.NDArray[np.str_]:
+        """(grasps,) ways on which nothing is in the way of the hand before it closes, each one of ``FREE_WAYS``: opened from the
+        pregrasp on, or in the posture in which it closes.
+
+        Without a table the object alone can be in the way. ``resting_pose``, one number or one per grasp as ``resting_poses`` counts
+        them, puts the object on a table: this is in the way below a clearance of 0.
+        """
+        shaped, opened = self._free(resting_pose)
+        return np.array(FREE_WAYS)[2 * shaped + opened]
+
+    def waypoints(
+        self, up: npt.ArrayLike = (0.0, 0.0, 1.0), lift: float = 0.1, resting_pose: npt.ArrayLike | None = None
+    ) -> Table:
         """Waypoints of the hand as it comes to each grasp, closes and lifts: one row per grasp, one column per name
         in ``WAYPOINTS``.
 
-        ``pregrasp``: opened, ``stand_off`` back along the approach. ``arrival``: opened, where it closes. ``posture``: in
-        the posture before closing. ``closed``: closed. ``lifted``: closed, ``lift`` (m) higher along ``up``, which is
-        expressed in the object's frame: its z axis, as in trials in the air; of an object on a table the third row of a
-        resting pose's rotation, ``resting_poses(folder)[name][k].world_from_object[2, :3]``.
+        ``pregrasp``: ``stand_off`` back along the approach, opened where that way is free, else in the posture before closing.
+        ``arrival``: the same where it closes. ``posture``: in that posture. ``closed``: closed. ``lifted``: closed, ``lift`` (m)
+        higher along ``up``, which is expressed in the object's frame: its z axis, as in trials in the air; of an object on a table
+        the third row of a resting pose's rotation, ``resting_poses(folder)[name][k].world_from_object[2, :3]``. ``resting_pose``
+        as in ``free_ways``. A row is NaN where neither way is free.
 
         Fields: ``object_from_base`` (4, 4); ``driven`` (rad or m, in the order of ``run["driven"]``; NaN where the motors
         close until what they meet stops them); ``joints`` (rad or m, in the order of ``run["joints"]``; NaN of the opened
@@ -135,6 +160,7 @@ class GraspSample(Sample):
         up = np.asarray(up, np.float64)
         if up.shape != (3,) or not abs(np.linalg.norm(up) - 1) < 1e-6:
             raise ValueError("up must be three numbers of unit length")
+        shaped, opened = self._free(resting_pose)
         fields: list[Any] = [("object_from_base", "<f8", (4, 4))]
         fields += [("driven", "<f8", grasps["posture"].shape[1:]), ("joints", "<f8", grasps["joints"].shape[1:])]
         way = np.full((len(grasps), len(WAYPOINTS)), np.nan, fields)
@@ -142,9 +168,26 @@ class GraspSample(Sample):
         bases[:] = grasps["object_from_base"][:, None]
         bases[:, 0, :3, 3] -= stand_off * grasps["object_from_approach"][:, :3, 2]
         bases[:, 4, :3, 3] += lift * up
-        driven[:, :2], driven[:, 2] = grasps["opening"][:, None], grasps["posture"]
-        joints[:, 2], joints[:, 3:] = grasps["joints_before"], grasps["joints"][:, None]
+        driven[:, :3], joints[:, :3] = grasps["posture"][:, None], grasps["joints_before"][:, None]
+        driven[opened, :2], joints[opened, :2] = grasps["opening"][opened, None], np.nan
+        joints[:, 3:] = grasps["joints"][:, None]
+        for values in (bases, driven, joints):
+            values[~(shaped | opened)] = np.nan
         return way
+
+    def _free(self, resting_pose: npt.ArrayLike | None) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+        """Whether the way in the posture, and the opened one, is free to each grasp."""
+        grasps = self.grasps
+        # A hand that penetrates the object was not closed and has no way.
+        free = (grasps["object_in_way"] == 0) & (grasps["verdict"] != VERDICTS.index("penetrates"))[:, None]
+        if resting_pose is not None:
+            count = grasps["clearances"].shape[1]
+            poses = np.broadcast_to(np.asarray(resting_pose), len(grasps))
+            if poses.dtype.kind not in "iu" or np.any((poses < 0) | (poses >= count)):
+                raise ValueError(f"resting_pose must be from 0 to {count - 1}, one number or one per grasp")
+            lowest = [grasps[name][np.arange(len(grasps)), poses] for name in ("clearances", "clearances_opened")]
+            free &= np.stack(lowest, axis=1) >= 0
+        return free[:, 0], free[:, 1]
 
     def frame(self) -> pd.DataFrame:
         """One row per grasp as a pandas DataFrame: the columns of ``grasp_frame`` from ``rank`` on.
@@ -295,9 +338,14 @@ def _unchecked_columns(sample: GraspSample) -> Columns:
     columns["type"] = [row["type"][0] if len(row["type"]) else None for row in rows]
     for name in _POSES:
         columns[name] = [pose(row[name]).reshape(16) for row in rows]
-    columns["object_from_base_pregrasp"] = list(sample.waypoints()["object_from_base"][:, 0].reshape(-1, 16))
+    backs = sample.grasps["object_from_base"].copy()
+    backs[:, :3, 3] -= sample.run["stand_off"] * sample.grasps["object_from_approach"][:, :3, 2]
+    columns["object_from_base_pregrasp"] = list(backs.reshape(-1, 16))
     columns["width"] = [row["width"][0] if len(row["width"]) else np.nan for row in rows]
-    for name in (*_LISTS, *_NUMBERS):
+    for name in _LISTS:
+        columns[name] = [row[name] for row in rows]
+    columns |= _columns_of_ways(sample)
+    for name in _NUMBERS:
         columns[name] = [row[name] for row in rows]
     for name in ("shift", "turn"):
         columns[name] = [row[name] if len(row[name]) else None for row in rows]
@@ -308,6 +356,32 @@ def _unchecked_columns(sample: GraspSample) -> Columns:
         outcomes = [of_grasp.get(rank, untried) for rank in range(len(rows))]
         columns |= {name: [outcome[name] for outcome in outcomes] for name in _TRIAL}
     return columns
+
+
+def _columns_of_ways(sample: GraspSample) -> Columns:
+    """Ways to each grasp that are free, and what is in the others: without a table, and on that of each resting pose."""
+    grasps, driven = sample.grasps, sample.waypoints()["driven"][:, 0]
+    is_closed = grasps["verdict"] != VERDICTS.index("penetrates")
+    stages = grasps["object_in_way"]
+    poses = range(grasps["clearances"].shape[1])
+    free_on_table = np.array([sample.free_ways(pose) for pose in poses]).reshape(len(poses), len(grasps)).T
+
+    def per_pose(texts: list[list[str]]) -> list[npt.NDArray[np.object_]]:
+        return [np.array(row if closed else [], object) for row, closed in zip(texts, is_closed)]
+
+    def obstacles(way: int, clearances: str) -> list[npt.NDArray[np.object_]]:
+        rows = zip(stages[:, way], grasps[clearances])
+        return per_pose([[_OBSTACLES[int(stage > 0)][int(lowest < 0)] for lowest in row] for stage, row in rows])
+
+    return {
+        "free_ways": sample.free_ways().tolist(),
+        "object_in_way_posture": [PATH_STAGES[stage] for stage in stages[:, 0]],
+        "object_in_way_opened": [PATH_STAGES[stage] for stage in stages[:, 1]],
+        "pregrasp": [None if np.isnan(values).any() else values for values in driven],
+        "free_ways_on_table": per_pose(free_on_table.tolist()),
+        "obstacles_posture_on_table": obstacles(0, "clearances"),
+        "obstacles_opened_on_table": obstacles(1, "clearances_opened"),
+    }
 
 
 def _outcome(trial: Message) -> Message:

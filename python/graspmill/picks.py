@@ -9,12 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .geometry import Floats, container_mesh, pose, poses
+from .grasps import FREE_WAYS
 from .samples import Sample, as_array, content, expect_lengths
 
 PICK_OBSTACLES = ("free", "ground", "container", "own object", "neighbour")
 """Obstacles in the way of a hand, by the numbers of ``verdicts``; 0: none."""
-PICK_STAGES = ("free", "pregrasp", "approach", "closing")
-"""Part of a hand's path, by the numbers of ``stages``."""
+PICK_STAGES = ("free", "pregrasp", "approach", "closing", "shaping")
+"""Part of a hand's path, by the numbers of ``stages``: in its posture where it begins to close, on the way there, while it closes,
+and, where it has come opened, while it takes on its posture."""
 PICK_VERDICTS = (
     "held",
     "starts_too_deep",
@@ -145,12 +147,13 @@ class PickSample(Sample):
 
     @content
     def verdicts(self) -> npt.NDArray[np.uint8]:
-        """(candidates,) what is in the way, an index in ``PICK_OBSTACLES``; 0 where the hand is free."""
+        """(candidates,) what is in the way of the hand that comes in its posture, as in trials: an index in ``PICK_OBSTACLES``; 0
+        where it is free."""
         return as_array(self.message("grasps")["verdicts"], "u1", len(self.runs))
 
     @content
     def free(self) -> npt.NDArray[np.bool_]:
-        """(candidates,) whether the hand comes and closes without touching anything but the body."""
+        """(candidates,) whether the hand, coming in its posture, comes and closes without touching anything but the body."""
         return np.asarray(self.verdicts == 0)
 
     @content
@@ -169,15 +172,45 @@ class PickSample(Sample):
         return self._per_candidate("clearances", np.float64)
 
     @content
+    def verdicts_opened(self) -> npt.NDArray[np.uint8]:
+        """(candidates,) as ``verdicts``, of the hand that comes opened and takes on its posture where it closes."""
+        return as_array(self.message("grasps")["verdicts_opened"], "u1", len(self.runs))
+
+    @content
+    def free_opened(self) -> npt.NDArray[np.bool_]:
+        """(candidates,) as ``free``, of the hand that comes opened."""
+        return np.asarray(self.verdicts_opened == 0)
+
+    @content
+    def stages_opened(self) -> npt.NDArray[np.uint8]:
+        """(candidates,) as ``stages``, of the hand that comes opened."""
+        return as_array(self.message("grasps")["stages_opened"], "u1", len(self.runs))
+
+    @content
+    def neighbours_opened(self) -> npt.NDArray[np.uint32]:
+        """(candidates,) as ``neighbours``, of the hand that comes opened."""
+        return self._per_candidate("neighbours_opened", np.uint32)
+
+    @content
+    def clearances_opened(self) -> Floats:
+        """(candidates,) as ``clearances``, of the hand that comes opened."""
+        return self._per_candidate("clearances_opened", np.float64)
+
+    @content
+    def free_ways(self) -> npt.NDArray[np.str_]:
+        """(candidates,) ways on which the hand is free, each one of ``FREE_WAYS``: opened, or in its posture."""
+        return np.array(FREE_WAYS)[2 * self.free + self.free_opened]
+
+    @content
     def joint_names(self) -> list[str]:
         """Names of the hand's joints."""
         return [str(name) for name in self.message("grasps")["joints"]]
 
     @content
     def closed_joints(self) -> Floats:
-        """(candidates, joints) all joints of the hand closed on the body alone [rad or m]; NaN where it is not free."""
+        """(candidates, joints) all joints of the hand closed on the body alone [rad or m]; NaN where neither way is free."""
         joints: Floats = np.full((len(self.runs), len(self.joint_names)), np.nan)
-        joints[self.free] = self.message("grasps")["closed_joints"].reshape(-1, len(self.joint_names))
+        joints[self.free | self.free_opened] = self.message("grasps")["closed_joints"].reshape(-1, len(self.joint_names))
         return joints
 
     @content

@@ -30,6 +30,8 @@ class SceneContacts:
     """(contacts,) m, negative where they overlap."""
     forces: Floats
     """(contacts, 3) N, of the first on the second."""
+    torques: Floats
+    """(contacts, 3) N m, of the first on the second about ``points``, by torsion and rolling friction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,6 +118,13 @@ class SceneSample(Sample):
         return self._per_body("masses")
 
     @content
+    def centres_of_mass(self) -> Floats:
+        """(bodies, 3) m, in the world: torques on a resting body balance about its own."""
+        found: Floats = self.message("scene")["centres_of_mass"].reshape(-1, 3)
+        expect_lengths(len(self.objects), centres_of_mass=found)
+        return found
+
+    @content
     def frictions(self) -> Floats:
         """(bodies,) coefficients of sliding friction; of two that touch the larger counts."""
         return self._per_body("frictions")
@@ -142,10 +151,13 @@ class SceneSample(Sample):
         """Contacts at these poses."""
         message = self.message("scene")
         pairs = np.stack([np.asarray(message[name], np.uint32) for name in ("touch_first", "touch_second")], axis=1)
-        points, normals, forces = (message[f"touch_{name}"].reshape(-1, 3) for name in ("points", "normals", "forces"))
+        names = ("points", "normals", "forces", "torques")
+        points, normals, forces, torques = (message[f"touch_{name}"].reshape(-1, 3) for name in names)
         distances = message["touch_distances"]
-        expect_lengths(len(pairs), points=points, normals=normals, forces=forces, distances=distances)
-        return SceneContacts(pairs, points, normals, distances, forces)
+        expect_lengths(
+            len(pairs), points=points, normals=normals, forces=forces, torques=torques, distances=distances
+        )
+        return SceneContacts(pairs, points, normals, distances, forces, torques)
 
     @content
     def supports(self) -> list[tuple[int, int, float]]:

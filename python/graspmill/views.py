@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -110,6 +112,16 @@ class ViewSample(Sample):
         return self._per_body("pixels_visible")
 
     @content
+    def pixels_too_near(self) -> npt.NDArray[np.uint32]:
+        """(bodies,) pixels that see each body nearer than the sensor measures, and have no depth; zeros without a sensor."""
+        return self._measured("pixels_too_near", np.uint32)
+
+    @content
+    def nearest_depths(self) -> npt.NDArray[np.float32]:
+        """(bodies,) m: smallest true depth of the pixels that see each body; 0 of one that is unseen, and without a sensor."""
+        return self._measured("nearest_depths", np.float32)
+
+    @content
     def visible_shares(self) -> Floats:
         """(bodies,) share of each silhouette that is seen; 0 of one without a pixel."""
         return self.pixels_visible / np.maximum(self.pixels_all, 1)
@@ -170,6 +182,14 @@ class ViewSample(Sample):
         found: npt.NDArray[np.uint32] = np.asarray(self.message("image")[name], np.uint32)
         expect_lengths(len(self.objects), **{name: found})
         return found
+
+    def _measured(self, name: str, kind: Any) -> npt.NDArray[Any]:
+        """A number per body that views with a sensor have; zeros where there is none."""
+        stored: npt.NDArray[Any] = np.asarray(self.message("image")[name], kind)
+        if len(self.message("image")["point_instances"]) == 0:
+            return np.zeros(len(self.objects), kind)
+        expect_lengths(len(self.objects), **{name: stored})
+        return stored
 
     def _boxes(self, name: str) -> npt.NDArray[np.uint32]:
         found = np.asarray(self.message("image")[name], np.uint32).reshape(-1, 4)

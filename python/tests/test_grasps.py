@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 from graspmill import (
+    FREE_WAYS,
     TRIAL_VERDICTS,
     VERDICTS,
     WAYPOINTS,
@@ -225,12 +226,23 @@ def test_trials_over_time_go_on_as_long_as_the_trial(runs: Dataset[GraspSample])
 
 
 def test_hands_come_close_and_lift(data: Path, runs: Dataset[GraspSample]) -> None:
-    resting = resting_poses(data / "set/grasps")
+    resting, seen = resting_poses(data / "set/grasps"), set()
     for run, name in zip(runs, runs.column("object")):
         grasps, stand_off = run.grasps, run.run["stand_off"]
         up = resting[name][0].world_from_object[2, :3]
-        way = run.waypoints(up)
+        way, free = run.waypoints(up), run.free_ways()
         assert way.shape == (len(grasps), len(WAYPOINTS)) and WAYPOINTS[0] == "pregrasp"
+        # A way is free of the object where no part of it meets it, and of a table where the hand stays above.
+        passes = (grasps["object_in_way"] == 0) & (grasps["verdict"] != VERDICTS.index("penetrates"))[:, None]
+        assert np.array_equal(free, np.array(FREE_WAYS)[2 * passes[:, 0] + passes[:, 1]])
+        on_table = np.stack([grasps["clearances"][:, 0], grasps["clearances_opened"][:, 0]], axis=1) >= 0
+        assert np.array_equal(run.free_ways(0), np.array(FREE_WAYS)[(passes & on_table) @ [2, 1]])
+        assert np.array_equal(np.isnan(run.waypoints(up, resting_pose=0)["driven"][:, 0, 0]), run.free_ways(0) == "none")
+        seen |= set(free)
+        # Without a way there is no row.
+        is_free, opened = free != "none", np.isin(free, ("opened", "both"))
+        assert all(np.isnan(way[field][~is_free]).all() for field in way.dtype.names)
+        grasps, way, opened = grasps[is_free], way[is_free], opened[is_free]
         bases = way["object_from_base"]
         # Seen from the approach frame the hand stands straight back, and moves by nothing else.
         back = np.linalg.inv(grasps["object_from_approach"]) @ bases[:, 0] @ np.linalg.inv(grasps["object_from_base"])
@@ -244,11 +256,17 @@ def test_hands_come_close_and_lift(data: Path, runs: Dataset[GraspSample]) -> No
         raised = world @ bases[:, 4] - world @ bases[:, 3]
         assert np.allclose(raised[:, 2, 3], 0.1) and np.allclose(raised[:, :2, 3], 0, atol=1e-12)
         driven, joints = way["driven"], way["joints"]
-        assert np.array_equal(driven[:, 0], grasps["opening"]) and np.array_equal(driven[:, 2], grasps["posture"])
-        assert np.isnan(driven[:, 3:]).all() and np.isnan(joints[:, :2]).all()
+        coming = np.where(opened[:, None], grasps["opening"], grasps["posture"])
+        assert np.array_equal(driven[:, 0], coming) and np.array_equal(driven[:, 1], coming)
+        assert np.array_equal(driven[:, 2], grasps["posture"]) and np.isnan(driven[:, 3:]).all()
+        assert np.isnan(joints[opened, :2]).all()
+        assert np.array_equal(joints[~opened, 0], grasps["joints_before"][~opened])
         assert np.array_equal(joints[:, 2], grasps["joints_before"]) and np.array_equal(joints[:, 4], grasps["joints"])
         with pytest.raises(ValueError, match="unit length"):
             run.waypoints((0.0, 0.0, 2.0))
+        with pytest.raises(ValueError, match="resting_pose"):
+            run.free_ways(len(resting[name]))
+    assert "both" in seen
 
 
 def test_patches_are_cut_from_their_images(data: Path, runs: Dataset[GraspSample]) -> None:

@@ -57,7 +57,7 @@ struct RunReport<'a> {
     threads: usize,
     simd: String,
     peak_memory_bytes: Option<u64>,
-    warnings: &'a [String],
+    warnings: Vec<String>,
 }
 
 /// Makes a job's dataset, or the shards that are missing of it.
@@ -83,7 +83,7 @@ pub fn show(
     printer: &Printer,
 ) -> Result<Exit, Failure> {
     if json {
-        printer.json(&report(folder, parallelism, summary, seconds))?;
+        printer.json(&report(folder, parallelism, summary, seconds)?)?;
     } else {
         let text = text(folder, parallelism, summary, seconds)?;
         printer.result(&format!("{text}\nnext: graspmill report {}", folder.path().shown()));
@@ -177,10 +177,10 @@ pub fn report<'a>(
     parallelism: &Parallelism,
     summary: &'a RunSummary,
     seconds: f64,
-) -> impl Serialize + use<'a> {
+) -> Result<impl Serialize + use<'a>, Failure> {
     let RunSummary { finished_before, product, made, manifest, .. } = summary;
     let counts = &manifest.counts;
-    RunReport {
+    Ok(RunReport {
         dataset: folder.path().display().to_string(),
         product: *product,
         root: manifest.root.hex(),
@@ -200,8 +200,8 @@ pub fn report<'a>(
         threads: parallelism.threads,
         simd: parallelism.level.to_string(),
         peak_memory_bytes: machine::peak_memory(),
-        warnings: &manifest.warnings,
-    }
+        warnings: manifest.warnings.iter().cloned().chain(publish::warnings(folder)?).collect(),
+    })
 }
 
 /// The summary of a run, for people.
@@ -242,7 +242,8 @@ pub fn text(
         let were = if counts.refused_meshes == 1 { "was" } else { "were" };
         lines.push(format!("{} {were} refused:", counted(counts.refused_meshes, "mesh")));
     }
-    let warnings = manifest.warnings.iter().cloned().chain(no_sample(manifest));
+    let found = publish::warnings(folder)?;
+    let warnings = manifest.warnings.iter().cloned().chain(found).chain(no_sample(manifest));
     lines.extend(capped(warnings.map(|warning| format!("warning: {}", warning.shown())), MOST_WARNINGS, "warnings"));
     // Of one class alone, the root over all says it.
     if manifest.classes.len() > 1 {

@@ -89,7 +89,7 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
             exit = Exit::Refused;
         }
         texts.push(format!("{}\n{}", job.name, run::text(&folder, &parallelism, &summary, seconds)?));
-        let report = serde_json::to_value(run::report(&folder, &parallelism, &summary, seconds))?;
+        let report = serde_json::to_value(run::report(&folder, &parallelism, &summary, seconds)?)?;
         reports.insert(job.name.clone(), report);
     }
     table.finish(&arguments.out).map_err(failure)?;

@@ -33,7 +33,7 @@ pub use products::{
         ClosedHand, FORCE, Grasp, GraspFacts, GraspLabel, GraspMethod, GraspRun, GraspTrial, GraspTrials, HandJoint,
         HandNames, HandShape, HeldContact, LinkSolid, ObjectShape, PerturbedTrial, PressedContact, RunStretch, Seed,
         SeriesMoment, TableTrial, TrialFacts, TrialHand, TrialMethod, TrialOutcome, TrialSeries, TrialVerdict,
-        TriedStates, WRENCH, Waypoint, trial_phases,
+        TriedStates, WRENCH, WayObstacles, Waypoint, trial_phases,
     },
     heatmaps::{ForbiddenGrasp, HeatmapFacts, HeatmapLabel, PatchSquare, SceneHeatmap, SeenGrasp, SeenPoint},
     patches::{
@@ -42,8 +42,8 @@ pub use products::{
         pixel_in_image, projection, trial_value, window_pixel, window_side,
     },
     picks::{
-        AwakeBodies, AwakeNeighbour, Blocked, PickCandidate, PickCandidates, PickFacts, PickObstacle, PickPhase,
-        PickProtocol, PickStage, PickState, PickTrial, PickTrialFacts, PickTrials, PickVerdict, PressedThing,
+        AwakeBodies, AwakeNeighbour, Blocked, PickCandidate, PickCandidates, PickFacts, PickObstacle, PickPassage,
+        PickPhase, PickProtocol, PickState, PickTrial, PickTrialFacts, PickTrials, PickVerdict, PressedThing,
         TakenGrasps,
     },
     reachability::{BlockFacts, FieldHeader, ReachabilityBlock, ReachabilityField},
@@ -51,7 +51,7 @@ pub use products::{
         CONTAINER, ContainerMesh, Scene, SceneBody, SceneContact, SceneContainer, SceneFacts, SceneImport, SceneMode,
         SceneOverview, SceneSupport,
     },
-    views::{SceneColour, SceneImage, SceneInstance, ViewFacts},
+    views::{NearBody, SceneColour, SceneImage, SceneInstance, ViewFacts},
     volumes::{FusedView, GraspsInVolume, SceneVolume, VolumeAffordance, VolumeFacts, VolumeTruth, VoxelGrasp},
 };
 

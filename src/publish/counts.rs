@@ -3,7 +3,7 @@
 use super::products::pages_of;
 use format::{
     Noun,
-    dataset::{DatasetError, Manifest},
+    dataset::{DatasetError, DatasetReader, Manifest},
 };
 use kernel::files::Folder;
 
@@ -20,6 +20,15 @@ pub struct CountedParts {
 pub fn counted_parts(manifest: &Manifest) -> Option<CountedParts> {
     let parts = pages_of(manifest.product).parts.as_ref()?;
     Some(CountedParts { noun: parts.noun, count: (parts.count)(manifest) })
+}
+
+/// What a user of a finished dataset should know that its samples show, beside the warnings of its manifest.
+///
+/// # Errors
+/// When a file of the dataset is missing or damaged.
+pub fn warnings(folder: &Path) -> Result<Vec<String>, DatasetError> {
+    let reader = DatasetReader::open(folder)?;
+    (pages_of(reader.manifest().product).warnings)(&reader)
 }
 
 /// Lines with the counts of a finished dataset.

@@ -36,7 +36,7 @@ mod touch;
 mod touch_pictures;
 
 pub use check::{ReleaseCheck, check_release};
-pub use counts::{CountedParts, counted_parts, counts_in_words};
+pub use counts::{CountedParts, counted_parts, counts_in_words, warnings};
 pub use evaluation::{EvaluatedMethod, EvaluatedSample, Evaluation};
 pub use grasp_types::TypeFacts;
 pub use inspect::inspect;

@@ -336,6 +336,14 @@ const GL_RENDERER: u32 = 0x1F01;
 const GL_VERSION: u32 = 0x1F02;
 const GL_EXTENSIONS: u32 = 0x1F03;
 const GL_MAX_RENDERBUFFER_SIZE: u32 = 0x84E8;
+const GL_MODELVIEW: u32 = 0x1700;
+const GL_TEXTURE: u32 = 0x1702;
+const GL_TEXTURE0: u32 = 0x84C0;
+const GL_TEXTURE1: u32 = 0x84C1;
+const GL_TEXTURE_2D: u32 = 0x0DE1;
+const GL_TEXTURE_MAG_FILTER: u32 = 0x2800;
+const GL_TEXTURE_MIN_FILTER: u32 = 0x2801;
+const GL_NEAREST: i32 = 0x2600;
 
 /// OpenGL extensions whose absence ends the process in `mjr_makeContext`, and the one that float depth with near = 1
 /// needs.
@@ -381,6 +389,39 @@ impl GlContext {
         self.egl
             .make_current(self.display, None, None, Some(self.context))
             .map_err(|error| GlError::Failed(format!("eglMakeCurrent: {error}")))
+    }
+
+    /// Makes lookups in a shadow map of so many texels along each side read the texel that was drawn there, see [`upload`].
+    fn align_shadow_map(&self, texture: u32, size: i32) -> Result<(), GlError> {
+        let lacks = |missing: &str| GlError::Lacks { renderer: self.renderer.clone(), missing: missing.into() };
+        let function = |name: &str| self.egl.get_proc_address(name).ok_or_else(|| lacks(name));
+        let [bind, set, activate] =
+            [function("glBindTexture")?, function("glTexParameteri")?, function("glActiveTexture")?];
+        let [mode, load] = [function("glMatrixMode")?, function("glLoadMatrixf")?];
+        // Texture coordinates from 0 to 1 go to the middle `size - 2` texels, by columns.
+        let (scale, shift) = ((size - 2) as f32 / size as f32, 1.0 / size as f32);
+        let drawn_from_read =
+            [[scale, 0.0, 0.0, 0.0], [0.0, scale, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [shift, shift, 0.0, 1.0]];
+        // SAFETY: OpenGL defines the functions with these types; the context is current on this thread, and the texture is one of
+        // its own. MuJoCo binds a texture before it draws with it, selects a unit and a matrix before it changes them, and has
+        // no matrix of its own for this unit.
+        #[expect(unsafe_code, reason = "OpenGL is reached through function pointers")]
+        unsafe {
+            let bind: extern "system" fn(u32, u32) = std::mem::transmute(bind);
+            let set: extern "system" fn(u32, u32, i32) = std::mem::transmute(set);
+            let activate: extern "system" fn(u32) = std::mem::transmute(activate);
+            let mode: extern "system" fn(u32) = std::mem::transmute(mode);
+            let load: extern "system" fn(*const f32) = std::mem::transmute(load);
+            activate(GL_TEXTURE1);
+            bind(GL_TEXTURE_2D, texture);
+            set(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+            set(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+            mode(GL_TEXTURE);
+            load(drawn_from_read.as_flattened().as_ptr());
+            mode(GL_MODELVIEW);
+            activate(GL_TEXTURE0);
+        }
+        Ok(())
     }
 
     /// Names and limits of the driver, and whether MuJoCo can work with it.
@@ -507,6 +548,12 @@ pub(super) fn paint(scene: &mut MjvScene, colours: &[[f32; 3]]) {
 /// MuJoCo's own GL objects for a model: its off-screen buffer and the mesh in the driver's memory. Depth is read as the
 /// buffer has it, 1 = near: reversed z keeps the floating-point depth precise far away.
 ///
+/// MuJoCo lights a fragment only where all four texels of the shadow map around it are farther from the light, and moves the map
+/// back by 1.5 times the larger of its slopes s and t [m per texel]. It draws the map into all but an outermost ring of texels and
+/// reads it as if it filled the texture, so that towards the border a lookup is off by up to a texel. Over four texels, one of them
+/// off by a texel more, a lit plane is nearer than itself by up to 2 (s + t): moire. Here the map is read where it was drawn, at
+/// the nearest texel, which is half a texel away, so that the plane is nearer by (s + t) / 2 at most.
+///
 /// The caller drops it before `gl` and while `gl` is current.
 pub(super) fn upload(gl: &GlContext, model: &MjModel) -> Result<MjrContext, GlError> {
     gl.make_current()?;
@@ -517,6 +564,10 @@ pub(super) fn upload(gl: &GlContext, model: &MjModel) -> Result<MjrContext, GlEr
         context.ffi_mut().readDepthMap = mjtDepthMap::mjDEPTH_ZEROFAR as i32;
         context
     };
+    match context.ffi().shadowTex {
+        0 => {}
+        shadows => gl.align_shadow_map(shadows, context.ffi().shadowSize)?,
+    }
     context.set_buffer(MjtFramebuffer::mjFB_OFFSCREEN);
     if context.ffi().currentBuffer == MjtFramebuffer::mjFB_OFFSCREEN as i32 {
         Ok(context)

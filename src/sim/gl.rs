@@ -19,7 +19,7 @@ use super::{
 };
 use kernel::geom::Intrinsics;
 
-/// Far plane [m]. With reversed z the depth's precision hardly depends on it.
+/// Far plane of depth, and of colours without shadows [m]. With reversed z the depth's precision hardly depends on it.
 const FAR: f64 = 100.0;
 /// Samples along each side of a pixel in colour.
 const SAMPLES: u32 = 2;
@@ -74,7 +74,7 @@ impl GlView {
         depth: &mut [f32],
     ) -> Result<(), GlError> {
         let (width, height) = (pixels.width(), pixels.height());
-        let Uploaded { context, scene, .. } = self.prepare(model, data, camera, pixels, 1)?;
+        let Uploaded { context, scene, .. } = self.prepare(model, data, camera, (pixels, FAR), 1)?;
         // Flat colours only: no light, shadow, texture or sky is computed. Both sides of a face are drawn.
         set_flags(scene, &[mjtRndFlag::mjRND_SEGMENT, mjtRndFlag::mjRND_IDCOLOR]);
         let viewport = MjrRectangle::new(0, 0, width as i32, height as i32);
@@ -86,23 +86,24 @@ impl GlView {
         Ok(())
     }
 
-    /// Draws a part of the image and writes its colours, row-major from the top; `lit` lights and paints the scene, and
-    /// `background` stands where there is nothing.
+    /// Draws a part of the image and writes its colours, row-major from the top: with shadows where there is a far plane for them
+    /// [m]. `lit` lights and paints the scene, and `behind` gives the colours where nothing is.
     #[expect(clippy::too_many_arguments, reason = "what draw takes, and what colours need besides")]
     pub(super) fn draw_colours(
         &mut self,
         model: &SimModel,
         data: &mut MjData<Arc<MjModel>>,
         camera: &Intrinsics,
-        pixels: &PixelBox,
+        (pixels, shadows_to): (&PixelBox, Option<f64>),
         lit: impl FnOnce(&mut MjvScene),
         behind: &dyn Fn(u32, u32) -> [u8; 3],
         rgb: &mut [[u8; 3]],
     ) -> Result<(), GlError> {
         let (width, height) = (SAMPLES * pixels.width(), SAMPLES * pixels.height());
-        let Uploaded { context, scene, .. } = self.prepare(model, data, camera, pixels, SAMPLES)?;
-        // No sky, and shadows where the scene has a map of them.
-        set_flags(scene, if model.has_shadows { &[mjtRndFlag::mjRND_SHADOW] } else { &[] });
+        let far = shadows_to.unwrap_or(FAR);
+        let Uploaded { context, scene, .. } = self.prepare(model, data, camera, (pixels, far), SAMPLES)?;
+        // No sky, and shadows where they are asked for.
+        set_flags(scene, if shadows_to.is_some() { &[mjtRndFlag::mjRND_SHADOW] } else { &[] });
         lit(scene);
         let viewport = MjrRectangle::new(0, 0, width as i32, height as i32);
         scene.render(&viewport, context);
@@ -122,13 +123,14 @@ impl GlView {
         Ok(())
     }
 
-    /// The scene of a model, its camera aimed at the box, and room for so many samples along each side of a pixel.
+    /// The scene of a model, its camera aimed at the box with a far plane [m], and room for so many samples along each side of a
+    /// pixel.
     fn prepare(
         &mut self,
         model: &SimModel,
         data: &mut MjData<Arc<MjModel>>,
         camera: &Intrinsics,
-        pixels: &PixelBox,
+        (pixels, far): (&PixelBox, f64),
         samples: u32,
     ) -> Result<&mut Uploaded, GlError> {
         let (width, height) = (samples * pixels.width(), samples * pixels.height());
@@ -143,7 +145,7 @@ impl GlView {
         uploaded.make_room(width, height);
         let mut viewer = MjvCamera::new_fixed(model.camera);
         uploaded.scene.update(data, &MjvOption::default(), &MjvPerturb::default(), &mut viewer);
-        aim(&mut uploaded.scene, camera, pixels);
+        aim(&mut uploaded.scene, camera, pixels, far);
         Ok(uploaded)
     }
 }
@@ -208,8 +210,8 @@ fn shrink(samples: &[[u8; 3]], width: usize, rgb: &mut [[u8; 3]]) {
 }
 
 /// Narrows the scene's camera to the box, keeping MuJoCo's camera position and axes: the frustum of the job's camera at the
-/// near plane, cut at pixel edges.
-fn aim(scene: &mut MjvScene, camera: &Intrinsics, pixels: &PixelBox) {
+/// near plane, cut at pixel edges, and a far plane [m].
+fn aim(scene: &mut MjvScene, camera: &Intrinsics, pixels: &PixelBox, far: f64) {
     let near = camera.near;
     let x = |column: u32| (f64::from(column) - camera.cx) / camera.fx * near;
     let y = |row: u32| (camera.cy - f64::from(row)) / camera.fy * near;
@@ -220,7 +222,7 @@ fn aim(scene: &mut MjvScene, camera: &Intrinsics, pixels: &PixelBox) {
         eye.frustum_bottom = bottom as f32;
         eye.frustum_top = top as f32;
         eye.frustum_near = near as f32;
-        eye.frustum_far = FAR as f32;
+        eye.frustum_far = far as f32;
     }
 }
 

@@ -46,8 +46,17 @@ pub struct SimModel {
     vertices: Option<Vec<[f32; 3]>>,
     pub(super) world_from_camera: Pose<World, CameraCv>,
     pub(super) camera: usize,
-    /// Whether lights throw shadows.
-    pub(super) has_shadows: bool,
+    /// Where lights throw shadows; `None` where they throw none.
+    pub(super) shadows: Option<Shadowed>,
+}
+
+/// What the lights of a scene have to see for its shadows [m].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shadowed {
+    /// Distance from the world's origin within which there are shadows.
+    pub(super) reach: f64,
+    /// Distance of the farthest vertex from the world's origin.
+    pub(super) span: f64,
 }
 
 impl SimModel {
@@ -79,6 +88,10 @@ impl SimModel {
     ) -> Result<Self, SimError> {
         let parts: Vec<_> = parts.into_iter().collect();
         parts.iter().try_for_each(|(mesh, _)| check(mesh))?;
+        let distances = parts.iter().flat_map(|(mesh, world_from_part)| {
+            mesh.vertices.iter().map(|vertex| world_from_part.point(&Point3::from(vertex.map(f64::from))).coords.norm())
+        });
+        let span = distances.fold(0.0, f64::max);
         let mut model = Self::compile(|spec| {
             add_lights(spec);
             let visual = spec.visual_mut();
@@ -93,7 +106,7 @@ impl SimModel {
                 *geom.quat_mut() = quaternion(world_from_part.isometry());
             }
         })?;
-        model.has_shadows = true;
+        model.shadows = Some(Shadowed { reach, span });
         Ok(model)
     }
 
@@ -121,7 +134,7 @@ impl SimModel {
         data.forward();
         let world_from_camera: Pose<World, CameraGl> = pose_from(&data.cam_xpos()[camera], &data.cam_xmat()[camera]);
         let world_from_camera = world_from_camera * Pose::cv_from_gl().inverse();
-        Ok(Self { model, vertices: None, world_from_camera, camera, has_shadows: false })
+        Ok(Self { model, vertices: None, world_from_camera, camera, shadows: None })
     }
 
     /// The part of the image that the object's vertices project into, a pixel wider on every side; the whole image

@@ -11,7 +11,7 @@ use super::{
     hand::HandModel,
     model::{Inertia, add_mesh},
 };
-use kernel::geom::TriMesh;
+use kernel::geom::{TOUCHED_EDGE, TriMesh};
 
 /// Thickness that a flex has to have at least [m].
 const FLEX_RADIUS: f64 = 1e-5;
@@ -34,7 +34,7 @@ pub enum NativeContacts {
     /// Contacts of the convex hull.
     Hull,
     /// Contacts of the triangles, a flex without a thickness whose vertices are of one rigid body: tenths of a
-    /// millisecond per step. Triangles wider than the solid that touches them may be missed.
+    /// millisecond per step. Triangles wider than the solid that touches them may be missed, so that long edges are halved.
     Triangles,
 }
 
@@ -60,8 +60,9 @@ impl NativeContacts {
             Self::Sdf => MjtGeomBase::mjGEOM_SDF,
             Self::Hull => MjtGeomBase::mjGEOM_MESH,
             Self::Triangles => {
-                spec.set_memory(triangles_memory(model, object) as _);
-                return add_triangles(spec, body, object);
+                let fine = object.with_short_edges(TOUCHED_EDGE, max_triangles(model));
+                spec.set_memory(triangles_memory(model, &fine) as _);
+                return add_triangles(spec, body, &fine);
             }
         };
         add_mesh(spec, body, object, Inertia::Shell).set_octree_maxdepth(OCTREE_DEPTH);
@@ -74,8 +75,18 @@ impl NativeContacts {
 /// Memory that MuJoCo may ask for when it searches contacts of a hand with triangles [bytes]: it takes one body of the hand
 /// after another.
 fn triangles_memory(model: &HandModel, object: &TriMesh) -> usize {
+    BASE_MEMORY + bytes_per_triangle(model) * object.triangles.len()
+}
+
+/// The same of one triangle.
+fn bytes_per_triangle(model: &HandModel) -> usize {
     let geoms = model.robot.model.body_geomnum().iter().max().map_or(0, |number| index(*number));
-    BASE_MEMORY + BYTES_PER_PAIR * geoms * object.triangles.len()
+    BYTES_PER_PAIR * geoms
+}
+
+/// Triangles for which that memory is enough.
+fn max_triangles(model: &HandModel) -> usize {
+    (MAX_MEMORY - BASE_MEMORY) / bytes_per_triangle(model).max(1)
 }
 
 /// A mesh as a flex of triangles, all of whose vertices are of one body.

@@ -34,6 +34,8 @@ pub enum ColumnType {
     Digest,
     /// List of doubles.
     F64s,
+    /// List of UTF-8 texts.
+    Texts,
 }
 
 /// A column of a table.
@@ -66,6 +68,8 @@ pub enum Value<'a> {
     Bytes(&'a [u8]),
     /// Value of a column of [`ColumnType::F64s`].
     F64s(Cow<'a, [f64]>),
+    /// Value of a column of [`ColumnType::Texts`].
+    Texts(Vec<&'a str>),
 }
 
 /// Facts of a whole table.
@@ -165,6 +169,7 @@ enum Typed {
     Bytes(Vec<ByteArray>),
     Digest(Vec<FixedLenByteArray>),
     F64s(Vec<f64>),
+    Texts(Vec<ByteArray>),
 }
 
 impl Values {
@@ -178,25 +183,32 @@ impl Values {
             ColumnType::Bytes => Typed::Bytes(Vec::new()),
             ColumnType::Digest => Typed::Digest(Vec::new()),
             ColumnType::F64s => Typed::F64s(Vec::new()),
+            ColumnType::Texts => Typed::Texts(Vec::new()),
         };
         Self { optional, definition: Vec::new(), repetition: Vec::new(), values }
     }
 
     /// Adds a value; `false` when it is of another type, or missing in a column that is not optional.
     fn push(&mut self, value: Value<'_>) -> bool {
-        let is_list = matches!(self.values, Typed::F64s(_));
+        let is_list = matches!(self.values, Typed::F64s(_) | Typed::Texts(_));
         let there = i16::from(self.optional);
         if value == Value::Empty {
             self.definition.push(0);
             self.repetition.extend(is_list.then_some(0));
             return self.optional;
         }
-        if let (Typed::F64s(values), Value::F64s(list)) = (&mut self.values, &value) {
-            // An empty list is there, but no element of it.
-            self.definition.extend(std::iter::repeat_n(there + i16::from(!list.is_empty()), list.len().max(1)));
-            self.repetition.extend((0..list.len().max(1)).map(|index| i16::from(index > 0)));
-            values.extend_from_slice(list);
-            return true;
+        match (&mut self.values, &value) {
+            (Typed::F64s(values), Value::F64s(list)) => {
+                values.extend_from_slice(list);
+                self.push_list(list.len());
+                return true;
+            }
+            (Typed::Texts(values), Value::Texts(list)) => {
+                values.extend(list.iter().map(|text| ByteArray::from(*text)));
+                self.push_list(list.len());
+                return true;
+            }
+            _ => {}
         }
         self.definition.push(there);
         match (&mut self.values, value) {
@@ -214,6 +226,14 @@ impl Values {
         true
     }
 
+    /// Adds the levels of a list.
+    fn push_list(&mut self, length: usize) {
+        // An empty list is there, but no element of it.
+        let level = i16::from(self.optional) + i16::from(length > 0);
+        self.definition.extend(std::iter::repeat_n(level, length.max(1)));
+        self.repetition.extend((0..length.max(1)).map(|index| i16::from(index > 0)));
+    }
+
     fn write(&self, writer: &mut ColumnWriter<'_>) -> Result<usize, ParquetError> {
         let levels = self.optional.then_some(self.definition.as_slice());
         match (writer, &self.values) {
@@ -229,6 +249,9 @@ impl Values {
             (ColumnWriter::DoubleColumnWriter(writer), Typed::F64s(values)) => {
                 writer.write_batch(values, Some(&self.definition), Some(&self.repetition))
             }
+            (ColumnWriter::ByteArrayColumnWriter(writer), Typed::Texts(values)) => {
+                writer.write_batch(values, Some(&self.definition), Some(&self.repetition))
+            }
             (ColumnWriter::FixedLenByteArrayColumnWriter(writer), Typed::Digest(values)) => {
                 writer.write_batch(values, levels, None)
             }
@@ -240,7 +263,7 @@ impl Values {
         self.definition.clear();
         self.repetition.clear();
         match &mut self.values {
-            Typed::Text(values) | Typed::Bytes(values) => values.clear(),
+            Typed::Text(values) | Typed::Bytes(values) | Typed::Texts(values) => values.clear(),
             Typed::Boolean(values) => values.clear(),
             Typed::U32(values) => values.clear(),
             Typed::U64(values) => values.clear(),
@@ -284,15 +307,17 @@ pub(super) fn schema(format: &TableFormat) -> String {
             ColumnType::F64 => ("double", ""),
             ColumnType::Bytes => ("binary", ""),
             ColumnType::Digest => ("fixed_len_byte_array(32)", ""),
-            ColumnType::F64s => {
-                return format!(
-                    "{presence} group {name} (list) {{ repeated group list {{ required double element; }} }}\n"
-                );
-            }
+            ColumnType::F64s => return list_of(presence, name, "double element"),
+            ColumnType::Texts => return list_of(presence, name, "binary element (string)"),
         };
         format!("{presence} {kind} {name}{annotation};\n")
     };
     format!("message {} {{\n{}}}", format.name, format.columns.iter().map(field).collect::<String>())
+}
+
+/// A column of lists in Parquet's words.
+fn list_of(presence: &str, name: &str, element: &str) -> String {
+    format!("{presence} group {name} (list) {{ repeated group list {{ required {element}; }} }}\n")
 }
 
 /// An error of the output comes back as it was.
@@ -335,5 +360,10 @@ mod tests {
         assert!(required.push(Value::F64s(vec![3.0].into())) && required.push(Value::F64s(Vec::new().into())));
         assert_eq!((&required.definition[..], &required.repetition[..]), (&[1, 0][..], &[0, 0][..]));
         assert!(!required.push(Value::Empty));
+        let mut texts = Values::new(ColumnType::Texts, false);
+        assert!(texts.push(Value::Texts(vec!["a", ""])) && texts.push(Value::Texts(Vec::new())));
+        assert!(!texts.push(Value::F64s(vec![1.0].into())));
+        let Typed::Texts(values) = &texts.values else { panic!("another type") };
+        assert_eq!((values.len(), &texts.repetition[..3]), (2, &[0, 1, 0][..]));
     }
 }

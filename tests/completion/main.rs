@@ -3,6 +3,7 @@
 mod audit;
 mod determinism;
 mod half_shapes;
+mod nearness;
 mod occlusion;
 #[path = "../support/mod.rs"]
 mod support;

@@ -11,6 +11,7 @@ use std::{
 };
 
 use graspmill::{
+    assets::read_triangles,
     factory::{
         Cancel, Parallelism, ProduceError, RunContext, RunError,
         job::{JobContext, JobText},
@@ -23,10 +24,11 @@ use graspmill::{
         dataset::{DatasetReader, Manifest, Sample, Selection, verify},
         products::grasps::Shapes,
     },
-    geom::Shape,
+    geom::{Shape, Triangles},
     ids::SampleId,
     words::{GraspVerdict, NumberClass},
 };
+use nalgebra::Vector3;
 
 use crate::support::{
     files::{FULL_CHECK, assert_intact, copy_folder, flip_bit, read_json, read_text, repository_path},
@@ -326,6 +328,7 @@ fn replays_in_plain_mujoco(dataset: &Path) {
     let replay = dataset.join("replay");
     let export = Program::on("export", dataset).args(["--to", "mujoco", "--limit", "8"]);
     assert!(export.option("--out", &replay).succeed().stdout.starts_with("8 grasps in "));
+    exported_edges_are_short(dataset, &replay);
     let said = Program::python().arg(replay.join("replay.py")).succeed().stdout;
     let agreement = replay.join("agreement.json");
     let found = read_json(&agreement);
@@ -336,6 +339,29 @@ fn replays_in_plain_mujoco(dataset: &Path) {
     let root = Manifest::read(&Folder::at(dataset)).expect("a dataset").root.hex();
     fs::write(&agreement, read_text(&agreement).replace(&root, &"0".repeat(64))).expect("written");
     assert!(Program::on("report", dataset).fail().stderr.contains("agreement.json"));
+}
+
+/// Meshes that a stranger's MuJoCo touches by their triangles: vertices as they are stored and in front, edges of 6 mm at most, each
+/// passed once in either direction.
+fn exported_edges_are_short(dataset: &Path, replay: &Path) {
+    let reader = DatasetReader::open(dataset).expect("a dataset");
+    let shapes = Shapes::open(dataset).expect("the shapes");
+    for (index, row) in reader.assets().expect("the asset table").objects.iter().enumerate() {
+        let stored = shapes.object(index).expect("an object").mesh;
+        let Triangles { corners, triangles } =
+            read_triangles(&replay.join(&row.name).join("object.obj")).expect("a mesh");
+        assert!(triangles.len() > stored.triangles.len(), "{}: nothing is halved", row.name);
+        let single = corners.iter().map(|corner| corner.coords.map(|part| part as f32));
+        let as_stored = single.zip(&stored.vertices).all(|(found, stored)| found == Vector3::from(*stored));
+        assert!(corners.len() > stored.vertices.len() && as_stored, "{}", row.name);
+        let edges = triangles.iter().flat_map(|[a, b, c]| [[*a, *b], [*b, *c], [*c, *a]]);
+        let mut passed = BTreeSet::new();
+        for [from, to] in edges {
+            assert!((corners[from as usize] - corners[to as usize]).norm() < 0.006 + 1e-7, "{}", row.name);
+            assert!(passed.insert([from, to]), "{}: an edge is passed twice", row.name);
+        }
+        assert!(passed.iter().all(|[from, to]| passed.contains(&[*to, *from])), "{} is not closed", row.name);
+    }
 }
 
 #[test]

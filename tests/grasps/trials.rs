@@ -166,6 +166,23 @@ fn triangles_slip_where_friction_ends() {
     assert!(refusal.contains(&format!("{} triangles", 90 * count)), "{refusal}");
 }
 
+/// Faces of two triangles, and triangles as long as the object, are pressed on between their corners as any others are.
+#[test]
+fn triangles_wider_than_a_pad_are_touched() {
+    let model = open_hand(GRIPPER);
+    let still = TrialProtocol { lift: 0.0, shake: 0.0, ..TrialProtocol::STANDARD };
+    for mesh in [cylinder(0.02, 0.1), centred_block([0.02, 0.02, 0.1])] {
+        let surface = ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface");
+        let mass = MassProperties::of_solid(&surface.solid()).expect("a solid");
+        let sim = TrialSim::with_native_mesh(&model, &mesh, &mass, NativeContacts::Triangles).expect("a simulation");
+        let mut worker = TrialWorker::new(&sim.with_protocol(still).expect("a protocol"));
+        let outcome = worker.run(&[0.035], &pinched(), &TrialConditions::new(0.3)).expect("a pose");
+        assert!(outcome.verdict.is_held(), "{outcome:?}");
+        // 40 N on either pad.
+        assert!(outcome.closed.is_some_and(|grip| (grip.force() - 80.0).abs() < 8.0));
+    }
+}
+
 /// Over time, the pads press by what the shake along their line asks of the object: their forces differ by its mass times that
 /// acceleration. Drift begins anew when gravity comes on, and what is stored moves no trial.
 #[test]

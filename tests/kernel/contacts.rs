@@ -33,18 +33,20 @@ struct Peer {
 }
 
 impl Peer {
+    /// With the edges of boxes and cylinders rounded as those of contacts are.
     fn new(mesh: &TriMesh, shape: &Shape) -> Self {
+        Self::drawn_in(mesh, shape, EDGE_RADIUS, EDGE_RADIUS)
+    }
+
+    /// A solid whose box or cylinder is smaller all around by `by`, and has that thickness [m].
+    fn drawn_in(mesh: &TriMesh, shape: &Shape, by: f64, thickness: f64) -> Self {
         let corners = mesh.vertices.iter().map(|corner| Vector::from(corner.map(f64::from))).collect();
         let (solid, thickness): (Box<dyn ParryShape>, f64) = match shape {
             Shape::Sphere { radius } => (Box::new(Ball::new(*radius)), 0.0),
             Shape::Capsule { radius, half } => (Box::new(Capsule::new_z(*half, *radius)), 0.0),
-            Shape::Box { half } => {
-                (Box::new(Cuboid::new(Vector::from(half.map(|side| side - EDGE_RADIUS)))), EDGE_RADIUS)
-            }
+            Shape::Box { half } => (Box::new(Cuboid::new(Vector::from(half.map(|side| side - by)))), thickness),
             // Theirs stands on y.
-            Shape::Cylinder { radius, half } => {
-                (Box::new(Cylinder::new(half - EDGE_RADIUS, radius - EDGE_RADIUS)), EDGE_RADIUS)
-            }
+            Shape::Cylinder { radius, half } => (Box::new(Cylinder::new(half - by, radius - by)), thickness),
             Shape::Mesh(_) => unreachable!("no solid"),
         };
         Self { mesh: ParryMesh::new(corners, mesh.triangles.clone()).expect("triangles"), solid, thickness }
@@ -166,14 +168,41 @@ fn contacts_are_as_near_as_parry_says() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// Points of a solid's core, with steps of 2 mm at most between neighbours.
-fn core_points(shape: &Shape) -> Vec<Point3<f64>> {
+/// Boxes and cylinders with their edges, and drawn in all around, are as far from a mesh as parry's.
+#[test]
+fn sharp_solids_are_as_far_as_parry_says() {
+    const REACH: f64 = 0.012;
+    let mut scratch = ContactScratch::default();
+    let mut draw = Stream::of_job(1, b"", "sharp");
+    for name in ["mug-01", "half-cube-diamond"] {
+        let mesh = built_in_mesh(name);
+        let surface = ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface");
+        for shape in &SOLIDS[3..] {
+            for by in [0.0, 1.5e-4, 0.002] {
+                let peer = Peer::drawn_in(&mesh, shape, by, 0.0);
+                let probe = Probe::sharp(shape).expect("a solid").drawn_in(by);
+                let (mut tried, mut worst) = (0, 0f64);
+                while tried < 40 {
+                    let wanted = draw.uniform(2e-5, 0.01);
+                    let Some(placed) = brought_near(&surface, &peer, shape, wanted, &mut draw) else { continue };
+                    tried += 1;
+                    let found = surface.distance_within(&probe, &placed, &(-0.001..=REACH), &mut scratch);
+                    worst = worst.max((found - peer.distance(shape, &placed)).abs());
+                }
+                assert!(worst < 2e-6, "{name} {shape:?} drawn in by {by}: off by {worst}");
+            }
+        }
+    }
+}
+
+/// Points of the core of a solid whose edges are rounded by a radius [m], with steps of 2 mm at most between neighbours.
+fn core_points(shape: &Shape, edge: f64) -> Vec<Point3<f64>> {
     const STEP: f64 = 0.002;
     let (half, round) = match *shape {
         Shape::Sphere { .. } => ([0.0; 3], false),
         Shape::Capsule { half, .. } => ([0.0, 0.0, half], false),
-        Shape::Box { half } => (half.map(|side| side - EDGE_RADIUS), false),
-        Shape::Cylinder { radius, half } => ([radius - EDGE_RADIUS, radius - EDGE_RADIUS, half - EDGE_RADIUS], true),
+        Shape::Box { half } => (half.map(|side| side - edge), false),
+        Shape::Cylinder { radius, half } => ([radius - edge, radius - edge, half - edge], true),
         Shape::Mesh(_) => unreachable!("no solid of a hand"),
     };
     let along = half.map(|side| {
@@ -192,8 +221,8 @@ fn core_points(shape: &Shape) -> Vec<Point3<f64>> {
     points
 }
 
-/// A distance alone is that of the point of the core that is nearest or deepest, as many points of it say: within its range; beyond it no
-/// less than its end; its start for what is deeper.
+/// A distance alone is that of the point of the core that is nearest or deepest, with rounded edges and with sharp ones, as many points of
+/// the core say: within its range; beyond it no less than its end; its start for what is deeper.
 #[test]
 fn distances_without_contacts_are_those_of_a_solids_points() {
     const REACH: f64 = 0.012;
@@ -208,7 +237,9 @@ fn distances_without_contacts_are_those_of_a_solids_points() {
         let (mut deep, mut within, mut beyond) = (0, 0, 0);
         for index in 0..300 {
             let shape = &SOLIDS[index % SOLIDS.len()];
-            let probe = Probe::new(shape).expect("a solid");
+            let (probe, edge) =
+                if index % 2 == 0 { (Probe::new(shape), EDGE_RADIUS) } else { (Probe::sharp(shape), 0.0) };
+            let probe = probe.expect("a solid");
             let at = Vector3::from_fn(|axis, _| draw.uniform(bounds.min[axis] - 0.03, bounds.max[axis] + 0.03));
             let angles = [(); 3].map(|()| draw.uniform(-3.0, 3.0));
             let rotation = rotation_from_rpy(angles[0], angles[1], angles[2]);
@@ -217,9 +248,10 @@ fn distances_without_contacts_are_those_of_a_solids_points() {
             let found = surface.distance_within(&probe, &placed, &(floor..=REACH), &mut scratch);
             let thickness = match *shape {
                 Shape::Sphere { radius } | Shape::Capsule { radius, .. } => radius,
-                _ => EDGE_RADIUS,
+                _ => edge,
             };
-            let distances = core_points(shape).into_iter().map(|point| surface.signed_distance(&(placed * point)));
+            let distances =
+                core_points(shape, edge).into_iter().map(|point| surface.signed_distance(&(placed * point)));
             let sampled = distances.fold(f64::INFINITY, f64::min) - thickness;
             let says = format!("{name} {index}: {found} in {floor}..={REACH}, sampled {sampled}");
             assert!(found >= floor, "{says}");

@@ -2,8 +2,8 @@
 
 question.json: {"meshes": [{"vertices", "triangles", "pose"}], "solids": [{"half", "round", "thickness"}]}, poses by rows of
 three times four; poses: rows of f64, for each pose of the hand one pose of each solid. A solid is a box, or the cylinder in it about
-z, thickened. Writes distances: f64, for each pose of the hand one of each mesh [m], the least of all solids; where a solid
-meets no triangle but its middle lies in the mesh, minus the thickness. Farther than 2 cm a lower bound is written.
+z, thickened. Writes distances: f64, for each pose of the hand one of each mesh [m], the least of all solids, at most 0 where one
+overlaps it; where a solid meets no triangle but its middle lies in the mesh, -1 mm. Farther than 2 cm a lower bound is written.
 
 passage.py FOLDER
 """
@@ -18,6 +18,9 @@ import trimesh
 
 # Beyond this nobody asks how far it is [m].
 FAR = 0.02
+
+# How deep a solid is that lies wholly in a mesh [m].
+INSIDE = 0.001
 
 
 def transform(rows):
@@ -77,7 +80,7 @@ def main(folder):
                 shape, inside_by = solids[solid]
                 distance = coal.distance(shape, transform(pose), model, scene_from_mesh, request, result) - inside_by
                 if distance > 0 and inside[number, solid]:
-                    distance = -thickness[solid]
+                    distance = -INSIDE
                 least = min(least, distance)
             found[number, index] = least
     found.astype("<f8").tofile(folder / "distances")

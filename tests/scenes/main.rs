@@ -85,6 +85,25 @@ print(json.dumps([scene.scene_id, scene.mode, scene.container[0], len(scene.cont
     sorted(set(data.column('split').tolist())), int(scene.overview.instances.max()), len(data)]))
 ";
 
+/// Prints the largest residual of force and of torque of any body, by the law of docs/format.md: shares of the weight, and of the weight
+/// times half the longest side of the object's box; last the largest torque that torsion and rolling friction leave out.
+const BALANCE: &str = "\
+import json, sys, graspmill, numpy as np
+data = graspmill.Dataset(sys.argv[1], graspmill.SceneSample)
+extents = {row['object']: max(row['extents']) for row in data.folder.objects()}
+worst = np.zeros(3)
+for scene in data:
+    contacts = scene.contacts
+    for body, (mass, centre, name) in enumerate(zip(scene.masses, scene.centres_of_mass, scene.objects), 1):
+        sign = (contacts.pairs[:, 1] == body).astype(float) - (contacts.pairs[:, 0] == body)
+        weight = np.array([0, 0, 9.81 * mass])
+        arms = sign @ np.cross(contacts.points - centre, contacts.forces)
+        residuals = [sign @ contacts.forces - weight, arms + sign @ contacts.torques, arms]
+        scales = 9.81 * mass * np.array([1, extents[name] / 2, extents[name] / 2])
+        worst = np.maximum(worst, np.linalg.norm(residuals, axis=1) / scales)
+print(json.dumps(worst.tolist()))
+";
+
 #[test]
 fn threads_and_tasks_change_nothing_and_one_more_mesh_changes_the_scenes_that_draw_it() {
     let workspace = Workspace::new();
@@ -121,6 +140,10 @@ fn threads_and_tasks_change_nothing_and_one_more_mesh_changes_the_scenes_that_dr
     assert_eq!((read.1.as_str(), read.2.as_str(), read.3), ("bin", "bin", first.contacts.len()));
     assert!(read.4 > 0.5, "a body carried by {} of its weight", read.4);
     assert!(read.5 < 1e-9 && read.6);
+    // Forces carry the weights, and torques balance where torsion and rolling friction count.
+    let [force, torque, without]: [f64; 3] =
+        Program::python_lines(BALANCE).arg(&two).env("PYTHONPATH", repository_path("python")).succeed().json();
+    assert!(force < 0.02 && torque < 0.01 && without > 0.02, "{force} {torque} {without}");
     assert_eq!((read.7, read.8, read.9), (vec!["holdout".to_owned(), "training".to_owned()], 255, 8));
 }
 

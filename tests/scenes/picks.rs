@@ -12,15 +12,15 @@ use graspmill::{
     contact::ContactSurface,
     files::Folder,
     format::{
-        GraspLabel, GraspRun, PickCandidates, PickFacts, PickObstacle, PickStage, PickTrials, Scene, SceneContainer,
+        GraspLabel, GraspRun, PickCandidates, PickFacts, PickObstacle, PickPassage, PickTrials, Scene, SceneContainer,
         dataset::{DatasetReader, Fate, Sample, Selection},
         products::grasps::Shapes,
     },
     geom::TriMesh,
-    grasp::{HandPassage, HandSearch, InTheWay, Obstacle, PathStage, Surroundings},
+    grasp::{HandPassage, HandSearch, InTheWay, Obstacle, Surroundings},
     ids::{ItemId, ObjectId, SampleId},
     voxel::InsideTest,
-    words::Split,
+    words::{PathStage, Split},
 };
 use nalgebra::{IsometryMatrix3, Point3, Quaternion, UnitQuaternion, Vector3};
 
@@ -113,7 +113,12 @@ for sample in data:
     assert (sample.free == (sample.stages == 0)).all() and ((sample.neighbours > 0) == (sample.verdicts == 4)).all()
     assert (sample.clearances[sample.free] > sample.margin - 2e-4).all()
     assert (sample.clearances[~sample.free] < sample.margin).all()
-    assert np.isfinite(sample.closed_joints).all(1).tolist() == sample.free.tolist()
+    ways = sample.free_ways
+    assert (sample.free == np.isin(ways, ('posture', 'both'))).all() and (sample.free_opened == np.isin(ways, ('opened', 'both'))).all()
+    assert np.isfinite(sample.closed_joints).all(1).tolist() == (ways != 'none').tolist()
+    assert (sample.free_opened == (sample.stages_opened == 0)).all()
+    assert ((sample.neighbours_opened > 0) == (sample.verdicts_opened == 4)).all()
+    assert ((sample.clearances_opened > sample.margin - 2e-4) | ~sample.free_opened).all()
     assert sample.closed_joints.shape[1] == len(sample.joint_names) == 2 and sample.container[0] == 'bin'
     counts += np.bincount(sample.verdicts, minlength=5)
     for trial in sample.trials:
@@ -279,27 +284,29 @@ fn every_row_follows_from_the_stored_scene_and_grasp() {
             let object_from_base = world.isometry().inverse() * found;
             let closed = passage.close(&surroundings.objects[body].surface, &object_from_base, &grasp.posture);
             let again = passage.follow(&surroundings, body, &closed);
-            let blocked = again.blocked.map(|(stage, by)| {
-                let stage = match stage {
-                    PathStage::Pregrasp => PickStage::Pregrasp,
-                    PathStage::Approach => PickStage::Approach,
-                    PathStage::Closing => PickStage::Closing,
-                };
-                let by = match by {
-                    InTheWay::Ground => PickObstacle::Ground,
-                    InTheWay::Container => PickObstacle::Container,
-                    InTheWay::Target => PickObstacle::Own,
-                    InTheWay::Neighbour(index) => PickObstacle::Neighbour(index as u32 + 1),
-                };
-                (stage, by)
-            });
-            assert_eq!(candidate.blocked.map(|blocked| (blocked.stage, blocked.by)), blocked, "{candidate:?}");
-            assert!((again.clearance - candidate.clearance).abs() < 1e-6, "{} {candidate:?}", again.clearance);
-            let end = blocked.map_or("free", |(_, by)| PickObstacle::NAMES[by_index(by)]);
+            for (again, way) in [(again.shaped, candidate.ways.shaped), (again.opened, candidate.ways.opened)] {
+                let blocked = again.blocked.map(|(stage, by)| {
+                    let by = match by {
+                        InTheWay::Ground => PickObstacle::Ground,
+                        InTheWay::Container => PickObstacle::Container,
+                        InTheWay::Target => PickObstacle::Own,
+                        InTheWay::Neighbour(index) => PickObstacle::Neighbour(index as u32 + 1),
+                    };
+                    (stage, by)
+                });
+                assert_eq!(way.blocked.map(|blocked| (blocked.stage, blocked.by)), blocked, "{candidate:?}");
+                assert!((again.clearance - way.clearance).abs() < 1e-6, "{} {candidate:?}", again.clearance);
+            }
+            // Where it begins to close, and while it closes, the hand is the same on both ways.
+            let is_common = |way: PickPassage| way.blocked.is_some_and(|blocked| blocked.stage == PathStage::Pregrasp);
+            assert_eq!(is_common(candidate.ways.shaped), is_common(candidate.ways.opened), "{candidate:?}");
+            let end = candidate.ways.shaped.blocked.map_or("free", |blocked| PickObstacle::NAMES[by_index(blocked.by)]);
             *seen.entry(end).or_insert(0) += 1;
         }
         let facts = PickFacts::of(&record, None);
         assert_eq!(facts.free + facts.lost.iter().sum::<u32>(), facts.candidates);
+        assert!(facts.free_either >= facts.free.max(facts.free_opened), "{facts:?}");
+        assert!(facts.free_either <= facts.free + facts.free_opened, "{facts:?}");
     }
     assert!(rotated > 100 && seen.len() >= 3 && seen.contains_key("free"), "{rotated} {seen:?}");
 }

@@ -155,7 +155,7 @@ fn everybody_sees_the_same_tote() {
     assert_intact(&picked, FULL_CHECK);
     Program::on("verify", &picked).option("--regenerate", "6").succeed();
     let candidates = samples(&picked).into_iter().map(|sample| sample.pick_candidates().expect("a record"));
-    let blocked = candidates.flat_map(|record| record.candidates).filter_map(|candidate| candidate.blocked);
+    let blocked = candidates.flat_map(|record| record.candidates).filter_map(|candidate| candidate.ways.shaped.blocked);
     let by_walls = blocked.filter(|blocked| blocked.by == PickObstacle::Container).count();
     assert!(by_walls > 0, "walls are in the way of some grasps");
     Program::on("report", &picked).succeed();

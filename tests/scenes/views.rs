@@ -190,6 +190,82 @@ fn a_sensor_says_what_each_depth_is_of_and_leaves_the_masks() {
     assert!(right > returns - returns / 20 && right < returns, "{right} of {returns}");
 }
 
+/// Counts, by NumPy, of bodies and pixels that the sensor is too near to, from the depths of a perfect sensor.
+const TOO_NEAR: &str = "\
+import json, sys, graspmill, numpy as np
+perfect, measured = (graspmill.Dataset(folder, graspmill.ViewSample) for folder in sys.argv[1:3])
+nearest_measured, by_half, smallest = float(sys.argv[3]), 0, np.inf
+for exact, view in zip(perfect, measured, strict=True):
+    assert (exact.pixels_too_near == 0).all() and (exact.nearest_depths == 0).all()
+    for body in range(1, len(view.objects) + 1):
+        depths = exact.depth[exact.instances == body]
+        near = depths < nearest_measured
+        assert view.pixels_too_near[body - 1] == near.sum(), (body, near.sum())
+        assert view.nearest_depths[body - 1] == (depths.min() if len(depths) else 0)
+        assert np.isnan(view.depth[view.instances == body][near]).all()
+        by_half += int(len(depths) > 0 and 2 * near.sum() >= len(depths))
+        smallest = min(smallest, depths.min(initial=np.inf))
+print(json.dumps([by_half, float(smallest)]))
+";
+
+/// Runs a job of views that a Kinect measures; what it warns of.
+fn warnings_of_a_kinect(workspace: &Workspace, out: &str, camera: &str, settings: &[&str]) -> Vec<String> {
+    workspace.write("near.toml", job(&[camera], "sensor = { profile = \"kinect-v1\" }"));
+    let run = workspace.run_job("near", out).set(settings).arg("--json").succeed().json::<serde_json::Value>();
+    serde_json::from_value(run["warnings"].clone()).expect("texts")
+}
+
+#[test]
+fn bodies_nearer_than_the_sensor_measures_are_counted_and_the_remedy_keeps_them() {
+    const MEASURES_FROM: f64 = 0.5;
+    // Every other error of the sensor is off.
+    let constants = ["disparity_sigma_px", "disparity_step_px", "angle_sigma_m", "lateral_sigma_px", "edge_mixed"];
+    let ideal: Vec<String> = constants.iter().map(|name| format!("sensor.constants.{name}=0")).collect();
+    let ideal: Vec<&str> = ideal.iter().map(String::as_str).collect();
+    let shell = |back: f64| {
+        let [nearest, farthest] = [0.45 + back, 0.6 + back];
+        format!(
+            "{{ shell = {{ radius = [{nearest}, {farthest}], polar_deg = [0, 70] }}, views = 3, preset = \"kinect-v1-640x480\" }}"
+        )
+    };
+    let overhead = |height: f64| format!("{{ overhead = {{ height = {height} }}, preset = \"kinect-v1-640x480\" }}");
+    let workspace = with_scenes();
+    for (name, near, far) in [
+        ("shell", shell(0.0), &shell as &dyn Fn(f64) -> String),
+        ("overhead", overhead(0.45), &|back: f64| overhead(0.45 + back)),
+    ] {
+        let named = |end: &str| format!("{name}-{end}");
+        let found = warnings_of_a_kinect(&workspace, &named("near"), &near, &ideal);
+        let [warning] = &found[..] else { panic!("{found:?}") };
+        let perfect = workspace.make_dataset(&named("perfect"), &job(&[&near], ""), &[]);
+        let measured = workspace.path(named("near"));
+        assert_intact(&measured, FULL_CHECK);
+        let folders = [&perfect, &measured];
+        let (by_half, smallest): (u64, f64) = Program::python_lines(TOO_NEAR)
+            .args(folders)
+            .arg(MEASURES_FROM.to_string())
+            .env("PYTHONPATH", repository_path("python"))
+            .succeed()
+            .json();
+        assert!(by_half > 0 && warning.starts_with(&format!("{by_half} of ")), "{by_half}: {warning}");
+        assert!(warning.contains(&format!("is at {smallest:.3} m")), "{smallest}: {warning}");
+        let facts = Program::on("inspect", &measured).read_json();
+        assert_eq!(facts["too_near"], by_half);
+        Program::on("report", &measured).succeed();
+        assert!(workspace.read(measured.join("report.html")).contains("nearer than the sensor measures"));
+
+        // Each remedy, followed.
+        let back = warning.split_once("back by ").expect("a distance").1.split(' ').next().expect("a number");
+        let far = far(back.parse().expect("a number"));
+        assert_eq!(warnings_of_a_kinect(&workspace, &named("far"), &far, &ideal), [""; 0]);
+        assert_eq!(Program::on("inspect", workspace.path(named("far"))).read_json()["too_near"], 0);
+        let profile =
+            warning.split_once("`sensor.profile = \"").expect("a sensor").1.split('"').next().expect("its name");
+        let other = format!("sensor.profile={profile}");
+        assert_eq!(warnings_of_a_kinect(&workspace, &named("other"), &near, &[&other]), [""; 0]);
+    }
+}
+
 #[test]
 fn the_shadow_of_a_box_on_the_table_is_as_wide_as_the_two_disparities_differ() {
     let workspace = Workspace::new();

@@ -423,7 +423,7 @@ pub struct GraspRun {
     /// m
     #[prost(double, tag = "25")]
     pub max_penetration: f64,
-    /// m: the pregrasp is so far back along the approach, the hand opened
+    /// m: the pregrasp is so far back along the approach
     #[prost(double, tag = "26")]
     pub stand_off: f64,
     /// m: how far the hand could come along its approach before it closed
@@ -448,7 +448,7 @@ pub struct Grasp {
     /// the same of the hand's base
     #[prost(double, repeated, tag = "2")]
     pub object_from_base: ::prost::alloc::vec::Vec<f64>,
-    /// posture of the pregrasp: as posture where a joint shapes the hand, else opened
+    /// posture of the opened hand: as posture where a joint shapes the hand, else opened
     #[prost(double, repeated, tag = "3")]
     pub opening: ::prost::alloc::vec::Vec<f64>,
     /// rad or m, before closing, in the order of driven
@@ -513,6 +513,12 @@ pub struct Grasp {
     /// m: the same where it comes in opening, takes on posture, and closes
     #[prost(double, repeated, tag = "25")]
     pub clearances_opened: ::prost::alloc::vec::Vec<f64>,
+    /// (2): part of the way on which the object is in the way of the hand, coming in posture, and
+    #[prost(uint32, repeated, tag = "26")]
+    pub object_in_way: ::prost::alloc::vec::Vec<u32>,
+    /// coming in opening: 0 none, 1 in posture where it closes, 2 on the approach, 4 while it takes
+    /// on posture. None with verdict 1
+    ///
     /// (3) m: so far the approach frame of a gripper then gave way, seen from where it was, until
     #[prost(double, repeated, tag = "30")]
     pub shift: ::prost::alloc::vec::Vec<f64>,
@@ -950,9 +956,11 @@ pub struct PickCandidates {
     /// (candidates, 12): the hand's base where it closes
     #[prost(double, repeated, tag = "15")]
     pub world_from_base: ::prost::alloc::vec::Vec<f64>,
-    /// u8 per candidate: 0 free, 1 ground, 2 container, 3 own object, 4 neighbour
+    /// u8 per candidate, of the hand that comes in its posture: 0 free, 1 ground, 2 container,
     #[prost(bytes = "vec", tag = "16")]
     pub verdicts: ::prost::alloc::vec::Vec<u8>,
+    /// 3 own object, 4 neighbour
+    ///
     /// u8 per candidate: 0 free, 1 pregrasp, 2 approach, 3 closing
     #[prost(bytes = "vec", tag = "17")]
     pub stages: ::prost::alloc::vec::Vec<u8>,
@@ -968,15 +976,29 @@ pub struct PickCandidates {
     /// names of the hand's joints, in the order of its tree
     #[prost(string, repeated, tag = "20")]
     pub joints: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
-    /// (free candidates, joints), rad or m: all joints of the hand that has closed
+    /// (candidates that are free on one way at least, joints), rad or m: all joints of the
     #[prost(double, repeated, tag = "21")]
     pub closed_joints: ::prost::alloc::vec::Vec<f64>,
+    /// hand that has closed
+    ///
     /// mesh: (vertices, 3) f32, little-endian, in its own frame
     #[prost(bytes = "vec", tag = "22")]
     pub container_vertices: ::prost::alloc::vec::Vec<u8>,
     /// mesh: (triangles, 3) u32, little-endian
     #[prost(bytes = "vec", tag = "23")]
     pub container_triangles: ::prost::alloc::vec::Vec<u8>,
+    /// as verdicts, of the hand that comes opened and takes on its posture where it closes
+    #[prost(bytes = "vec", tag = "24")]
+    pub verdicts_opened: ::prost::alloc::vec::Vec<u8>,
+    /// as stages, or 4 shaping: while it takes on its posture
+    #[prost(bytes = "vec", tag = "25")]
+    pub stages_opened: ::prost::alloc::vec::Vec<u8>,
+    /// as neighbours
+    #[prost(uint32, repeated, tag = "26")]
+    pub neighbours_opened: ::prost::alloc::vec::Vec<u32>,
+    /// as clearances
+    #[prost(double, repeated, tag = "27")]
+    pub clearances_opened: ::prost::alloc::vec::Vec<f64>,
 }
 /// Topic /picks/trials. Some of the free candidates, tried in MuJoCo: the hand comes along its approach, closes, lifts, and keeps
 /// what it has, with the bodies near it free to move. Times in s, masses in kg, forces in N, angles in rad.
@@ -1300,7 +1322,7 @@ pub struct SceneHeatmap {
 /// Topic /scenes/scene. Bodies at rest on their true meshes, or where others say that they stood. SampleId.subject is the digest of
 /// container, mode and split, and of the walls of a pile, and SampleId.item the number of the scene in it. Bodies are counted from
 /// 1, in the order of their first release; 0 is the container. The world's origin is the middle of the container's floor, z up. Lengths
-/// in m, masses in kg, forces in N, angles in rad.
+/// in m, masses in kg, forces in N, torques in N m, angles in rad.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Scene {
     #[prost(message, optional, tag = "1")]
@@ -1404,6 +1426,12 @@ pub struct Scene {
     /// mesh: (triangles, 3) u32, little-endian
     #[prost(bytes = "vec", tag = "34")]
     pub container_triangles: ::prost::alloc::vec::Vec<u8>,
+    /// (contacts, 3): of the first on the second about its point, by torsion and rolling
+    #[prost(double, repeated, tag = "35")]
+    pub touch_torques: ::prost::alloc::vec::Vec<f64>,
+    /// (bodies, 3): in the world
+    #[prost(double, repeated, tag = "36")]
+    pub centres_of_mass: ::prost::alloc::vec::Vec<f64>,
 }
 /// Topic /scenes/overview. The scene from above, for people: a pinhole camera over the world's origin that looks straight down,
 /// its image's right along x and its up along y.
@@ -1835,6 +1863,12 @@ pub struct SceneImage {
     /// mesh: (triangles, 3) u32, little-endian
     #[prost(bytes = "vec", tag = "21")]
     pub container_triangles: ::prost::alloc::vec::Vec<u8>,
+    /// per instance: which see it nearer than the sensor measures; absent without a sensor
+    #[prost(uint32, repeated, tag = "22")]
+    pub pixels_too_near: ::prost::alloc::vec::Vec<u32>,
+    /// per instance: smallest true depth of these; 0 of one unseen; absent without a sensor
+    #[prost(float, repeated, tag = "23")]
+    pub nearest_depths: ::prost::alloc::vec::Vec<f32>,
 }
 /// Topic /volumes/fusion. Truncated signed distances fused from depth images of one settled scene, whose views are samples of a
 /// dataset of views. SampleId.subject is the digest of the scene, SampleId.item the number of the fusion. Voxel (x, y, z) of a cube

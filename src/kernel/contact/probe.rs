@@ -39,6 +39,28 @@ impl Probe {
         })
     }
 
+    /// A box or a cylinder with its edges, a ball or a capsule: for distances, where a contact needs no direction. `None` for a
+    /// mesh.
+    pub fn sharp(shape: &Shape) -> Option<Self> {
+        match shape {
+            Shape::Box { half } => Some(Self { half: *half, round: false, thickness: 0.0 }),
+            Shape::Cylinder { radius, half } => {
+                Some(Self { half: [*radius, *radius, *half], round: true, thickness: 0.0 })
+            }
+            _ => Self::new(shape),
+        }
+    }
+
+    /// A [sharp](Self::sharp) solid whose surface is drawn in by a length all around [m]; what is thinner than that becomes a
+    /// rectangle, a disc, a line or a point.
+    #[must_use]
+    pub fn drawn_in(&self, by: f64) -> Self {
+        if self.thickness > 0.0 {
+            return Self { thickness: (self.thickness - by).max(0.0), ..*self };
+        }
+        Self { half: self.half.map(|side| (side - by).max(0.0)), ..*self }
+    }
+
     /// Widens its faces to those of a box or cylinder with sharp edges: what touches a face next to its edge is pressed
     /// along the face's normal, not outward. Its thickness, the least of its sides, stays.
     #[must_use]

@@ -194,6 +194,11 @@ impl SensorModel {
         libm::ceil(shadow.max(0.0) + self.window_px + 3.0 * self.lateral_sigma_px).min(16_384.0) as u32
     }
 
+    /// Nearest and farthest depth that is returned [m].
+    pub fn range(&self) -> [f64; 2] {
+        [self.min_range_m, self.max_range_m]
+    }
+
     /// Distance between neighbouring depth values [m] at `depth` [m].
     pub fn depth_step(&self, depth: f64) -> f64 {
         depth * depth * self.disparity_step_px / (self.focal_px * self.baseline_m.abs())

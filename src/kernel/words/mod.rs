@@ -9,6 +9,7 @@ mod material;
 mod ranges;
 mod shown;
 mod split;
+mod way;
 
 pub use class::NumberClass;
 pub use counts::{counted, size_in_words};
@@ -19,3 +20,4 @@ pub use material::{MassSource, Material};
 pub use ranges::number_ranges;
 pub use shown::{Show, Shown, capped, shown_json, shown_lines};
 pub use split::{InvalidSplits, ObjectSplit, Split, SplitTable};
+pub use way::{BothWays, FreeWays, PathStage};

@@ -5,9 +5,12 @@ use std::io::{self, Write};
 use super::{error::ExportError, target::Target};
 use format::dataset::AssetRow;
 use kernel::{
-    geom::{MassProperties, TriMesh},
+    geom::{MassProperties, TOUCHED_EDGE, TriMesh},
     voxel::{InsideTest, solid_occupancy},
 };
+
+/// Triangles of a mesh whose edges are halved, at most: MuJoCo reads so many in a second.
+const MAX_TOUCHED: usize = 1 << 16;
 
 /// Writes a mesh [m] as the Wavefront OBJ of a name; numbers as short as they read back the same.
 ///
@@ -16,6 +19,14 @@ use kernel::{
 pub(super) fn write_mesh(target: &mut Target, name: &str, mesh: &TriMesh) -> Result<(), ExportError> {
     let (mut file, path) = target.open(name)?;
     write_obj(&mut file, mesh).and_then(|()| file.flush()).map_err(ExportError::io("writing", &path))
+}
+
+/// Writes a mesh whose triangles MuJoCo touches one by one: its long edges halved, all its vertices as they are and in front.
+///
+/// # Errors
+/// When the file can't be written.
+pub(super) fn write_touched_mesh(target: &mut Target, name: &str, mesh: &TriMesh) -> Result<(), ExportError> {
+    write_mesh(target, name, &mesh.with_short_edges(TOUCHED_EDGE, MAX_TOUCHED))
 }
 
 fn write_obj(out: &mut impl Write, mesh: &TriMesh) -> io::Result<()> {

@@ -11,7 +11,7 @@ use super::{
     completion::{self, CompletionInspection, CompletionSurvey},
     grasps::{
         self, Calibration, GraspSurvey, GraspedObject, GraspsInspection, ReliabilityBin, ReplayView, TableFacts,
-        TrialsInspection, VariantsInspection,
+        TrialsInspection, VariantsInspection, WayFacts,
     },
     heatmaps::{self, HeatmapSurvey, HeatmapsInspection},
     patches::{self, PatchSurvey, PatchesInspection},
@@ -195,6 +195,7 @@ fn grasps_page(name: &str, sampler: Option<&str>, tried: Option<bool>, is_full: 
         epsilon: SPREAD,
         types: (12..if is_full { 24 } else { 12 }).map(|kind| TypeFacts::new(kind, [2, 1])).collect(),
         table: TableFacts::default(),
+        ways: WayFacts::default(),
         trials: tried.map(|is_full| trials(name, is_full)),
         acceptance: [0.5; STRETCHES],
         course: [is_full.then_some(1.0); STRETCHES],
@@ -240,6 +241,7 @@ fn views_page(name: &str, is_full: bool) -> Page {
         "scenes": 3, "samples": 5, "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
         "rejected": if is_full { json!({ name: 1 }) } else { json!({}) },
         "bodies": if is_full { 20 } else { 0 }, "strata": [[name, 20]], "truncated": 1, "near_draws": 2, "unseen_draws": 3,
+        "too_near": u64::from(is_full),
         "objects": [{ "name": name, "object": object(), "split": "training" }],
     });
     let mut facts =
@@ -317,7 +319,7 @@ fn picks_page(name: &str, is_full: bool) -> Page {
         "hand": name, "scenes": 3, "samples": 5, "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
         "rejected": if is_full { json!({ name: 1 }) } else { json!({}) },
         "bodies_with_free": 3, "candidates": if is_full { 90 } else { 0 }, "free": 9, "lost": [40, 20, 1, 20],
-        "trials": is_full.then_some(trials),
+        "free_opened": [3, 10], "trials": is_full.then_some(trials),
         "objects": [{
             "name": name, "object": object(), "split": "training", "bodies": 4, "candidates": 90, "free": 9,
             "lost": [40, 20, 1, 20], "trials": [8, 5],

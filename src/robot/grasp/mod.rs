@@ -39,7 +39,7 @@ pub use found::{Energies, Grasp, GraspContact, GraspRun, PairLosses, Quality, St
 pub use kind::{KindDigits, camera_axes, kind_in_frame, wrist_roll};
 pub use object::ObjectSearch;
 pub use opposition::has_opposition;
-pub use passage::{ClosingGrasp, HandPassage, InTheWay, Obstacle, Passage, PathStage, Surroundings};
+pub use passage::{ClosingGrasp, HandPassage, InTheWay, Obstacle, Passage, Surroundings};
 pub use sampled::{GraspSampler, axes};
 pub use settings::{
     AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, RestingChoice, Rolls, Sampler, SearchFrame,

@@ -1,9 +1,9 @@
 //! Whether a hand can take hold of one of several objects without touching anything else: how it comes along its approach and
 //! closes, among the other objects, in their container and beside the object itself.
 //!
-//! Distances are those of true meshes from the hand's solids, boxes and cylinders with their edges rounded by
-//! [`EDGE_RADIUS`](kernel::contact::EDGE_RADIUS). A path is followed by conservative advancement (Mirtich 1996): in steps so
-//! short that nothing can come nearer between them than is told.
+//! Distances are those of true meshes from the hand's solids as they are described, edges included; what a hand holds with has
+//! its edges rounded by [`EDGE_RADIUS`](kernel::contact::EDGE_RADIUS), since contacts need a direction. A path is followed by
+//! conservative advancement (Mirtich 1996): in steps so short that nothing can come nearer between them than is told.
 
 use std::sync::Arc;
 
@@ -12,11 +12,15 @@ use nalgebra::{IsometryMatrix3, Translation3, Vector3};
 use super::{
     closing::Closing,
     motion::motor_at,
+    solids::{ALLOWED_OVERLAP, Solid},
     state::HandSearch,
     table::{STAND_OFF, TableWatch},
 };
-use crate::hand::Motor;
-use kernel::contact::ContactSurface;
+use crate::hand::{Hand, Motor};
+use kernel::{
+    contact::{ContactSurface, Probe},
+    words::{BothWays, PathStage},
+};
 
 /// Clearances are told up to this [m].
 const FAR: f64 = Passage::FAR;
@@ -26,6 +30,13 @@ const BEYOND: f64 = 0.002;
 
 /// Error of a told clearance [m].
 const TOLERANCE: f64 = Passage::TOLERANCE;
+
+/// Solids are drawn in by so much to see whether they are deeper in the object than they may be [m]: by half a tolerance more,
+/// since they touch what they are as near to.
+const DRAWN_IN: f64 = ALLOWED_OVERLAP + TOLERANCE / 2.0;
+
+/// Halvings of the range in which an overlap lies: to less than a tolerance.
+const HALVINGS: u32 = 4;
 
 /// Something in a scene that a hand can touch.
 #[derive(Clone)]
@@ -60,19 +71,8 @@ pub enum InTheWay {
     Neighbour(usize),
 }
 
-/// Part of a hand's path.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum PathStage {
-    /// The hand in its posture, where it begins to close.
-    Pregrasp,
-    /// On the way there, from [`STAND_OFF`] before it.
-    Approach,
-    /// While it closes.
-    Closing,
-}
-
 /// Result of following a hand.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passage {
     /// Obstacle on the path, and the part of the path: the first by stage, and within one by the order of [`InTheWay`]. `None` where the
     /// hand is free.
@@ -85,8 +85,8 @@ pub struct Passage {
 impl Passage {
     /// Clearances are told up to this [m].
     pub const FAR: f64 = 0.01;
-    /// Clearances are told down to this far below 0 [m]. Whoever is deeper in something is not told how deep: a search for the
-    /// deepest point of a hand in a wall takes longer than all the rest.
+    /// Clearances are told down to this far below 0 [m]: a solid overlaps something by as much as its surface has to be drawn in
+    /// all around until it does not touch it. Whoever is deeper is not told how deep.
     pub const DEEP: f64 = 0.001;
     /// A told clearance is at most this much above the true one [m], and a hand is called free that comes nearer than its margin
     /// by less.
@@ -108,6 +108,10 @@ pub struct ClosingGrasp {
 pub struct HandPassage {
     closing: Closing,
     table: TableWatch,
+    /// The hand's solids as they are.
+    solids: Vec<Probe>,
+    /// The same, drawn in by what they may overlap the object.
+    drawn_in: Vec<Probe>,
     margin: f64,
 }
 
@@ -119,10 +123,26 @@ struct Thing<'s> {
 }
 
 /// The hand at one moment.
-struct Moment<'m> {
+struct Moment {
     scene_from_base: IsometryMatrix3<f64>,
-    frames: &'m [IsometryMatrix3<f64>],
+    frames: Vec<IsometryMatrix3<f64>>,
 }
+
+/// A hand that comes to a grasp.
+struct Coming<'s> {
+    /// All that may be in the way beside the plane.
+    things: Vec<Thing<'s>>,
+    /// Height of the plane [m].
+    ground: f64,
+    scene_from_base: IsometryMatrix3<f64>,
+    /// From where it closes back to where it comes from.
+    back: Vector3<f64>,
+    opened: Vec<Motor>,
+    shaped: Vec<Motor>,
+}
+
+/// The least distance of a hand from anything but the object on a part of its way, up to [`FAR`]; an error is what ends it.
+type Free = Result<f64, Passage>;
 
 impl ClosingGrasp {
     /// The motors when the hand has closed on the object, one per driven joint.
@@ -138,9 +158,13 @@ impl HandPassage {
     /// When the margin is not at least 0 and below [`Passage::FAR`].
     pub fn new(search: &HandSearch, margin: f64) -> Self {
         assert!((0.0..FAR).contains(&margin), "a margin of {margin} m");
+        let probe = |solid: &Solid| Probe::sharp(&solid.shape).expect("no mesh is a solid of a hand");
+        let solids: Vec<Probe> = search.solids.solids.iter().map(probe).collect();
         Self {
             closing: Closing::new(&search.hand, &search.solids),
             table: TableWatch::new(&search.hand, &search.solids),
+            drawn_in: solids.iter().map(|solid| solid.drawn_in(DRAWN_IN)).collect(),
+            solids,
             margin,
         }
     }
@@ -159,16 +183,16 @@ impl HandPassage {
         ClosingGrasp { object_from_base: *object_from_base, posture: posture.to_vec(), closed }
     }
 
-    /// Follows the hand on its way to a grasp of object `target`, and until it has closed.
+    /// Follows the hand on both its ways to a grasp of object `target`, and until it has closed.
     ///
     /// # Panics
     /// When there is no such object.
-    pub fn follow(&mut self, scene: &Surroundings, target: usize, grasp: &ClosingGrasp) -> Passage {
+    pub fn follow(&mut self, scene: &Surroundings, target: usize, grasp: &ClosingGrasp) -> BothWays<Passage> {
         self.follow_and_close(scene, target, &grasp.object_from_base, &grasp.posture, |_| grasp)
     }
 
-    /// Follows the hand as [`Self::follow`] does, on its way to a grasp that is asked for where nothing is in the way before the hand
-    /// closes: closing takes longer than all the rest.
+    /// Follows the hand as [`Self::follow`] does, on its ways to a grasp that is asked for where nothing is in one of them before the
+    /// hand closes: closing takes longer than all the rest.
     ///
     /// # Panics
     /// When there is no such object, or the posture has not one value per driven joint.
@@ -179,59 +203,45 @@ impl HandPassage {
         object_from_base: &IsometryMatrix3<f64>,
         posture: &[f64],
         close: impl FnOnce(&mut Self) -> &'g ClosingGrasp,
-    ) -> Passage {
-        let object = &scene.objects[target];
-        let scene_from_base = object.scene_from_obstacle * object_from_base;
-        let joints = self.closing.hand.posture_values(posture);
-        let posture: Vec<Motor> = posture.iter().copied().map(Motor::engaged).collect();
-        let frames = self.closing.hand.link_frames(&joints);
-        let back = scene_from_base.rotation * self.closing.hand.approach_direction(&frames) * -STAND_OFF;
-        // The plane: a straight path is lowest at one of its ends.
-        let shaped = self.table.lowest(&scene_from_base, &posture, &posture) - scene.ground;
-        let on_approach = shaped + back.z.min(0.0);
-        let margin = self.margin;
-        let under = |stage: PathStage, clearance: f64| {
-            let passage =
-                Passage { blocked: Some((stage, InTheWay::Ground)), clearance: clearance.max(-Passage::DEEP) };
-            Some(passage).filter(|_| clearance < margin)
+    ) -> BothWays<Passage> {
+        let coming = self.coming(scene, target, object_from_base, posture);
+        // Where it begins to close the hand is on either way.
+        if let Err(blocked) = self.standing(&coming) {
+            return BothWays { shaped: blocked, opened: blocked };
+        }
+        let ways = match self.both_ways(&coming) {
+            BothWays { shaped: Err(shaped), opened: Err(opened) } => return BothWays { shaped, opened },
+            ways => ways,
         };
-        if let Some(passage) = under(PathStage::Pregrasp, shaped) {
-            return passage;
-        }
-        let mut least = FAR.min(on_approach);
-        let things = self.things(scene, target);
-        let moment = Moment { scene_from_base, frames: &frames };
-        let blocked =
-            |stage: PathStage, thing: &Thing, clearance: f64| Passage { blocked: Some((stage, thing.what)), clearance };
-        for thing in &things {
-            if let Some(clearance) = self.nearer_than_margin(thing, &moment) {
-                return blocked(PathStage::Pregrasp, thing, clearance);
-            }
-        }
-        if let Some(passage) = under(PathStage::Approach, on_approach) {
-            return passage;
-        }
-        for thing in &things {
-            match self.on_approach(thing, &moment, &back) {
-                Err(clearance) => return blocked(PathStage::Approach, thing, clearance),
-                Ok(_) if thing.what == InTheWay::Target => {}
-                Ok(clearance) => least = least.min(clearance),
-            }
-        }
         let grasp = close(self);
-        let closing = self.table.lowest(&scene_from_base, &posture, &grasp.closed) - scene.ground;
-        if let Some(passage) = under(PathStage::Closing, closing) {
-            return passage;
+        let closed = self.closed(&coming, grasp);
+        let whole = |way: Free| {
+            let free = way.and_then(|least| Ok(least.min(closed?)));
+            free.map_or_else(|blocked| blocked, |clearance| Passage { blocked: None, clearance })
+        };
+        BothWays { shaped: whole(ways.shaped), opened: whole(ways.opened) }
+    }
+
+    /// Where the object itself is in the way of the hand before it closes, on either way: nothing else is there, and no plane.
+    ///
+    /// # Panics
+    /// When the posture has not one value per driven joint.
+    pub fn past_object(
+        &mut self,
+        surface: &Arc<ContactSurface>,
+        object_from_base: &IsometryMatrix3<f64>,
+        posture: &[f64],
+    ) -> BothWays<Option<PathStage>> {
+        let object = Obstacle { surface: Arc::clone(surface), scene_from_obstacle: IsometryMatrix3::identity() };
+        let alone = Surroundings { container: None, ground: f64::NEG_INFINITY, objects: vec![object] };
+        let coming = self.coming(&alone, 0, object_from_base, posture);
+        let stage = |way: Free| way.err().and_then(|passage| passage.blocked).map(|(stage, _)| stage);
+        if let Err(blocked) = self.standing(&coming) {
+            let stage = stage(Err(blocked));
+            return BothWays { shaped: stage, opened: stage };
         }
-        least = least.min(closing);
-        // The target is what the hand closes on.
-        for thing in things.iter().filter(|thing| thing.what != InTheWay::Target) {
-            match self.while_closing(thing, &scene_from_base, [&posture, &grasp.closed]) {
-                Err(clearance) => return blocked(PathStage::Closing, thing, clearance),
-                Ok(clearance) => least = least.min(clearance),
-            }
-        }
-        Passage { blocked: None, clearance: least }
+        let BothWays { shaped, opened } = self.both_ways(&coming);
+        BothWays { shaped: stage(shaped), opened: stage(opened) }
     }
 
     /// Indices of the objects that come within a distance of the hand on its path for sure or perhaps [m], but for the target.
@@ -266,65 +276,172 @@ impl HandPassage {
         near
     }
 
+    /// The hand on its way to a grasp of object `target`.
+    fn coming<'s>(
+        &self,
+        scene: &'s Surroundings,
+        target: usize,
+        object_from_base: &IsometryMatrix3<f64>,
+        posture: &[f64],
+    ) -> Coming<'s> {
+        let hand = &self.closing.hand;
+        let scene_from_base = scene.objects[target].scene_from_obstacle * object_from_base;
+        let frames = hand.link_frames(&hand.posture_values(posture));
+        let engaged = |values: &[f64]| values.iter().copied().map(Motor::engaged).collect();
+        Coming {
+            things: self.things(scene, target),
+            ground: scene.ground,
+            scene_from_base,
+            back: scene_from_base.rotation * hand.approach_direction(&frames) * -STAND_OFF,
+            opened: engaged(&hand.opening(posture)),
+            shaped: engaged(posture),
+        }
+    }
+
+    /// The hand in its posture, where it begins to close.
+    fn standing(&mut self, coming: &Coming<'_>) -> Result<(), Passage> {
+        let lowest = self.lowest(coming, [&coming.shaped, &coming.shaped]);
+        self.above_ground(PathStage::Pregrasp, lowest)?;
+        let moment = coming.moment(&self.closing.hand, &coming.shaped);
+        for thing in &coming.things {
+            if let Some(clearance) = self.nearer_than_margin(thing, &moment) {
+                return Err(thing.blocks(PathStage::Pregrasp, clearance));
+            }
+        }
+        Ok(())
+    }
+
+    /// The hand until it begins to close, of which is known that it may stand there.
+    fn both_ways(&mut self, coming: &Coming<'_>) -> BothWays<Free> {
+        let shaped = self.approaching(coming, &coming.shaped);
+        if coming.opened == coming.shaped {
+            return BothWays { shaped, opened: shaped };
+        }
+        let opened = self.approaching(coming, &coming.opened);
+        BothWays { shaped, opened: opened.and_then(|least| Ok(least.min(self.shaping(coming)?))) }
+    }
+
+    /// The hand along its approach, its motors still.
+    fn approaching(&mut self, coming: &Coming<'_>, motors: &[Motor]) -> Free {
+        // A straight path is lowest at one of its ends.
+        let lowest = self.lowest(coming, [motors, motors]) + coming.back.z.min(0.0);
+        self.above_ground(PathStage::Approach, lowest)?;
+        let moment = coming.moment(&self.closing.hand, motors);
+        let mut least = FAR.min(lowest);
+        for thing in &coming.things {
+            let nearest = self.on_approach(thing, &moment, &coming.back);
+            least = thing.least(least, nearest.map_err(|clearance| thing.blocks(PathStage::Approach, clearance))?);
+        }
+        Ok(least)
+    }
+
+    /// The hand that has come opened, until it has its posture.
+    fn shaping(&mut self, coming: &Coming<'_>) -> Free {
+        self.moving(coming, PathStage::Shaping, [&coming.opened, &coming.shaped])
+    }
+
+    /// The hand until it has closed.
+    fn closed(&mut self, coming: &Coming<'_>, grasp: &ClosingGrasp) -> Free {
+        self.moving(coming, PathStage::Closing, [&coming.shaped, &grasp.closed])
+    }
+
+    /// The hand where it closes, while its motors move.
+    fn moving(&mut self, coming: &Coming<'_>, stage: PathStage, motors: [&[Motor]; 2]) -> Free {
+        let lowest = self.lowest(coming, motors);
+        self.above_ground(stage, lowest)?;
+        let mut least = FAR.min(lowest);
+        for thing in &coming.things {
+            // The target is what the hand closes on.
+            if stage == PathStage::Closing && thing.what == InTheWay::Target {
+                continue;
+            }
+            let nearest = self.while_moving(thing, &coming.scene_from_base, motors);
+            least = thing.least(least, nearest.map_err(|clearance| thing.blocks(stage, clearance))?);
+        }
+        Ok(least)
+    }
+
+    /// The lowest point of the hand over the plane while its motors move where it closes [m].
+    fn lowest(&self, coming: &Coming<'_>, [start, end]: [&[Motor]; 2]) -> f64 {
+        self.table.lowest(&coming.scene_from_base, start, end) - coming.ground
+    }
+
+    /// Whether a hand keeps its margin from the plane, by its lowest point over it [m].
+    fn above_ground(&self, stage: PathStage, lowest: f64) -> Result<(), Passage> {
+        if lowest >= self.margin {
+            return Ok(());
+        }
+        Err(Passage { blocked: Some((stage, InTheWay::Ground)), clearance: lowest.max(-Passage::DEEP) })
+    }
+
     /// All that may be in the way beside the plane, in the order of [`InTheWay`].
     fn things<'s>(&self, scene: &'s Surroundings, target: usize) -> Vec<Thing<'s>> {
         let margin = self.margin;
         let container = scene.container.iter().map(|obstacle| Thing { what: InTheWay::Container, obstacle, margin });
-        let obstacle = &scene.objects[target];
-        let own = Thing { what: InTheWay::Target, obstacle, margin: -super::ALLOWED_OVERLAP };
+        // What the hand may overlap the target is in its solids.
+        let own = Thing { what: InTheWay::Target, obstacle: &scene.objects[target], margin: 0.0 };
         let others = scene.objects.iter().enumerate().filter(|(index, _)| *index != target);
         let others = others.map(|(index, obstacle)| Thing { what: InTheWay::Neighbour(index), obstacle, margin });
         container.chain([own]).chain(others).collect()
     }
 
-    /// Distance of a solid of the hand from a mesh [m], exact from -[`Passage::DEEP`] to a reach; farther away a lower bound.
+    /// Distance of a solid of the hand from something [m], exact from -[`Passage::DEEP`] to a reach; farther away a lower bound.
     fn distance(
         &mut self,
-        surface: &ContactSurface,
-        object_from_base: &IsometryMatrix3<f64>,
+        thing: &Thing<'_>,
+        obstacle_from_base: &IsometryMatrix3<f64>,
         frames: &[IsometryMatrix3<f64>],
         solid: usize,
         reach: f64,
     ) -> f64 {
-        let object_from_solid = self.closing.object_from_solid(object_from_base, frames, solid);
-        let Closing { probes, scratch, .. } = &mut self.closing;
-        surface.distance_within(&probes[solid], &object_from_solid, &(-Passage::DEEP..=reach), scratch)
+        let placed = self.closing.object_from_solid(obstacle_from_base, frames, solid);
+        let Self { closing: Closing { scratch, .. }, solids, drawn_in, .. } = self;
+        let surface = &thing.obstacle.surface;
+        let probe = if thing.what == InTheWay::Target { &drawn_in[solid] } else { &solids[solid] };
+        // The start of the range is told of what touches.
+        let told = surface.distance_within(probe, &placed, &(0.0..=reach.max(TOLERANCE)), scratch);
+        if told > 0.0 {
+            return told;
+        }
+        let touches = |by: f64| {
+            let drawn_in = solids[solid].drawn_in(by);
+            surface.distance_within(&drawn_in, &placed, &(0.0..=TOLERANCE), scratch) == 0.0
+        };
+        0.0 - overlap(touches)
     }
 
     /// The distance of the hand from something where it is below the margin [m], told down to [`Passage::DEEP`]; `None` where it
     /// is not.
-    fn nearer_than_margin(&mut self, thing: &Thing, moment: &Moment) -> Option<f64> {
-        let Thing { obstacle, margin, .. } = thing;
-        let obstacle_from_base = obstacle.scene_from_obstacle.inverse() * moment.scene_from_base;
-        let mut nearest = *margin;
-        for solid in 0..self.closing.probes.len() {
-            let distance = self.distance(&obstacle.surface, &obstacle_from_base, moment.frames, solid, nearest);
-            nearest = nearest.min(distance);
+    fn nearer_than_margin(&mut self, thing: &Thing<'_>, moment: &Moment) -> Option<f64> {
+        let obstacle_from_base = thing.obstacle.scene_from_obstacle.inverse() * moment.scene_from_base;
+        let mut nearest = thing.margin;
+        for solid in 0..self.solids.len() {
+            nearest = nearest.min(self.distance(thing, &obstacle_from_base, &moment.frames, solid, nearest));
             if nearest == -Passage::DEEP {
                 break;
             }
         }
-        Some(nearest).filter(|distance| distance < margin)
+        Some(nearest).filter(|distance| *distance < thing.margin)
     }
 
     /// Follows the hand from where it begins to close backwards along its approach: its distance from something where that is
     /// below a margin, else the least distance, up to [`FAR`]; of the target no more is told than that it is not nearer.
-    fn on_approach(&mut self, thing: &Thing, moment: &Moment, back: &Vector3<f64>) -> Result<f64, f64> {
+    fn on_approach(&mut self, thing: &Thing<'_>, moment: &Moment, back: &Vector3<f64>) -> Result<f64, f64> {
         let obstacle_from_scene = thing.obstacle.scene_from_obstacle.inverse();
         let mut least = thing.told();
-        for solid in 0..self.closing.probes.len() {
+        for solid in 0..self.solids.len() {
             thing.advance(&mut least, 1.0, STAND_OFF, |come, reach| {
                 let moved = obstacle_from_scene * Translation3::from(back * come) * moment.scene_from_base;
-                self.distance(&thing.obstacle.surface, &moved, moment.frames, solid, reach)
+                self.distance(thing, &moved, &moment.frames, solid, reach)
             })?;
         }
         Ok(least)
     }
 
-    /// Follows the hand while it closes, all motors at their speeds: as [`HandPassage::on_approach`].
-    fn while_closing(
+    /// Follows the hand while its motors move at their speeds: as [`HandPassage::on_approach`].
+    fn while_moving(
         &mut self,
-        thing: &Thing,
+        thing: &Thing<'_>,
         scene_from_base: &IsometryMatrix3<f64>,
         [start, end]: [&[Motor]; 2],
     ) -> Result<f64, f64> {
@@ -335,7 +452,7 @@ impl HandPassage {
             times.map(|(driven, (start, end))| (end.angle - start.angle).abs() / driven.speed).fold(0.0, f64::max);
         let mut least = thing.told();
         let mut joints = vec![0.0; hand.tree().len()];
-        for solid in 0..self.closing.probes.len() {
+        for solid in 0..self.solids.len() {
             let speed = self.closing.speed_bound(solid, start, end);
             // What does not move was looked at where the hand begins to close.
             if speed == 0.0 {
@@ -347,14 +464,42 @@ impl HandPassage {
                     driven.map(|(driven, (start, end))| motor_at(*start, *end, driven, time * driven.speed)).collect();
                 hand.joint_values(&now, &mut joints);
                 let frames = hand.link_frames(&joints);
-                self.distance(&thing.obstacle.surface, &obstacle_from_base, &frames, solid, reach)
+                self.distance(thing, &obstacle_from_base, &frames, solid, reach)
             })?;
         }
         Ok(least)
     }
 }
 
+impl Coming<'_> {
+    /// The hand where it closes, its motors like this.
+    fn moment(&self, hand: &Hand, motors: &[Motor]) -> Moment {
+        let mut joints = vec![0.0; hand.tree().len()];
+        hand.joint_values(motors, &mut joints);
+        Moment { scene_from_base: self.scene_from_base, frames: hand.link_frames(&joints) }
+    }
+}
+
+/// By how much a solid that touches something overlaps it [m], at least and up to [`Passage::DEEP`]; `touches` says whether it does
+/// when its surface is drawn in by a length.
+fn overlap(mut touches: impl FnMut(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.0, Passage::DEEP);
+    if touches(high) {
+        return high;
+    }
+    for _ in 0..HALVINGS {
+        let middle = f64::midpoint(low, high);
+        if touches(middle) { low = middle } else { high = middle }
+    }
+    low
+}
+
 impl Thing<'_> {
+    /// The passage that this ends, at a distance [m].
+    fn blocks(&self, stage: PathStage, clearance: f64) -> Passage {
+        Passage { blocked: Some((stage, self.what)), clearance }
+    }
+
     /// The least distance that is of interest before any is known [m].
     fn told(&self) -> f64 {
         if self.what == InTheWay::Target { 0.0 } else { FAR }

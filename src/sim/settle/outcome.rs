@@ -78,6 +78,8 @@ pub struct SceneTouch {
     pub distance: f64,
     /// Force of the first on the second, in the world [N].
     pub force: Vector3<f64>,
+    /// Torque of the first on the second about the point, by torsion and rolling friction, in the world [N m].
+    pub torque: Vector3<f64>,
 }
 
 /// Result of settling a scene. A scene with a fault has numbers as far as it got.

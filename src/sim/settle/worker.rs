@@ -552,9 +552,9 @@ impl Run<'_> {
             // Geom 0 is the container, and every body has one.
             let [one, other] = contact.geom.map(index);
             let axes = nalgebra::Matrix3::from_row_slice(&contact.frame);
-            let [along, across, up, ..] = data.contact_force(number);
-            // The force of the first geom on the second, in the contact's frame.
-            let force = axes.transpose() * Vector3::new(along, across, up);
+            // Force and torque about the contact's point of the first geom on the second, in the contact's frame.
+            let wrench = data.contact_force(number);
+            let [force, torque] = [0, 3].map(|first| axes.transpose() * Vector3::from_row_slice(&wrench[first..][..3]));
             let normal = Vector3::from_column_slice(&contact.frame[..3]);
             let sign = if one < other { 1.0 } else { -1.0 };
             touches.push(SceneTouch {
@@ -563,6 +563,7 @@ impl Run<'_> {
                 normal: normal * sign,
                 distance: contact.dist,
                 force: force * sign,
+                torque: torque * sign,
             });
         }
         touches
@@ -799,7 +800,7 @@ mod tests {
     /// Cups that pass one another in steps of 2 ms settle in shorter ones, in which contacts give way less; what is stored is at
     /// rest in steps of 2 ms.
     #[test]
-    fn forces_carry_weights_where_bodies_settled_in_shorter_steps() {
+    fn forces_and_torques_balance_where_bodies_settled_in_shorter_steps() {
         let bodies =
             ["cup-01", "bowl-01", "mug-01", "cup-02", "bowl-01"].map(|name| scene_body(&built_in_source(name)));
         let mut stream = Stream::of_job(163, b"", "drops");
@@ -812,15 +813,24 @@ mod tests {
         assert!(matches!(fault, Some(Fault::Crossed { .. } | Fault::TooDeep { .. })), "{fault:?}");
         let scene = settled(4);
         assert_eq!(scene.fault, None, "{scene:?}");
-        let mut forces = [Vector3::zeros(); 5];
-        for touch in &scene.touches {
-            let [first, second] = touch.pair;
-            first.inspect(|body| forces[*body] -= touch.force);
-            second.inspect(|body| forces[*body] += touch.force);
+        let [mut forces, mut torques] = [[Vector3::zeros(); 5]; 2];
+        let centres: Vec<_> = (scene.bodies.iter())
+            .map(|settled| settled.world_from_object * bodies[settled.index].solid.centre)
+            .collect();
+        for SceneTouch { pair: [first, second], point, force, torque, .. } in &scene.touches {
+            for (body, sign) in [(first, -1.0), (second, 1.0)] {
+                if let Some(body) = *body {
+                    forces[body] += force * sign;
+                    torques[body] += ((point - centres[body]).cross(force) + torque) * sign;
+                }
+            }
         }
-        for (body, force) in bodies.iter().zip(forces) {
+        for (settled, (force, torque)) in scene.bodies.iter().zip(forces.into_iter().zip(torques)) {
+            let body = &bodies[settled.index];
             let weight = Vector3::z() * body.mass * crate::hand_sim::GRAVITY;
             assert!((force - weight).norm() < 0.005 * weight.norm(), "{force:?} {weight:?}");
+            let half_length = body.body.surface().bounds().longest_side() / 2.0;
+            assert!(torque.norm() < 0.01 * weight.norm() * half_length, "{torque:?} {weight:?} {half_length}");
         }
     }
 

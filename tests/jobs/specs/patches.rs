@@ -23,7 +23,7 @@ use graspmill::{
     geom::{Object, Pose, World},
     ids::{Digest, ItemId, JobDigest, ObjectId, SampleId, SampleIndex, ShardId},
     tables::ParquetIndex,
-    words::{GraspVerdict, NumberClass, ObjectSplit, STRETCHES, Split, SplitTable},
+    words::{BothWays, GraspVerdict, NumberClass, ObjectSplit, STRETCHES, Split, SplitTable},
 };
 
 use super::{items, read, tables, work_of};
@@ -93,6 +93,7 @@ impl MadeUpGrasps {
             width: None,
             verdict,
             clearances: vec![[0.1, 0.1]],
+            object_in_way: Some(BothWays::default()),
         }
     }
 

@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
+use nalgebra::{Point3, Vector3};
+
 use super::{
     check,
+    scene::{reach_of, shortest_distance},
     settings::{CompletionJob, CompletionSettings, Renderer},
     spec::{CompletionSpec, PROFILES},
 };
@@ -17,7 +20,12 @@ use crate::{
 };
 use form::{Checker, FormErrors, Schema, schema_of};
 use format::{PARTIAL_INSIDE_COMPLETE, Product};
-use kernel::{geom::GridPlacement, voxel::Truth, words::counted};
+use kernel::{
+    geom::{Aabb, GridPlacement},
+    render::SensorModel,
+    voxel::Truth,
+    words::counted,
+};
 
 /// Completion as the factory makes it.
 pub static FACTORY: ProductFactory = ProductFactory {
@@ -50,10 +58,37 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobConte
     let obeys = settings.truth == Truth::AnyOverlap && settings.sensor.is_none() && !settings.drop_index_zero;
     let work = DraftWork::of_objects(objects, shard_samples, |objects, notes| {
         notes.extend(dotted_partials(&objects, &settings));
+        notes.extend(nearer_than_sensor(&objects, &settings));
         CompletionJob { objects, settings }
     });
     let rules = if obeys { vec![PARTIAL_INSIDE_COMPLETE] } else { Vec::new() };
     Ok(DraftWork { draws_colours, rules, ..work })
+}
+
+/// A warning about objects that come nearer to the camera than the sensor measures: a part of their depth is lost.
+fn nearer_than_sensor(objects: &JobObjects, settings: &CompletionSettings) -> Option<String> {
+    let [measures_from, _] = settings.sensor.as_ref()?.range();
+    // Nearest depth of each object, whatever its rotation, and by how much the sensor misses it.
+    let depth = |object: &JobObject| {
+        let (min, extents) = (Point3::from(object.asset.lower), Vector3::from(object.asset.extents));
+        let bounds = Aabb { min, max: min + extents };
+        shortest_distance(settings, &bounds) - reach_of(settings.pivot, &bounds)
+    };
+    let near: Vec<(f64, &JobObject)> =
+        objects.list.iter().map(|object| (depth(object), object)).filter(|(depth, _)| *depth < measures_from).collect();
+    let (nearest, object) = near.iter().min_by(|(one, _), (other, _)| one.total_cmp(other))?;
+    let farther = ((measures_from - nearest) * 100.0).ceil() / 100.0;
+    let other = SensorModel::profiles().filter_map(SensorModel::profile).find(|model| model.range()[0] <= *nearest);
+    let other = other.map_or_else(String::new, |model| {
+        format!(", or `sensor.profile = \"{}\"`, which measures from {} m", model.profile_name(), model.range()[0])
+    });
+    Some(format!(
+        "{} of {} can come nearer to the camera than the sensor measures ({measures_from} m), and lose that part of their depth \
+         (nearest: `{}`, {nearest:.3} m); a `distance` that is longer by {farther:.2} m{other}, keeps it",
+        near.len(),
+        counted(objects.list.len() as u64, "object"),
+        object.source.name,
+    ))
 }
 
 /// A warning about objects whose grid cells are narrower than a pixel: their partial grids come out dotted.

@@ -40,6 +40,20 @@ pub fn distance(settings: &CompletionSettings, bounds: &Aabb, stream: impl FnOnc
     }
 }
 
+/// Shortest distance from the camera to the pivot of a job's samples of an object [m].
+pub fn shortest_distance(settings: &CompletionSettings, bounds: &Aabb) -> f64 {
+    match settings.distance {
+        Distance::Fixed(distance) | Distance::Range { min: distance, .. } => distance,
+        Distance::Fit { share } => distance_to_fit(&settings.camera, bounds, share),
+    }
+}
+
+/// Radius of the ball about its pivot that holds an object, however it is rotated [m].
+pub fn reach_of(pivot: Pivot, bounds: &Aabb) -> f64 {
+    let pivot = pivot_point(pivot, bounds);
+    (bounds.max - pivot).sup(&(pivot - bounds.min)).norm()
+}
+
 /// Where the sphere around the box fills `share` of the shorter image side. A sphere of radius R at distance d on the
 /// optical axis has an outline of radius f R / sqrt(d^2 - R^2) pixels.
 fn distance_to_fit(camera: &Intrinsics, bounds: &Aabb, share: f64) -> f64 {

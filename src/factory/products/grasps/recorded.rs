@@ -61,7 +61,7 @@ pub(super) fn names(hand: &Hand, id: ObjectId) -> HandNames {
     }
 }
 
-/// The record of a run; `none` is one of the same hand and settings without grasps, to be filled.
+/// The record of a run but for what is in the way of its grasps; `record` is one of the same hand and settings, to be filled.
 pub(super) fn recorded(run: &grasp::GraspRun, sample: SampleId, hand: &Hand, record: &mut GraspRun) {
     record.sample = sample;
     record.object_from_seed = Pose::from_isometry(run.object_from_seed);
@@ -104,5 +104,6 @@ fn of_grasp(grasp: &grasp::Grasp, hand: &Hand) -> Grasp {
         width: hand.width(&hand.link_frames(&grasp.joints)),
         verdict: grasp.verdict,
         clearances: grasp.clearances.iter().map(|lowest| [lowest.shaped, lowest.opened]).collect(),
+        object_in_way: None,
     }
 }

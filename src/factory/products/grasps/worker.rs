@@ -1,5 +1,7 @@
 //! The producer of grasps for one thread: loads an object, then makes its runs one by one.
 
+use std::sync::Arc;
+
 use nalgebra::IsometryMatrix3;
 
 use super::{
@@ -13,12 +15,13 @@ use crate::{ProduceError, SampleWriter, objects::prepared, work::Producer};
 use format::{Channel, GraspRun, RunStretch};
 use kernel::{
     cancel::Cancel,
+    contact::ContactSurface,
     geom::{Pose, SimdLevel},
     ids::{Digest, ItemId, ObjectId, SampleId},
     seed::Stream,
-    words::STRETCHES,
+    words::{GraspVerdict, STRETCHES},
 };
-use robot::grasp::{Annealer, Antipodal, GraspSampler, ObjectSearch, Sampler, Uniform, axes};
+use robot::grasp::{Annealer, Antipodal, GraspSampler, HandPassage, ObjectSearch, Sampler, Uniform, axes};
 
 /// Reason why a run makes no sample: no neighbour of the seed was legal.
 const NO_LEGAL_STATE: &str = "no_legal_state";
@@ -29,6 +32,7 @@ pub struct GraspWorker<'j> {
     seed: u64,
     hand: &'j GraspHand,
     search: Search,
+    passage: HandPassage,
     /// The object that was loaded last, with its index in the job.
     loaded: Option<(usize, LoadedObject)>,
     record: GraspRun,
@@ -48,6 +52,7 @@ struct LoadedObject {
     id: ObjectId,
     seeds: Vec<IsometryMatrix3<f64>>,
     search: ObjectSearch,
+    surface: Arc<ContactSurface>,
 }
 
 impl<'j> GraspWorker<'j> {
@@ -82,6 +87,7 @@ impl<'j> GraspWorker<'j> {
             seed,
             hand,
             search,
+            passage: HandPassage::new(&hand.search, 0.0),
             loaded: None,
             trials: job.settings.physics.map(|physics| Trials::new(job, physics, seed, &record)).transpose()?,
             record,
@@ -109,7 +115,7 @@ impl<'j> GraspWorker<'j> {
         if let Some(trials) = &mut self.trials {
             trials.load(&prepared, surface, search.resting(), &object.weight(&prepared))?;
         }
-        Ok(LoadedObject { id, seeds, search })
+        Ok(LoadedObject { id, seeds, search, surface: Arc::clone(surface) })
     }
 }
 
@@ -139,6 +145,10 @@ impl Producer for GraspWorker<'_> {
             Search::Antipodal(search, antipodal) => search.antipodal(&object.search, antipodal, &mut stream),
         };
         recorded(&run, sample, &self.hand.hand, &mut self.record);
+        for grasp in self.record.grasps.iter_mut().filter(|grasp| grasp.verdict != GraspVerdict::Penetrates) {
+            let base = grasp.object_from_base.isometry();
+            grasp.object_in_way = Some(self.passage.past_object(&object.surface, base, &grasp.posture));
+        }
         // A run over pairs ends once it has its states: it asks for no more pairs than it has drawn.
         self.record.asked_steps = if run.losses.is_some() { run.steps } else { self.job.settings.steps() };
         self.record.resting_poses = object.search.resting().poses.len() as u32;

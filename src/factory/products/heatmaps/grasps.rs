@@ -108,7 +108,7 @@ fn grasps_of<'a>(body: &'a BodyPicks, marked: &'a MarkedHand) -> impl Iterator<I
     candidates.map(move |((index, candidate), state)| {
         let approach = marked.hand.world_from_approach(candidate);
         let kind = |free: bool| if free { marked.hand.kind(candidate) } else { None };
-        let end = match (candidate.blocked, marked.type_index(kind(candidate.is_free()))) {
+        let end = match (candidate.ways.shaped.blocked, marked.type_index(kind(candidate.is_free()))) {
             (Some(blocked), _) => GraspEnd::Forbidden(blocked.by.number()),
             (None, None) => GraspEnd::OtherType,
             (None, Some(type_index)) => GraspEnd::Free(FreeGrasp {

@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{ProduceError, SampleWriter, products::grasps::GraspHand, work::Producer};
 use format::{
-    Blocked, Channel, PickCandidate, PickCandidates, PickFacts, PickObstacle, PickStage, SceneContainer,
+    Blocked, Channel, PickCandidate, PickCandidates, PickFacts, PickObstacle, PickPassage, SceneContainer,
     dataset::DatasetReader,
 };
 use kernel::{
@@ -21,9 +21,10 @@ use kernel::{
     geom::Pose,
     ids::{ItemId, ObjectId, SampleId},
     seed::Stream,
+    words::BothWays,
 };
 use robot::{
-    grasp::{HandPassage, InTheWay, Passage, PathStage},
+    grasp::{HandPassage, InTheWay, Passage},
     hand::Hand,
 };
 use sim::Container;
@@ -108,12 +109,12 @@ impl<'s> PickWorker<'s> {
             let (grasp, direction) = (&stored[(number / job.settings.rolls) as usize], number % job.settings.rolls);
             let base = rotated_about_line(grasp, self.line, direction, job.settings.rolls);
             let mut found = None;
-            let passage = self.passage.follow_and_close(&scene.surroundings, body, &base, &grasp.posture, |passage| {
+            let ways = self.passage.follow_and_close(&scene.surroundings, body, &base, &grasp.posture, |passage| {
                 let close = || ClosedGrasp::new(passage, hand, object, &base, &grasp.posture);
                 &found.insert(object.closed(number as usize, close)).grasp
             });
             let key = [grasp.run, grasp.rank, direction];
-            candidates.push(recorded(scene, body, key, &base, &passage, found));
+            candidates.push(recorded(scene, body, key, &base, ways, found));
             closed.push(found);
         }
         let record = PickCandidates {
@@ -158,31 +159,34 @@ fn recorded(
     body: usize,
     [run, rank, direction]: [u32; 3],
     object_from_base: &IsometryMatrix3<f64>,
-    passage: &Passage,
+    ways: BothWays<Passage>,
     closed: Option<&ClosedGrasp>,
 ) -> PickCandidate {
     let world_from_base = scene.surroundings.objects[body].scene_from_obstacle * object_from_base;
-    let blocked = passage.blocked.map(|(stage, by)| Blocked {
-        stage: match stage {
-            PathStage::Pregrasp => PickStage::Pregrasp,
-            PathStage::Approach => PickStage::Approach,
-            PathStage::Closing => PickStage::Closing,
-        },
-        by: match by {
-            InTheWay::Ground => PickObstacle::Ground,
-            InTheWay::Container => PickObstacle::Container,
-            InTheWay::Target => PickObstacle::Own,
-            InTheWay::Neighbour(index) => PickObstacle::Neighbour(index as u32 + 1),
-        },
-    });
     PickCandidate {
         run,
         rank,
         direction,
         world_from_base: Pose::from_isometry(world_from_base),
-        blocked,
+        ways: ways.map(|passage| recorded_passage(&passage)),
+        // It was closed where one way is free up to there.
+        closed: closed
+            .filter(|_| ways.shaped.blocked.is_none() || ways.opened.blocked.is_none())
+            .map(|closed| closed.joints.clone())
+            .unwrap_or_default(),
+    }
+}
+
+fn recorded_passage(passage: &Passage) -> PickPassage {
+    let obstacle = |by: InTheWay| match by {
+        InTheWay::Ground => PickObstacle::Ground,
+        InTheWay::Container => PickObstacle::Container,
+        InTheWay::Target => PickObstacle::Own,
+        InTheWay::Neighbour(index) => PickObstacle::Neighbour(index as u32 + 1),
+    };
+    PickPassage {
+        blocked: passage.blocked.map(|(stage, by)| Blocked { stage, by: obstacle(by) }),
         clearance: passage.clearance,
-        closed: closed.filter(|_| blocked.is_none()).map(|closed| closed.joints.clone()).unwrap_or_default(),
     }
 }
 

@@ -56,6 +56,7 @@ pub(super) fn contacts(touches: &[SceneTouch]) -> Vec<SceneContact> {
         normal: touch.normal.into(),
         distance: touch.distance,
         force: touch.force.into(),
+        torque: touch.torque.into(),
     };
     touches.iter().map(contact).collect()
 }
@@ -82,7 +83,8 @@ mod tests {
 
     fn touch(pair: [Option<usize>; 2], up: f64) -> SceneTouch {
         let force = Vector3::new(0.1, 0.0, up);
-        SceneTouch { pair, point: Point3::origin(), normal: Vector3::z(), distance: -1e-5, force }
+        let torque = Vector3::new(1e-3, 0.0, 0.0);
+        SceneTouch { pair, point: Point3::origin(), normal: Vector3::z(), distance: -1e-5, force, torque }
     }
 
     /// A body on another one on the floor: the floor carries both, whichever comes first.

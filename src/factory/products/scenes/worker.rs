@@ -175,6 +175,7 @@ impl<'s> SceneWorker<'s> {
                 object: *id,
                 world_from_object: Pose::from_isometry(settled.world_from_object),
                 mass: object.mass,
+                centre_of_mass: (settled.world_from_object * object.solid.centre).coords.into(),
                 friction: *friction,
                 released_at: settled.released_at,
                 resting: object.nearest_resting(&up),

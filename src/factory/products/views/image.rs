@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::{loaded::LoadedMesh, settings::ViewSettings};
 use crate::products::{settled::SettledScene, surroundings::Surroundings};
-use format::{PixelMask, SceneContainer, SceneImage, SceneInstance};
+use format::{NearBody, PixelMask, SceneContainer, SceneImage, SceneInstance};
 use kernel::{
     geom::{CameraCv, DepthCrop, Intrinsics, Object, Pose, SimdLevel, World},
     render::{LayeredImage, SensorModel, SensorScratch},
@@ -95,6 +95,7 @@ impl ImageMaker {
             whole_box: [0; 4],
             visible_box: [0; 4],
             mask: PixelMask::default(),
+            near: None,
         });
         let bodies = scene.bodies.iter().zip(&meshes.bodies).zip(&mut record.bodies);
         for (number, (((object, world_from_object), mesh), body)) in (1..).zip(bodies) {
@@ -122,9 +123,13 @@ impl ImageMaker {
         image.depth(&mut self.depth);
     }
 
-    /// Measures the depth by a sensor, and says which body each depth is of.
+    /// Measures the depth by a sensor, and records which body each depth is of, and which bodies are too near.
     pub fn measure(&mut self, model: &SensorModel, stream: &mut Stream) {
         let Self { image, sensor, depth, record } = self;
+        let near = nearness(&record.instances, &depth.depth, record.bodies.len(), model.range()[0] as f32);
+        for (body, near) in record.bodies.iter_mut().zip(near) {
+            body.near = Some(near);
+        }
         model.apply_with(sensor, image.camera(), depth, stream);
         let of_point = |(depth, source): (&f32, &u32)| match *source {
             _ if depth.is_nan() => SceneImage::NOTHING,
@@ -133,6 +138,18 @@ impl ImageMaker {
         };
         record.point_instances = Some(depth.depth.iter().zip(sensor.sources()).map(of_point).collect());
     }
+}
+
+/// How near each of some bodies is to a sensor that measures from a depth on [m]: by what each pixel sees, and its true depth [m].
+fn nearness(instances: &[u8], depths: &[f32], bodies: usize, measures_from: f32) -> Vec<NearBody> {
+    let mut near = vec![NearBody::default(); bodies];
+    for (instance, depth) in instances.iter().zip(depths) {
+        if let Some(body) = near.get_mut(usize::from(*instance).wrapping_sub(1)) {
+            body.pixels += u32::from(*depth < measures_from);
+            body.nearest = if body.nearest == 0.0 { *depth } else { body.nearest.min(*depth) };
+        }
+    }
+    near
 }
 
 /// Views count bodies that are seen by the most pixels.

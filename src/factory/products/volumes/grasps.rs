@@ -74,7 +74,7 @@ impl<'j> OpenGrasps<'j> {
         for body in &picks.bodies {
             let candidates = body.candidates.candidates.iter().zip(body.states());
             for (index, (candidate, state)) in (0..).zip(candidates) {
-                if let Some(blocked) = candidate.blocked {
+                if let Some(blocked) = candidate.ways.shaped.blocked {
                     affordance.forbidden[usize::from(blocked.by.number()) - 1] += 1;
                     continue;
                 }

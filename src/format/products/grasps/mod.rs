@@ -22,7 +22,7 @@ pub use facts::{GraspFacts, TrialFacts};
 pub use outcome::TrialOutcome;
 pub use resting::{InvalidResting, add_resting};
 pub use row::{FORMAT, SHAPES};
-pub use run::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunStretch, Seed, WRENCH};
+pub use run::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunStretch, Seed, WRENCH, WayObstacles};
 pub use series::{SeriesMoment, TrialSeries, trial_phases};
 pub use shapes::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand};
 pub(in crate::products) use shapes_file::SHAPES_CHECK;

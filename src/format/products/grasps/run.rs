@@ -12,7 +12,7 @@ use crate::codec::{
 use kernel::{
     geom::{Approach, Frame, HandBase, Object, Pose},
     ids::{Digest, ObjectId, SampleId},
-    words::{GraspVerdict, STRETCHES},
+    words::{BothWays, FreeWays, GraspVerdict, PathStage, STRETCHES},
 };
 
 const MESSAGE: &str = "GraspRun";
@@ -101,7 +101,7 @@ pub struct Grasp {
     pub object_from_approach: Pose<Object, Approach>,
     /// The hand's base there.
     pub object_from_base: Pose<Object, HandBase>,
-    /// Posture of the pregrasp: opened, but for joints that shape the hand [rad or m].
+    /// Posture of the opened hand: opened, but for joints that shape the hand [rad or m].
     pub opening: Vec<f64>,
     /// Posture before closing [rad or m], one value per driven joint.
     pub posture: Vec<f64>,
@@ -144,6 +144,35 @@ pub struct Grasp {
     /// it comes in its posture and closes; and while it comes opened, takes on that posture, and closes. None where the verdict
     /// is [`GraspVerdict::Penetrates`]: such a hand was not closed.
     pub clearances: Vec<[f64; 2]>,
+    /// Part of each way on which the object is in the way of the hand, before that closes; `None` where it is not. None at all where
+    /// the verdict is [`GraspVerdict::Penetrates`].
+    pub object_in_way: Option<BothWays<Option<PathStage>>>,
+}
+
+/// What is in the way of a hand that comes to a grasp.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WayObstacles {
+    /// The object itself, before the hand closes on it.
+    pub object: bool,
+    /// The table on which the object rests.
+    pub table: bool,
+}
+
+impl WayObstacles {
+    /// Whether nothing is.
+    pub fn is_free(self) -> bool {
+        !self.object && !self.table
+    }
+
+    /// Their names: `object`, `table`, `object and table`, or nothing.
+    pub fn words(self) -> &'static str {
+        match (self.object, self.table) {
+            (false, false) => "",
+            (true, false) => "object",
+            (false, true) => "table",
+            (true, true) => "object and table",
+        }
+    }
 }
 
 impl Grasp {
@@ -155,6 +184,33 @@ impl Grasp {
     /// Index of the most likely resting pose on whose table the hand stays above, coming in its posture.
     pub fn likeliest_table(&self) -> Option<usize> {
         (0..self.clearances.len()).find(|pose| self.is_above_table(*pose))
+    }
+
+    /// What is in the way of the hand on either way: without a table, or on that of a resting pose. `None` where the verdict is
+    /// [`GraspVerdict::Penetrates`], or there is no such pose.
+    pub fn obstacles(&self, pose: Option<usize>) -> Option<BothWays<WayObstacles>> {
+        let BothWays { shaped, opened } = self.object_in_way?.map(|stage| stage.is_some());
+        let below = match pose {
+            None => [false; 2],
+            Some(pose) => self.clearances.get(pose)?.map(|clearance| clearance < 0.0),
+        };
+        let obstacles = |object: bool, table: bool| WayObstacles { object, table };
+        Some(BothWays { shaped: obstacles(shaped, below[0]), opened: obstacles(opened, below[1]) })
+    }
+
+    /// Ways on which nothing is in the way of the hand: without a table, or on that of a resting pose.
+    pub fn free_ways(&self, pose: Option<usize>) -> FreeWays {
+        self.obstacles(pose).map_or(FreeWays::None, |obstacles| obstacles.map(WayObstacles::is_free).into())
+    }
+
+    /// Driven joints of a hand that comes on the first way that is free, opened before in its posture [rad or m]; `None` where
+    /// neither is.
+    pub fn pregrasp(&self, pose: Option<usize>) -> Option<&[f64]> {
+        match self.free_ways(pose) {
+            FreeWays::None => None,
+            FreeWays::Opened | FreeWays::Both => Some(&self.opening),
+            FreeWays::Posture => Some(&self.posture),
+        }
     }
 
     /// Quality in the space that a method asks for.
@@ -403,6 +459,10 @@ impl Grasp {
         for (field, posture) in [(24, 0), (25, 1)] {
             wire::doubles_of(out, field, self.clearances.iter().map(|lowest| lowest[posture]));
         }
+        let stages = self.object_in_way.map(|BothWays { shaped, opened }| [shaped, opened]);
+        let number = |stage: &Option<PathStage>| stage.map_or(0, |stage| u32::from(stage.number()));
+        let numbers: Vec<u32> = stages.iter().flatten().map(number).collect();
+        wire::uint32s(out, 26, numbers.iter().copied());
         wire::doubles_of(out, 30, self.shift.iter().flatten().copied());
         wire::doubles_of(out, 31, self.turn.iter().flatten().copied());
     }
@@ -432,6 +492,7 @@ impl Grasp {
             ranged(MESSAGE, field, wild.copied().unwrap_or_default(), wild.is_none(), "finite")?;
         }
         lengthy(MESSAGE, "grasps.type", grasp.r#type.len().min(1), grasp.r#type.len())?;
+        lengthy(MESSAGE, "grasps.object_in_way", if is_closed { 2 } else { 0 }, grasp.object_in_way.len())?;
         for (field, value) in [
             ("grasps.energy", grasp.energy),
             ("grasps.contact_energy", grasp.contact_energy),
@@ -478,8 +539,23 @@ impl Grasp {
             width: grasp.width.first().copied(),
             verdict: verdict.ok_or(unknown)?,
             clearances: grasp.clearances.iter().zip(&grasp.clearances_opened).map(|(a, b)| [*a, *b]).collect(),
+            object_in_way: object_in_way(&grasp.object_in_way)?,
         })
     }
+}
+
+/// Where the object is in the way, out of two numbers, or none.
+fn object_in_way(numbers: &[u32]) -> Result<Option<BothWays<Option<PathStage>>>, RecordError> {
+    let [shaped, opened] = numbers else { return Ok(None) };
+    let stage = |number: u32, is_opened: bool| {
+        let known = u8::try_from(number).ok().and_then(PathStage::of_number);
+        // The hand closes on the object, and one that comes in its posture has none to take on.
+        let known = known.filter(|stage| *stage != PathStage::Closing && (is_opened || *stage != PathStage::Shaping));
+        let is_known = number == 0 || known.is_some();
+        ranged(MESSAGE, "grasps.object_in_way", f64::from(number), is_known, "0, 1 or 2, the second also 4")?;
+        Ok(known)
+    };
+    Ok(Some(BothWays { shaped: stage(*shaped, false)?, opened: stage(*opened, true)? }))
 }
 
 /// The contacts of a grasp whose lengths have been checked.

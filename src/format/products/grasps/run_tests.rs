@@ -11,7 +11,7 @@ use crate::codec::proto;
 use kernel::{
     geom::{HandBase, Object, Pose, Shape, TriMesh, Triangles},
     ids::{Digest, ItemId, ObjectId, SampleId},
-    words::{GraspVerdict, STRETCHES},
+    words::{BothWays, GraspVerdict, PathStage, STRETCHES},
 };
 
 fn pose() -> impl Strategy<Value = [f64; 6]> {
@@ -23,8 +23,14 @@ fn grasp() -> impl Strategy<Value = Grasp> {
     let numbers = (0.0..9.0f64, prop::array::uniform3(0.0..2.0f64), prop::array::uniform4(-2.0..2.0f64));
     let more = (prop::option::of(0..390_625u32), prop::option::of(-0.1..0.2f64), 0..6usize);
     let lowest = prop::array::uniform2(prop::array::uniform2(-0.1..0.1f64));
-    (pose(), pose(), prop::collection::vec(contact, 0..9), numbers, more, lowest).prop_map(
-        |(approach, base, contacts, (energy, quality, joints), (kind, width, verdict), lowest)| {
+    let (pregrasp, approach, shaping) =
+        (Some(PathStage::Pregrasp), Some(PathStage::Approach), Some(PathStage::Shaping));
+    let stages = (
+        prop::sample::select(vec![None, pregrasp, approach]),
+        prop::sample::select(vec![None, pregrasp, approach, shaping]),
+    );
+    (pose(), pose(), prop::collection::vec(contact, 0..9), numbers, more, (lowest, stages)).prop_map(
+        |(approach, base, contacts, (energy, quality, joints), (kind, width, verdict), (lowest, stages))| {
             let contacts = contacts.into_iter().map(|(link, point, normal, distance)| HeldContact {
                 link,
                 point,
@@ -54,6 +60,7 @@ fn grasp() -> impl Strategy<Value = Grasp> {
                 width,
                 verdict: GraspVerdict::ALL[verdict],
                 clearances: if verdict == 1 { Vec::new() } else { lowest.to_vec() },
+                object_in_way: (verdict != 1).then_some(BothWays { shaped: stages.0, opened: stages.1 }),
             }
         },
     )
@@ -138,8 +145,18 @@ proptest! {
     #[test]
     fn waypoints_follow_from_what_is_stored(run in run(), up in prop::array::uniform3(0.1..1.0f64)) {
         let up = Unit::new_normalize(Vector3::from(up));
-        for grasp in &run.grasps {
-            let way = run.waypoints(grasp, &up);
+        for (grasp, pose) in run.grasps.iter().zip([None, Some(0), Some(1)].into_iter().cycle()) {
+            // Opened where that way is free, else in the posture.
+            let is_free = |stage: Option<PathStage>, way: usize| {
+                stage.is_none() && pose.is_none_or(|pose| grasp.clearances[pose][way] >= 0.0)
+            };
+            let free = grasp.object_in_way.map(|BothWays { shaped, opened }| [is_free(shaped, 0), is_free(opened, 1)]);
+            let Some(way) = run.waypoints(grasp, &up, pose) else {
+                prop_assert!(free.is_none_or(|free| free == [false, false]));
+                continue;
+            };
+            let is_opened = free.is_some_and(|[_, opened]| opened);
+            prop_assert!(is_opened || free.is_some_and(|[shaped, _]| shaped));
             prop_assert_eq!(way.each_ref().map(|waypoint| waypoint.name), Waypoint::NAMES);
             let approach_from_base = grasp.object_from_approach.isometry().inverse() * grasp.object_from_base.isometry();
             let back = nalgebra::Translation3::new(0.0, 0.0, -run.method.stand_off);
@@ -151,11 +168,13 @@ proptest! {
             let lifted = way[4].object_from_base.isometry().translation.vector - base.isometry().translation.vector;
             prop_assert!((lifted - up.into_inner() * 0.1).norm() < 1e-12);
             let driven = way.each_ref().map(|waypoint| waypoint.driven.as_deref());
-            let (opening, posture) = (Some(&grasp.opening[..]), Some(&grasp.posture[..]));
-            prop_assert_eq!(driven, [opening, opening, posture, None, None]);
+            let posture = Some(&grasp.posture[..]);
+            let coming = if is_opened { Some(&grasp.opening[..]) } else { posture };
+            prop_assert_eq!(driven, [coming, coming, posture, None, None]);
             let joints = way.each_ref().map(|waypoint| waypoint.joints.as_deref());
             let (before, closed) = (Some(&grasp.joints_before[..]), Some(&grasp.joints[..]));
-            prop_assert_eq!(joints, [None, None, before, closed, closed]);
+            let coming = if is_opened { None } else { before };
+            prop_assert_eq!(joints, [coming, coming, before, closed, closed]);
         }
     }
 
@@ -181,7 +200,11 @@ proptest! {
         }], ..extra }];
         run.encode(&mut payload);
         let generated = proto::GraspRun::decode(payload.as_slice()).unwrap();
-        let lies: [fn(&mut proto::GraspRun); 22] = [
+        let lies: [fn(&mut proto::GraspRun); 26] = [
+            |run| run.grasps[0].object_in_way.push(0),
+            |run| run.grasps[0].object_in_way = vec![4, 0],
+            |run| run.grasps[0].object_in_way = vec![0, 3],
+            |run| run.grasps[0].object_in_way = vec![5, 0],
             |run| run.steps = 0,
             |run| run.asked_steps = run.steps - 1,
             |run| run.failed = run.steps + 1,

@@ -3,7 +3,10 @@
 use nalgebra::{Translation3, Unit, Vector3};
 
 use super::{Grasp, GraspRun};
-use kernel::geom::{HandBase, Object, Pose};
+use kernel::{
+    geom::{HandBase, Object, Pose},
+    words::FreeWays,
+};
 
 /// Height of the lift [m], as in trials.
 const LIFT: f64 = 0.1;
@@ -22,8 +25,8 @@ pub struct Waypoint {
 }
 
 impl Waypoint {
-    /// Names of the waypoints, in their order: opened, back along the approach by the method's stand-off; opened, where the hand
-    /// closes; in the posture before closing; closed; closed, 10 cm higher.
+    /// Names of the waypoints, in their order: opened or in the posture before closing, back along the approach by the method's
+    /// stand-off; the same where the hand closes; in that posture; closed; closed, 10 cm higher.
     pub const NAMES: [&str; 5] = ["pregrasp", "arrival", "posture", "closed", "lifted"];
 }
 
@@ -36,31 +39,34 @@ impl Grasp {
 }
 
 impl GraspRun {
-    /// The way of a grasp of this run: the hand, opened, comes straight along its approach, takes on its posture, closes, and
-    /// lifts the object along `up` (expressed in the object's frame: its z axis in trials in the air, on a table the third row
-    /// of the resting pose's rotation).
-    ///
-    /// Between the first four waypoints the hand stays above the table of each resting pose in which its second clearance is 0
-    /// at least, and above the others in which the first is, where it takes on its posture at the first waypoint already. Nothing
-    /// says whether the hand meets the object on its way.
-    pub fn waypoints(&self, grasp: &Grasp, up: &Unit<Vector3<f64>>) -> [Waypoint; 5] {
+    /// The way of a grasp of this run: the hand comes straight along its approach, takes on its posture, closes, and lifts the
+    /// object along `up` (expressed in the object's frame: its z axis in trials in the air, on a table the third row of the resting
+    /// pose's rotation). It comes opened where nothing is in that way, else in its posture; `None` where something is in either.
+    /// Neither the object nor, where `pose` names a resting pose, the table below is in the way that is returned.
+    pub fn waypoints(&self, grasp: &Grasp, up: &Unit<Vector3<f64>>, pose: Option<usize>) -> Option<[Waypoint; 5]> {
         let base = &grasp.object_from_base;
         let [back, lifted] =
             [grasp.object_from_base_back(self.method.stand_off), moved(base, &(up.into_inner() * LIFT))];
-        let [opening, posture] = [&grasp.opening, &grasp.posture].map(|driven| Some(driven.clone()));
-        let [before, closed] = [&grasp.joints_before, &grasp.joints].map(|joints| Some(joints.clone()));
+        let [posture, before] = [&grasp.posture, &grasp.joints_before].map(|values| Some(values.clone()));
+        // Of the opened hand the driven joints alone are known.
+        let coming = match grasp.free_ways(pose) {
+            FreeWays::None => return None,
+            FreeWays::Opened | FreeWays::Both => (Some(grasp.opening.clone()), None),
+            FreeWays::Posture => (posture.clone(), before.clone()),
+        };
+        let closed = Some(grasp.joints.clone());
         let ways = [
-            (back, opening.clone(), None),
-            (*base, opening, None),
+            (back, coming.0.clone(), coming.1.clone()),
+            (*base, coming.0, coming.1),
             (*base, posture, before),
             (*base, None, closed.clone()),
             (lifted, None, closed),
         ];
         let mut names = Waypoint::NAMES.into_iter();
-        ways.map(|(object_from_base, driven, joints)| {
+        Some(ways.map(|(object_from_base, driven, joints)| {
             let name = names.next().expect("a name for each");
             Waypoint { name, object_from_base, driven, joints }
-        })
+        }))
     }
 }
 

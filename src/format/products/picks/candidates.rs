@@ -2,7 +2,7 @@
 
 use prost::Message;
 
-use super::{PickObstacle, PickStage, TakenGrasps};
+use super::{PickObstacle, TakenGrasps};
 use crate::{
     SceneContainer,
     codec::{
@@ -14,6 +14,7 @@ use crate::{
 use kernel::{
     geom::{HandBase, Object, Pose, World},
     ids::{Digest, ObjectId, SampleId},
+    words::{BothWays, FreeWays, PathStage},
 };
 
 const MESSAGE: &str = "PickCandidates";
@@ -59,28 +60,55 @@ pub struct PickCandidate {
     pub direction: u32,
     /// The hand's base where it closes.
     pub world_from_base: Pose<World, HandBase>,
+    /// The hand's path on either way.
+    pub ways: BothWays<PickPassage>,
+    /// All joints of the closed hand, where one way is free at least [rad or m]; else none.
+    pub closed: Vec<f64>,
+}
+
+/// The path of a hand on one way to a grasp.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PickPassage {
     /// Obstacle on the path, and the part of the path; `None` where the hand is free.
     pub blocked: Option<Blocked>,
     /// Distance from what is in the way [m], below 0 where they overlap, by [`PickCandidates::DEEP`] at most; where the hand is free
     /// the smallest from anything but the body on its whole path, up to [`PickCandidates::FAR`].
     pub clearance: f64,
-    /// All joints of the closed hand, where it is free [rad or m]; else none.
-    pub closed: Vec<f64>,
 }
 
 /// Obstacle in the way of a hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Blocked {
     /// Part of the path.
-    pub stage: PickStage,
+    pub stage: PathStage,
     /// The obstacle.
     pub by: PickObstacle,
 }
 
-impl PickCandidate {
+impl PickPassage {
     /// Whether the hand comes and closes without touching anything but the body.
     pub fn is_free(&self) -> bool {
         self.blocked.is_none()
+    }
+
+    /// Number of the neighbour in the way; 0 where none is.
+    fn neighbour(&self) -> u32 {
+        match self.blocked.map(|blocked| blocked.by) {
+            Some(PickObstacle::Neighbour(number)) => number,
+            _ => 0,
+        }
+    }
+}
+
+impl PickCandidate {
+    /// Whether the hand, coming in its posture as in trials, comes and closes without touching anything but the body.
+    pub fn is_free(&self) -> bool {
+        self.ways.shaped.is_free()
+    }
+
+    /// Ways on which the hand comes and closes without touching anything but the body.
+    pub fn free_ways(&self) -> FreeWays {
+        self.ways.map(|way| way.is_free()).into()
     }
 
     fn key(&self) -> [u32; 3] {
@@ -104,7 +132,7 @@ impl PickCandidates {
         self.bodies[self.sample.item.0 as usize].0
     }
 
-    /// Indices of the free candidates.
+    /// Indices of the candidates to which the hand is free to come in its posture.
     pub fn free(&self) -> impl Iterator<Item = usize> + '_ {
         self.candidates.iter().enumerate().filter(|(_, candidate)| candidate.is_free()).map(|(index, _)| index)
     }
@@ -129,17 +157,11 @@ impl PickCandidates {
         wire::uint32s(out, 13, all().map(|candidate| candidate.rank));
         wire::uint32s(out, 14, all().map(|candidate| candidate.direction));
         wire::doubles_of(out, 15, all().flat_map(|candidate| candidate.world_from_base.to_rows()));
-        wire::bytes_of(out, 16, all().map(|candidate| candidate.blocked.map_or(0, |blocked| blocked.by.number())));
-        wire::bytes_of(out, 17, all().map(|candidate| candidate.blocked.map_or(0, |blocked| blocked.stage.number())));
-        let neighbour = |candidate: &PickCandidate| match candidate.blocked.map(|blocked| blocked.by) {
-            Some(PickObstacle::Neighbour(number)) => number,
-            _ => 0,
-        };
-        wire::uint32s(out, 18, all().map(neighbour));
-        wire::doubles_of(out, 19, all().map(|candidate| candidate.clearance));
+        encode_ways(out, [16, 17, 18, 19], all().map(|candidate| candidate.ways.shaped));
         self.joints.iter().for_each(|name| wire::element(out, 20, name.as_bytes()));
         wire::doubles_of(out, 21, all().flat_map(|candidate| candidate.closed.iter().copied()));
         self.container.encode_mesh(out, [22, 23]);
+        encode_ways(out, [24, 25, 26, 27], all().map(|candidate| candidate.ways.opened));
     }
 
     /// Reads and checks a payload.
@@ -187,6 +209,15 @@ impl PickCandidates {
     }
 }
 
+/// Appends verdicts, stages, neighbours and clearances of one way.
+fn encode_ways(out: &mut Vec<u8>, fields: [u32; 4], ways: impl ExactSizeIterator<Item = PickPassage> + Clone) {
+    let [verdicts, stages, neighbours, clearances] = fields;
+    wire::bytes_of(out, verdicts, ways.clone().map(|way| way.blocked.map_or(0, |blocked| blocked.by.number())));
+    wire::bytes_of(out, stages, ways.clone().map(|way| way.blocked.map_or(0, |blocked| blocked.stage.number())));
+    wire::uint32s(out, neighbours, ways.clone().map(|way| way.neighbour()));
+    wire::doubles_of(out, clearances, ways.map(|way| way.clearance));
+}
+
 /// Object and pose of each body.
 type Bodies = Vec<(ObjectId, Pose<World, Object>)>;
 
@@ -209,36 +240,38 @@ fn candidates(raw: &proto::PickCandidates, bodies: u32) -> Result<Vec<PickCandid
         ("ranks", count, raw.ranks.len()),
         ("directions", count, raw.directions.len()),
         ("world_from_base", 12 * count, raw.world_from_base.len()),
-        ("verdicts", count, raw.verdicts.len()),
-        ("stages", count, raw.stages.len()),
-        ("neighbours", count, raw.neighbours.len()),
-        ("clearances", count, raw.clearances.len()),
     ] {
         lengthy(MESSAGE, field, expected, found)?;
     }
+    let shaped = Way {
+        fields: ["verdicts", "stages", "neighbours", "clearances"],
+        verdicts: &raw.verdicts,
+        stages: &raw.stages,
+        neighbours: &raw.neighbours,
+        clearances: &raw.clearances,
+        stage_words: "1 to 3, of the own object 1 or 2",
+        is_opened: false,
+    };
+    let opened = Way {
+        fields: ["verdicts_opened", "stages_opened", "neighbours_opened", "clearances_opened"],
+        verdicts: &raw.verdicts_opened,
+        stages: &raw.stages_opened,
+        neighbours: &raw.neighbours_opened,
+        clearances: &raw.clearances_opened,
+        stage_words: "1 to 4, of the own object 1, 2 or 4",
+        is_opened: true,
+    };
+    let (shaped, opened) = (shaped.passages(raw, count, bodies)?, opened.passages(raw, count, bodies)?);
     let joints = raw.joints.len();
     ranged(MESSAGE, "joints", joints as f64, joints > 0, "one at least")?;
-    let free = raw.verdicts.iter().filter(|verdict| **verdict == 0).count();
-    lengthy(MESSAGE, "closed_joints", free * joints, raw.closed_joints.len())?;
+    let is_closed = |index: usize| shaped[index].is_free() || opened[index].is_free();
+    let closed_count = (0..count).filter(|index| is_closed(*index)).count();
+    lengthy(MESSAGE, "closed_joints", closed_count * joints, raw.closed_joints.len())?;
     let wild = raw.closed_joints.iter().find(|value| !value.is_finite());
     ranged(MESSAGE, "closed_joints", wild.copied().unwrap_or_default(), wild.is_none(), "finite")?;
     let mut closed = raw.closed_joints.chunks_exact(joints);
     let mut found: Vec<PickCandidate> = Vec::with_capacity(count);
     for index in 0..count {
-        let blocked = blocked(raw, index, bodies)?;
-        let clearance = raw.clearances[index];
-        // What is free keeps the margin, but for the tolerance of clearances.
-        let fits = match blocked {
-            Some(_) => (-PickCandidates::DEEP..raw.margin).contains(&clearance),
-            None => (0.0..=PickCandidates::FAR).contains(&clearance),
-        };
-        ranged(
-            MESSAGE,
-            "clearances",
-            clearance,
-            fits,
-            "from -0.001 to below the margin where something is in the way, else 0 to 0.01",
-        )?;
         let direction = raw.directions[index];
         ranged(MESSAGE, "directions", f64::from(direction), direction < raw.rolls, "below rolls")?;
         let candidate = PickCandidate {
@@ -246,9 +279,8 @@ fn candidates(raw: &proto::PickCandidates, bodies: u32) -> Result<Vec<PickCandid
             rank: raw.ranks[index],
             direction,
             world_from_base: pose(MESSAGE, "world_from_base", &raw.world_from_base[12 * index..][..12])?,
-            blocked,
-            clearance,
-            closed: if blocked.is_none() { closed.next().unwrap_or_default().to_vec() } else { Vec::new() },
+            ways: BothWays { shaped: shaped[index], opened: opened[index] },
+            closed: if is_closed(index) { closed.next().unwrap_or_default().to_vec() } else { Vec::new() },
         };
         let is_next = found.last().is_none_or(|before| before.key() < candidate.key());
         ranged(MESSAGE, "directions", f64::from(direction), is_next, "sorted by run, rank and direction, none twice")?;
@@ -257,30 +289,80 @@ fn candidates(raw: &proto::PickCandidates, bodies: u32) -> Result<Vec<PickCandid
     Ok(found)
 }
 
-fn blocked(raw: &proto::PickCandidates, index: usize, bodies: u32) -> Result<Option<Blocked>, RecordError> {
-    let (verdict, stage, neighbour) = (raw.verdicts[index], raw.stages[index], raw.neighbours[index]);
-    let own = raw.sample.as_ref().map_or(0, |sample| sample.item) + 1;
-    let by = match verdict {
-        0 => None,
-        1 => Some(PickObstacle::Ground),
-        2 => Some(PickObstacle::Container),
-        3 => Some(PickObstacle::Own),
-        4 => Some(PickObstacle::Neighbour(neighbour)),
-        _ => return ranged(MESSAGE, "verdicts", f64::from(verdict), false, "0 to 4").map(|()| None),
-    };
-    let has_walls = raw.container != "plane";
-    ranged(MESSAGE, "verdicts", f64::from(verdict), verdict != 2 || has_walls, "a container only where one stands")?;
-    let fits = match by {
-        Some(PickObstacle::Neighbour(number)) => (1..=bodies).contains(&number) && number != own,
-        _ => neighbour == 0,
-    };
-    ranged(MESSAGE, "neighbours", f64::from(neighbour), fits, "another body where the verdict is 4, else 0")?;
-    let Some(by) = by else {
-        return ranged(MESSAGE, "stages", f64::from(stage), stage == 0, "0 of what is free").map(|()| None);
-    };
-    let known = PickStage::ALL.into_iter().find(|known| known.number() == stage);
-    // A hand that closes may touch what it closes on.
-    let known = known.filter(|stage| by != PickObstacle::Own || *stage != PickStage::Closing);
-    ranged(MESSAGE, "stages", f64::from(stage), known.is_some(), "1 to 3, of the own object 1 or 2")?;
-    Ok(known.map(|stage| Blocked { stage, by }))
+/// The arrays of one way as they are stored.
+struct Way<'r> {
+    /// Names of verdicts, stages, neighbours and clearances.
+    fields: [&'static str; 4],
+    verdicts: &'r [u8],
+    stages: &'r [u8],
+    neighbours: &'r [u32],
+    clearances: &'r [f64],
+    /// Stages that there may be, in words.
+    stage_words: &'static str,
+    /// Whether the hand takes on its posture on this way.
+    is_opened: bool,
+}
+
+impl Way<'_> {
+    fn passages(
+        &self,
+        raw: &proto::PickCandidates,
+        count: usize,
+        bodies: u32,
+    ) -> Result<Vec<PickPassage>, RecordError> {
+        let [verdicts, stages, neighbours, clearances] = self.fields;
+        for (field, found) in [
+            (verdicts, self.verdicts.len()),
+            (stages, self.stages.len()),
+            (neighbours, self.neighbours.len()),
+            (clearances, self.clearances.len()),
+        ] {
+            lengthy(MESSAGE, field, count, found)?;
+        }
+        (0..count).map(|index| self.passage(raw, index, bodies)).collect()
+    }
+
+    fn passage(&self, raw: &proto::PickCandidates, index: usize, bodies: u32) -> Result<PickPassage, RecordError> {
+        let [.., clearances] = self.fields;
+        let (blocked, clearance) = (self.blocked(raw, index, bodies)?, self.clearances[index]);
+        // What is free keeps the margin, but for the tolerance of clearances.
+        let fits = match blocked {
+            Some(_) => (-PickCandidates::DEEP..raw.margin).contains(&clearance),
+            None => (0.0..=PickCandidates::FAR).contains(&clearance),
+        };
+        let allowed = "from -0.001 to below the margin where something is in the way, else 0 to 0.01";
+        ranged(MESSAGE, clearances, clearance, fits, allowed)?;
+        Ok(PickPassage { blocked, clearance })
+    }
+
+    fn blocked(&self, raw: &proto::PickCandidates, index: usize, bodies: u32) -> Result<Option<Blocked>, RecordError> {
+        let [verdicts, stages, neighbours, _] = self.fields;
+        let (verdict, stage, neighbour) = (self.verdicts[index], self.stages[index], self.neighbours[index]);
+        let own = raw.sample.as_ref().map_or(0, |sample| sample.item) + 1;
+        let by = match verdict {
+            0 => None,
+            1 => Some(PickObstacle::Ground),
+            2 => Some(PickObstacle::Container),
+            3 => Some(PickObstacle::Own),
+            4 => Some(PickObstacle::Neighbour(neighbour)),
+            _ => return ranged(MESSAGE, verdicts, f64::from(verdict), false, "0 to 4").map(|()| None),
+        };
+        let has_walls = raw.container != "plane";
+        let is_there = verdict != 2 || has_walls;
+        ranged(MESSAGE, verdicts, f64::from(verdict), is_there, "a container only where one stands")?;
+        let fits = match by {
+            Some(PickObstacle::Neighbour(number)) => (1..=bodies).contains(&number) && number != own,
+            _ => neighbour == 0,
+        };
+        ranged(MESSAGE, neighbours, f64::from(neighbour), fits, "another body where the verdict is 4, else 0")?;
+        let Some(by) = by else {
+            return ranged(MESSAGE, stages, f64::from(stage), stage == 0, "0 of what is free").map(|()| None);
+        };
+        // A hand that closes may touch what it closes on, and one that comes in its posture has none to take on.
+        let known = PathStage::of_number(stage)
+            .filter(|stage| by != PickObstacle::Own || *stage != PathStage::Closing)
+            .filter(|stage| self.is_opened || *stage != PathStage::Shaping);
+        ranged(MESSAGE, stages, f64::from(stage), known.is_some(), self.stage_words)?;
+        Ok(known.map(|stage| Blocked { stage, by }))
+    }
 }

@@ -1,7 +1,8 @@
 //! Facts of the grasps of one body.
 
-use super::{PickCandidates, PickTrial, PickTrials, PickVerdict};
+use super::{PickCandidate, PickCandidates, PickTrial, PickTrials, PickVerdict};
 use crate::{FactFormat, FactKind, Facts};
+use kernel::words::FreeWays;
 
 const VERDICTS: usize = PickVerdict::ALL.len();
 
@@ -12,10 +13,14 @@ pub struct PickFacts {
     pub stored: u32,
     /// Grasps that were evaluated.
     pub candidates: u32,
-    /// Grasps that the hand comes to and closes in without touching anything else.
+    /// Grasps that the hand comes to in its posture, and closes in, without touching anything else.
     pub free: u32,
-    /// Grasps lost to each of [`PickObstacle::NAMES`](super::PickObstacle::NAMES).
+    /// Grasps lost to each of [`PickObstacle::NAMES`](super::PickObstacle::NAMES), of the hand that comes in its posture.
     pub lost: [u32; 4],
+    /// Grasps that the hand comes to opened, and closes in, without touching anything else.
+    pub free_opened: u32,
+    /// Grasps that are free on one of these ways at least.
+    pub free_either: u32,
     /// Outcomes of trials; zeros where there were none.
     pub trials: PickTrialFacts,
 }
@@ -37,7 +42,7 @@ pub struct PickTrialFacts {
 pub(super) const TRIALS: &str = "/picks/trials";
 
 /// Number of the facts of candidates, which come first.
-pub(super) const FIRST_OF_TRIALS: usize = 7;
+pub(super) const FIRST_OF_TRIALS: usize = 9;
 
 /// Number of the facts of trials.
 const TRIAL_FACTS: usize = VERDICTS + 3;
@@ -54,11 +59,13 @@ const fn trials(name: &'static str, meaning: &'static str) -> FactFormat {
 pub(super) const FACTS: [FactFormat; FIRST_OF_TRIALS + TRIAL_FACTS] = [
     fact("stored", "Stored grasps of the body's object that candidates are drawn from."),
     fact("candidates", "Grasps that were evaluated."),
-    fact("free", "Grasps that the hand comes to and closes in without touching anything else."),
+    fact("free", "Grasps that the hand comes to in its posture, and closes in, without touching anything else."),
     fact("lost_to_ground", "Grasps whose hand comes below the plane that everything stands on."),
     fact("lost_to_container", "Grasps with the container in their way."),
     fact("lost_to_own_object", "Grasps whose hand runs into the body itself before it closes."),
     fact("lost_to_neighbour", "Grasps with another body in their way."),
+    fact("free_opened", "Grasps that the hand comes to opened, and closes in, without touching anything else."),
+    fact("free_either", "Grasps that are free on one of these two ways at least."),
     trials("held", "Trials that held."),
     trials("starts_too_deep", "Trials whose hand starts too deep in something."),
     trials("not_touching", "Trials whose closed hand does not touch the body."),
@@ -79,13 +86,17 @@ impl PickFacts {
     /// Facts of candidates and their trials, if there were any.
     pub fn of(candidates: &PickCandidates, trials: Option<&PickTrials>) -> Self {
         let mut lost = [0; 4];
-        let blocked = candidates.candidates.iter().filter_map(|candidate| candidate.blocked);
+        let blocked = candidates.candidates.iter().filter_map(|candidate| candidate.ways.shaped.blocked);
         blocked.for_each(|blocked| lost[usize::from(blocked.by.number()) - 1] += 1);
+        let free_ways = || candidates.candidates.iter().map(PickCandidate::free_ways);
+        let count = |ways: &[FreeWays]| free_ways().filter(|free| ways.contains(free)).count() as u32;
         Self {
             stored: candidates.stored,
             candidates: candidates.candidates.len() as u32,
             free: candidates.free().count() as u32,
             lost,
+            free_opened: count(&[FreeWays::Opened, FreeWays::Both]),
+            free_either: count(&[FreeWays::Opened, FreeWays::Posture, FreeWays::Both]),
             trials: trials.map(PickTrialFacts::of).unwrap_or_default(),
         }
     }
@@ -93,7 +104,7 @@ impl PickFacts {
     /// The facts of the candidates, in the order of their columns.
     pub(super) fn values(&self) -> [f64; FIRST_OF_TRIALS] {
         let &Self { stored, candidates, free, lost: [ground, container, own, neighbour], .. } = self;
-        [stored, candidates, free, ground, container, own, neighbour].map(f64::from)
+        [stored, candidates, free, ground, container, own, neighbour, self.free_opened, self.free_either].map(f64::from)
     }
 }
 
@@ -145,6 +156,8 @@ impl From<&Facts> for PickFacts {
             candidates: of(1),
             free: of(2),
             lost: std::array::from_fn(|index| of(3 + index)),
+            free_opened: of(7),
+            free_either: of(8),
             trials: PickTrialFacts {
                 verdicts: std::array::from_fn(|index| of(FIRST_OF_TRIALS + index)),
                 held_touching: of(after),
@@ -170,7 +183,8 @@ mod tests {
             held_moving: 23,
             held_carrying: 24,
         };
-        let facts = PickFacts { stored: 1, candidates: 2, free: 3, lost: [4, 5, 6, 7], trials };
+        let lost = [4, 5, 6, 7];
+        let facts = PickFacts { stored: 1, candidates: 2, free: 3, lost, free_opened: 8, free_either: 9, trials };
         let values = Facts::from(facts);
         assert_eq!(values.values().len(), FACTS.len());
         assert_eq!(PickFacts::from(&values), facts);

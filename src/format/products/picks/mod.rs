@@ -10,12 +10,12 @@ mod tests;
 mod trials;
 mod words;
 
-pub use candidates::{Blocked, PickCandidate, PickCandidates};
+pub use candidates::{Blocked, PickCandidate, PickCandidates, PickPassage};
 pub(super) use check::CHECKS;
 pub use facts::{PickFacts, PickTrialFacts};
 pub use row::FORMAT;
 pub use trials::{AwakeNeighbour, PickProtocol, PickTrial, PickTrials, PressedThing};
-pub use words::{AwakeBodies, PickObstacle, PickPhase, PickStage, PickState, PickVerdict, TakenGrasps};
+pub use words::{AwakeBodies, PickObstacle, PickPhase, PickState, PickVerdict, TakenGrasps};
 
 use crate::{
     Channel, Product,

@@ -5,27 +5,36 @@ use crate::{Facts, PressedContact, RecordError, SceneContainer};
 use kernel::{
     geom::Pose,
     ids::{Digest, ItemId, ObjectId, SampleId},
+    words::{BothWays, FreeWays, PathStage},
 };
 
 fn sample() -> SampleId {
     SampleId::of_object(ObjectId(Digest([9; 32])), ItemId(1))
 }
 
-fn candidate(key: [u32; 3], blocked: Option<(PickStage, PickObstacle)>, clearance: f64) -> PickCandidate {
+type Lost = Option<(PathStage, PickObstacle)>;
+
+fn passage(blocked: Lost, clearance: f64) -> PickPassage {
+    PickPassage { blocked: blocked.map(|(stage, by)| Blocked { stage, by }), clearance }
+}
+
+fn candidate(key: [u32; 3], shaped: (Lost, f64), opened: (Lost, f64)) -> PickCandidate {
     let [run, rank, direction] = key;
+    let ways = BothWays { shaped, opened }.map(|(blocked, clearance)| passage(blocked, clearance));
+    let is_free = ways.shaped.is_free() || ways.opened.is_free();
     PickCandidate {
         run,
         rank,
         direction,
         world_from_base: Pose::new(Rotation3::from_euler_angles(0.1, 0.2, 0.3), Vector3::new(0.0, 0.1, 0.5)),
-        blocked: blocked.map(|(stage, by)| Blocked { stage, by }),
-        clearance,
-        closed: if blocked.is_none() { vec![0.01, 0.02] } else { Vec::new() },
+        ways,
+        closed: if is_free { vec![0.01, 0.02] } else { Vec::new() },
     }
 }
 
-/// The second of three bodies: two free grasps, and one lost to each obstacle.
+/// The second of three bodies: two grasps that are free on both ways, and one lost to each obstacle, one of these on one way.
 fn candidates() -> PickCandidates {
+    let both = |key, blocked, clearance| candidate(key, (blocked, clearance), (blocked, clearance));
     let body = |byte| (ObjectId(Digest([byte; 32])), Pose::identity());
     PickCandidates {
         sample: sample(),
@@ -39,12 +48,16 @@ fn candidates() -> PickCandidates {
         rolls: 4,
         margin: 0.002,
         candidates: vec![
-            candidate([0, 3, 0], None, 0.01),
-            candidate([0, 3, 2], Some((PickStage::Pregrasp, PickObstacle::Ground)), -0.001),
-            candidate([0, 3, 3], Some((PickStage::Approach, PickObstacle::Container)), 0.0),
-            candidate([5, 0, 0], Some((PickStage::Approach, PickObstacle::Own)), -0.001),
-            candidate([5, 0, 1], Some((PickStage::Closing, PickObstacle::Neighbour(3))), 0.0019),
-            candidate([5, 0, 3], None, 0.0021),
+            both([0, 3, 0], None, 0.01),
+            both([0, 3, 2], Some((PathStage::Pregrasp, PickObstacle::Ground)), -0.001),
+            candidate(
+                [0, 3, 3],
+                (Some((PathStage::Approach, PickObstacle::Container)), 0.0),
+                (Some((PathStage::Shaping, PickObstacle::Own)), -0.0005),
+            ),
+            candidate([5, 0, 0], (Some((PathStage::Approach, PickObstacle::Own)), -0.001), (None, 0.004)),
+            both([5, 0, 1], Some((PathStage::Closing, PickObstacle::Neighbour(3))), 0.0019),
+            both([5, 0, 3], None, 0.0021),
         ],
     }
 }
@@ -125,6 +138,10 @@ fn candidates_and_trials_come_back_as_they_were_with_their_counts() {
     assert_eq!(PickFacts::from(&Facts::from(facts)), facts);
     assert_eq!((candidates.body(), candidates.object()), (2, ObjectId(Digest([2; 32]))));
     assert_eq!(candidates.free().collect::<Vec<_>>(), [0, 5]);
+    let ways: Vec<FreeWays> = candidates.candidates.iter().map(PickCandidate::free_ways).collect();
+    let (none, both) = (FreeWays::None, FreeWays::Both);
+    assert_eq!(ways, [both, none, none, FreeWays::Opened, none, both]);
+    assert_eq!((facts.free, facts.free_opened, facts.free_either), (2, 3, 3));
     assert_eq!(trials.trials[1].carried(0.04).collect::<Vec<_>>(), [3]);
 }
 
@@ -132,22 +149,31 @@ type Fault<T> = (&'static str, fn(&mut T));
 
 #[test]
 fn candidates_that_make_no_sense_are_refused_by_field() {
-    let faults: [Fault<PickCandidates>; 13] = [
+    let faults: [Fault<PickCandidates>; 17] = [
         ("sample.item", |record| record.sample.item = ItemId(3)),
         ("rolls", |record| record.rolls = 0),
         ("directions", |record| record.rolls = 3),
         ("runs", |record| record.stored = 1),
         ("margin", |record| record.margin = 0.01),
         ("directions", |record| record.candidates.swap(0, 1)),
-        ("clearances", |record| record.candidates[1].clearance = 0.002),
-        ("clearances", |record| record.candidates[1].clearance = -0.0011),
-        ("clearances", |record| record.candidates[0].clearance = -0.001),
+        ("clearances", |record| record.candidates[1].ways.shaped.clearance = 0.002),
+        ("clearances", |record| record.candidates[1].ways.shaped.clearance = -0.0011),
+        ("clearances", |record| record.candidates[0].ways.shaped.clearance = -0.001),
+        ("clearances_opened", |record| record.candidates[3].ways.opened.clearance = -0.001),
         ("closed_joints", |record| record.candidates[0].closed.push(0.0)),
+        ("closed_joints", |record| record.candidates[3].closed.clear()),
         ("neighbours", |record| {
-            record.candidates[4].blocked = Some(Blocked { stage: PickStage::Closing, by: PickObstacle::Neighbour(2) });
+            let by_itself = Some((PathStage::Closing, PickObstacle::Neighbour(2)));
+            record.candidates[4].ways.shaped = passage(by_itself, 0.0);
         }),
         ("stages", |record| {
-            record.candidates[3].blocked = Some(Blocked { stage: PickStage::Closing, by: PickObstacle::Own });
+            record.candidates[4].ways.shaped = passage(Some((PathStage::Closing, PickObstacle::Own)), 0.0);
+        }),
+        ("stages", |record| {
+            record.candidates[4].ways.shaped = passage(Some((PathStage::Shaping, PickObstacle::Container)), 0.0);
+        }),
+        ("stages_opened", |record| {
+            record.candidates[2].ways.opened = passage(Some((PathStage::Closing, PickObstacle::Own)), 0.0);
         }),
         ("verdicts", |record| record.container = SceneContainer::Plane { size: [1.0, 1.0] }),
     ];

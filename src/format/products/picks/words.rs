@@ -88,36 +88,6 @@ impl PickObstacle {
     }
 }
 
-/// Part of a hand's path.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum PickStage {
-    /// The hand in its posture, where it begins to close.
-    Pregrasp,
-    /// On the way there.
-    Approach,
-    /// While it closes.
-    Closing,
-}
-
-impl PickStage {
-    /// Every stage, in the order of their numbers on disk, from 1.
-    pub const ALL: [Self; 3] = [Self::Pregrasp, Self::Approach, Self::Closing];
-
-    /// The number on disk, from 1.
-    pub(super) fn number(self) -> u8 {
-        self as u8 + 1
-    }
-
-    /// The name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Pregrasp => "pregrasp",
-            Self::Approach => "approach",
-            Self::Closing => "closing",
-        }
-    }
-}
-
 /// Part of a trial among neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PickPhase {

@@ -25,6 +25,12 @@ pub static FORMAT: ProductFormat = ProductFormat {
                 ArrayFormat::new("masses", "(bodies) f64", "mass of each body [kg]"),
                 ArrayFormat::new("touch_points", "(contacts, 3) f64", "points at which two bodies touch [m]"),
                 ArrayFormat::new("touch_forces", "(contacts, 3) f64", "force of the lower body on the higher [N]"),
+                ArrayFormat::new(
+                    "touch_torques",
+                    "(contacts, 3) f64",
+                    "torque of the lower body on the higher about the point, by torsion and rolling friction [N m]",
+                ),
+                ArrayFormat::new("centres_of_mass", "(bodies, 3) f64", "centre of mass of each body, in the world [m]"),
                 ArrayFormat::new("shares", "(supports) f64", "share of a body's weight that another carries"),
             ],
         ),

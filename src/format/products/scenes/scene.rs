@@ -64,6 +64,8 @@ pub struct SceneBody {
     pub world_from_object: Pose<World, Object>,
     /// [kg].
     pub mass: f64,
+    /// Centre of mass, in the world [m].
+    pub centre_of_mass: [f64; 3],
     /// Coefficient of sliding friction.
     pub friction: f64,
     /// Time at which it was let go [s].
@@ -89,6 +91,8 @@ pub struct SceneContact {
     pub distance: f64,
     /// Force of the first on the second, in the world [N].
     pub force: [f64; 3],
+    /// Torque of the first on the second about the point, by torsion and rolling friction, in the world [N m].
+    pub torque: [f64; 3],
 }
 
 /// A body that carries another.
@@ -209,6 +213,8 @@ impl Scene {
             wire::uint32(out, 32, *crossed);
         }
         self.container.encode_mesh(out, [33, 34]);
+        wire::doubles_of(out, 35, contacts().flat_map(|contact| contact.torque));
+        wire::doubles_of(out, 36, bodies().flat_map(|body| body.centre_of_mass));
     }
 
     /// Reads and checks a payload.
@@ -276,6 +282,8 @@ fn bodies(raw: &proto::Scene) -> Result<Vec<SceneBody>, RecordError> {
     lengthy(MESSAGE, "objects", 32 * count, raw.objects.len())?;
     lengthy(MESSAGE, "world_from_object", 12 * count, raw.world_from_object.len())?;
     lengthy(MESSAGE, "resting_poses", count, raw.resting_poses.len())?;
+    lengthy(MESSAGE, "centres_of_mass", 3 * count, raw.centres_of_mass.len())?;
+    finite("centres_of_mass", &raw.centres_of_mass)?;
     for (field, values) in [
         ("masses", &raw.masses),
         ("frictions", &raw.frictions),
@@ -295,6 +303,7 @@ fn bodies(raw: &proto::Scene) -> Result<Vec<SceneBody>, RecordError> {
                 object: ObjectId(Digest(object)),
                 world_from_object: pose(MESSAGE, "world_from_object", &raw.world_from_object[12 * index..][..12])?,
                 mass: raw.masses[index],
+                centre_of_mass: triple(&raw.centres_of_mass, index),
                 friction: raw.frictions[index],
                 released_at: raw.released_at[index],
                 resting: resting.map(|pose| (pose, raw.resting_angles[index])),
@@ -313,12 +322,11 @@ fn contacts(raw: &proto::Scene, bodies: u32) -> Result<Vec<SceneContact>, Record
         ("touch_normals", 3 * count, &raw.touch_normals),
         ("touch_distances", count, &raw.touch_distances),
         ("touch_forces", 3 * count, &raw.touch_forces),
+        ("touch_torques", 3 * count, &raw.touch_torques),
     ] {
         lengthy(MESSAGE, field, expected, values.len())?;
-        let wild = values.iter().find(|value| !value.is_finite());
-        ranged(MESSAGE, field, wild.copied().unwrap_or_default(), wild.is_none(), "finite")?;
+        finite(field, values)?;
     }
-    let triple = |values: &[f64], index: usize| [values[3 * index], values[3 * index + 1], values[3 * index + 2]];
     (0..count)
         .map(|index| {
             let pair = [raw.touch_first[index], raw.touch_second[index]];
@@ -333,6 +341,7 @@ fn contacts(raw: &proto::Scene, bodies: u32) -> Result<Vec<SceneContact>, Record
                 normal,
                 distance: raw.touch_distances[index],
                 force: triple(&raw.touch_forces, index),
+                torque: triple(&raw.touch_torques, index),
             })
         })
         .collect()
@@ -348,6 +357,16 @@ fn supports(raw: &proto::Scene, bodies: u32) -> Result<Vec<SceneSupport>, Record
         Ok(SceneSupport { by: *by, body: *body, share: *share })
     };
     raw.supporters.iter().zip(&raw.supported).zip(&raw.shares).map(support).collect()
+}
+
+/// Three numbers of an array of triples.
+fn triple(values: &[f64], index: usize) -> [f64; 3] {
+    [values[3 * index], values[3 * index + 1], values[3 * index + 2]]
+}
+
+fn finite(field: &'static str, values: &[f64]) -> Result<(), RecordError> {
+    let wild = values.iter().find(|value| !value.is_finite());
+    ranged(MESSAGE, field, wild.copied().unwrap_or_default(), wild.is_none(), "finite")
 }
 
 fn not_below_zero(field: &'static str, value: f64) -> Result<(), RecordError> {

@@ -14,6 +14,7 @@ fn scene() -> Scene {
         object: ObjectId(Digest([number; 32])),
         world_from_object: Pose::from_xyz_rpy([0.1 * f64::from(number), 0.0, 0.05, 0.3, 0.2, 0.1]),
         mass: 0.3,
+        centre_of_mass: [0.1 * f64::from(number), 0.0, 0.06],
         friction: 0.5,
         released_at: 0.3 * f64::from(number),
         resting: (number == 1).then_some((2, 0.01)),
@@ -26,6 +27,7 @@ fn scene() -> Scene {
         normal: [0.0, 0.0, 1.0],
         distance: -1e-5,
         force: [0.0, 0.1, 2.9],
+        torque: [1e-3, 0.0, -2e-4],
     };
     Scene {
         sample: SampleId::of_object(ObjectId(Digest([9; 32])), ItemId(17)),
@@ -152,7 +154,10 @@ fn what_is_no_scene_is_refused_with_its_field() {
         change(&mut scene);
         Scene::decode(&payload(&scene)).expect_err("no scene").to_string()
     };
-    let cases: [(&str, Change); 13] = [
+    let cases: [(&str, Change); 16] = [
+        ("centres_of_mass", |scene| scene.bodies[1].centre_of_mass[2] = f64::INFINITY),
+        ("touch_forces", |scene| scene.contacts[0].force[1] = f64::NAN),
+        ("touch_torques", |scene| scene.contacts[1].torque[0] = f64::NAN),
         ("masses", |scene| scene.bodies[0].mass = -1.0),
         ("masses", |scene| scene.bodies.clear()),
         ("touch_second", |scene| scene.contacts[1].pair = [1, 3]),

@@ -1,9 +1,9 @@
 //! Facts of a view.
 
-use crate::{FactFormat, FactKind, Facts};
+use crate::{FactFormat, FactKind, FactRange, Facts};
 
-/// Counts of a view, by how much of each body is seen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Numbers of a view: counts of bodies by how much of each is seen, and how near they are.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ViewFacts {
     /// Bodies of the scene; 0 of a rejected view.
     pub bodies: u32,
@@ -23,6 +23,10 @@ pub struct ViewFacts {
     pub near_draws: u32,
     /// Cameras drawn before that saw too little of every body.
     pub unseen_draws: u32,
+    /// Bodies of which at least half of the pixels that see them are nearer than the sensor measures.
+    pub too_near: u32,
+    /// Smallest true depth of a body [m]; 0 without a sensor, or where none is seen.
+    pub nearest: f64,
 }
 
 impl ViewFacts {
@@ -46,7 +50,7 @@ const fn count(name: &'static str, meaning: &'static str) -> FactFormat {
 }
 
 /// Columns of the facts.
-pub(super) const FACTS: [FactFormat; 9] = [
+pub(super) const FACTS: [FactFormat; 11] = [
     count("bodies", "Bodies of the scene; 0 of a rejected view."),
     count("unseen", "Bodies of which no pixel is seen."),
     count("hidden", "Bodies that are seen, by less than a tenth of their silhouette."),
@@ -56,6 +60,16 @@ pub(super) const FACTS: [FactFormat; 9] = [
     count("truncated", "Bodies that reach out of the image."),
     count("near_draws", "Cameras drawn before that were inside or next to something."),
     count("unseen_draws", "Cameras drawn before that saw too little of every body."),
+    count(
+        "too_near",
+        "Bodies at least half of whose seen pixels are nearer than the sensor measures; 0 without a sensor.",
+    ),
+    FactFormat {
+        name: "nearest",
+        kind: FactKind::Number(FactRange::FromZero),
+        topic: None,
+        meaning: "Smallest true depth of a body [m]; 0 without a sensor, or where none is seen.",
+    },
 ];
 
 impl From<ViewFacts> for Facts {
@@ -70,10 +84,12 @@ impl From<ViewFacts> for Facts {
             truncated,
             near_draws,
             unseen_draws,
+            too_near,
+            nearest,
         } = facts;
         let strata = [unseen, hidden, mostly_hidden, partly_hidden, clear];
-        let counts = [bodies].into_iter().chain(strata).chain([truncated, near_draws, unseen_draws]);
-        Self::new(counts.map(f64::from))
+        let counts = [bodies].into_iter().chain(strata).chain([truncated, near_draws, unseen_draws, too_near]);
+        Self::new(counts.map(f64::from).chain([nearest]))
     }
 }
 
@@ -90,6 +106,8 @@ impl From<&Facts> for ViewFacts {
             truncated: of(6),
             near_draws: of(7),
             unseen_draws: of(8),
+            too_near: of(9),
+            nearest: facts.values()[10],
         }
     }
 }

@@ -62,12 +62,28 @@ pub struct SceneInstance {
     pub visible_box: [u32; 4],
     /// Silhouette alone, in the image.
     pub mask: PixelMask,
+    /// How near it is, with a sensor.
+    pub near: Option<NearBody>,
+}
+
+/// Nearness of a body to a depth sensor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct NearBody {
+    /// Pixels that see it nearer than the sensor measures.
+    pub pixels: u32,
+    /// Smallest true depth of the pixels that see it [m]; 0 where none does.
+    pub nearest: f32,
 }
 
 impl SceneInstance {
     /// Share of its silhouette that is seen; 0 of one without a pixel.
     pub fn visible_share(&self) -> f64 {
         f64::from(self.pixels_visible) / f64::from(self.pixels_all.max(1))
+    }
+
+    /// Whether at least half of the pixels that see it see it nearer than the sensor measures.
+    pub fn is_too_near(&self) -> bool {
+        self.near.is_some_and(|near| near.pixels > 0 && 2 * near.pixels >= self.pixels_visible)
     }
 
     /// Whether it reaches out of the image.
@@ -118,7 +134,14 @@ impl SceneImage {
     pub fn facts(&self) -> ViewFacts {
         let (near_draws, unseen_draws) = (self.near_draws, self.unseen_draws);
         let mut facts = ViewFacts { near_draws, unseen_draws, ..ViewFacts::default() };
-        self.bodies.iter().for_each(|body| facts.add(body.visible_share(), body.is_truncated()));
+        for body in &self.bodies {
+            facts.add(body.visible_share(), body.is_truncated());
+            facts.too_near += u32::from(body.is_too_near());
+            let nearest = body.near.map_or(0.0, |near| f64::from(near.nearest));
+            if nearest > 0.0 && (facts.nearest == 0.0 || nearest < facts.nearest) {
+                facts.nearest = nearest;
+            }
+        }
         facts
     }
 
@@ -149,6 +172,9 @@ impl SceneImage {
         wire::uint32(out, 18, self.near_draws);
         wire::uint32(out, 19, self.unseen_draws);
         self.container.encode_mesh(out, [20, 21]);
+        let near: Vec<NearBody> = bodies().filter_map(|body| body.near).collect();
+        wire::uint32s(out, 22, near.iter().map(|near| near.pixels));
+        wire::singles(out, 23, near.iter().map(|near| near.nearest));
     }
 
     /// Reads and checks a payload.
@@ -184,6 +210,13 @@ impl SceneImage {
         let whole: Vec<i32> = (raw.whole_boxes.chunks_exact(4))
             .map(|bytes| i32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]))
             .collect();
+        // A sensor has measured all of them, or none.
+        let measured = if point_instances.is_some() { count } else { 0 };
+        lengthy(MESSAGE, "pixels_too_near", measured, raw.pixels_too_near.len())?;
+        lengthy(MESSAGE, "nearest_depths", measured, raw.nearest_depths.len())?;
+        let near = raw.pixels_too_near.iter().zip(&raw.nearest_depths);
+        let near: Vec<NearBody> =
+            near.map(|(pixels, nearest)| NearBody { pixels: *pixels, nearest: *nearest }).collect();
         let masks = masks(&camera, &raw.mask_boxes, &raw.masks)?;
         let visible = Self::visible(&raw.instances, camera.width, count);
         let mut bodies = Vec::with_capacity(count);
@@ -196,6 +229,7 @@ impl SceneImage {
                 whole_box: whole[4 * index..][..4].try_into().expect("four numbers"),
                 visible_box: raw.visible_boxes[4 * index..][..4].try_into().expect("four numbers"),
                 mask,
+                near: near.get(index).copied(),
             };
             for (field, stated, counted) in [
                 ("pixels_in_image", raw.pixels_in_image[index], body.mask.count()),
@@ -206,6 +240,7 @@ impl SceneImage {
                 }
             }
             check_boxes(&body, visible[index].1)?;
+            check_near(&body)?;
             bodies.push(body);
         }
         check_seen(&raw.instances, &camera, &bodies)?;
@@ -281,6 +316,15 @@ fn check_boxes(body: &SceneInstance, visible: [u32; 4]) -> Result<(), RecordErro
     let counted = body.mask.count();
     let fits = counted <= body.pixels_all && i64::from(body.pixels_all) <= width * height;
     ranged(MESSAGE, "pixels_all", f64::from(body.pixels_all), fits, "from those in the image to those of the box")
+}
+
+/// Whether no more pixels are too near than see the body, and a depth is there where one does.
+fn check_near(body: &SceneInstance) -> Result<(), RecordError> {
+    let Some(NearBody { pixels, nearest }) = body.near else { return Ok(()) };
+    let fits = pixels <= body.pixels_visible;
+    ranged(MESSAGE, "pixels_too_near", f64::from(pixels), fits, "at most pixels_visible")?;
+    let fits = nearest.is_finite() && nearest >= 0.0 && (nearest > 0.0) == (body.pixels_visible > 0);
+    ranged(MESSAGE, "nearest_depths", f64::from(nearest), fits, "above 0 of a body that is seen, else 0")
 }
 
 /// Whether every body is seen inside its own silhouette alone.

@@ -11,7 +11,7 @@ mod tests;
 pub(super) use check::CHECKS;
 pub use colour::SceneColour;
 pub use facts::ViewFacts;
-pub use image::{SceneImage, SceneInstance};
+pub use image::{NearBody, SceneImage, SceneInstance};
 pub use row::FORMAT;
 
 use crate::{

@@ -15,6 +15,7 @@ fn image() -> SceneImage {
         whole_box,
         visible_box: visible.1,
         mask,
+        near: None,
     };
     let mask = |left, top, width, height, bits: u8| PixelMask { left, top, width, height, bits: vec![bits] };
     SceneImage {
@@ -34,6 +35,15 @@ fn image() -> SceneImage {
     }
 }
 
+/// The same before a sensor, of whose two bodies the first has one pixel of two too near, the second none.
+fn measured() -> SceneImage {
+    let mut image = image();
+    image.point_instances = Some(vec![2, 253, 1, 254, 0, 0, 255, 255, 0, 0, 0, 0]);
+    image.bodies[0].near = Some(NearBody { pixels: 1, nearest: 0.45 });
+    image.bodies[1].near = Some(NearBody { pixels: 0, nearest: 0.55 });
+    image
+}
+
 fn payload(image: &SceneImage) -> Vec<u8> {
     let mut out = Vec::new();
     image.encode(&mut out);
@@ -42,8 +52,7 @@ fn payload(image: &SceneImage) -> Vec<u8> {
 
 #[test]
 fn an_image_comes_back_as_it_was() {
-    let measured = SceneImage { point_instances: Some(vec![2, 253, 1, 254, 0, 0, 255, 255, 0, 0, 0, 0]), ..image() };
-    for image in [image(), measured] {
+    for image in [image(), measured()] {
         assert_eq!(SceneImage::decode(&payload(&image)), Ok(image));
     }
 }
@@ -62,12 +71,18 @@ fn facts_count_bodies_by_what_is_seen_of_them() {
         ..ViewFacts::default()
     };
     assert_eq!(facts, expected);
+    let measured = measured().facts();
+    assert_eq!(measured, ViewFacts { too_near: 1, nearest: f64::from(0.45_f32), ..expected });
+    assert_eq!(ViewFacts::from(&Facts::from(measured)), measured);
 }
 
 #[test]
 fn an_image_that_contradicts_itself_is_refused() {
     type Change = fn(&mut SceneImage);
-    let changes: [(Change, &str); 8] = [
+    let changes: [(Change, &str); 11] = [
+        (|image| image.bodies[1].near = Some(NearBody { pixels: 3, nearest: 0.3 }), "pixels_too_near"),
+        (|image| image.bodies[1].near = Some(NearBody { pixels: 1, nearest: 0.0 }), "nearest_depths"),
+        (|image| image.bodies[1].near = Some(NearBody { pixels: 1, nearest: f32::NAN }), "nearest_depths"),
         (|image| image.bodies[0].pixels_visible = 1, "pixels_visible"),
         (|image| image.bodies[0].visible_box[0] = 0, "visible_boxes"),
         (|image| image.bodies[1].pixels_all = 2, "pixels_all"),
@@ -78,7 +93,7 @@ fn an_image_that_contradicts_itself_is_refused() {
         (|image| image.table[0] = 0.0, "table_size"),
     ];
     for (change, expected) in changes {
-        let mut image = image();
+        let mut image = if expected.contains("near") { measured() } else { image() };
         change(&mut image);
         let error = SceneImage::decode(&payload(&image)).expect_err(expected);
         let field = match error {

@@ -9,7 +9,7 @@ use super::{
         error::ExportError,
         form::{ExportForm, ExportSelection, Written},
         names::object_folders,
-        object_mesh::{mass_properties, write_mesh},
+        object_mesh::{mass_properties, write_touched_mesh},
         objects::wanted_objects,
         target::Target,
     },
@@ -37,7 +37,7 @@ pub(super) const FORM: ExportForm = ExportForm {
     layout: |_| {
         "hand.xml: the hand with a servo for each joint; drive.json: what drives them, and how a trial goes on; \
          <object>/scene.xml, scene_sdf.xml: that hand and the object for MuJoCo 3.17, by triangles and by distances; \
-         <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], the same of the pregrasp, and what came of each trial; replay.py \
+         <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], the same of the pregrasp with its driven joints, and what came of each trial; replay.py \
          makes the trials again and writes agreement.json"
     },
     write,
@@ -124,6 +124,8 @@ fn object(
             "object_from_base": grasp.object_from_base.to_rows(),
             "opening": grasp.opening,
             "object_from_base_pregrasp": grasp.object_from_base_back(run.method.stand_off).to_rows(),
+            "pregrasp": grasp.pregrasp(None),
+            "free_ways": grasp.free_ways(None).name(),
             "expected": {
                 "verdict": trial.outcome.verdict.name(),
                 "label": trial.label().name(),
@@ -148,7 +150,7 @@ fn object(
         "grasps": grasps,
     });
     target.write_json(&format!("{folder}/grasps.json"), &facts)?;
-    write_mesh(target, &format!("{folder}/object.obj"), mesh)?;
+    write_touched_mesh(target, &format!("{folder}/object.obj"), mesh)?;
     let [triangles, distances] = scenes(&method, &unit);
     target.write(&format!("{folder}/scene.xml"), triangles.as_bytes())?;
     target.write(&format!("{folder}/scene_sdf.xml"), distances.as_bytes())

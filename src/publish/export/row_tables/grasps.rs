@@ -15,11 +15,15 @@ use crate::export::{
     target::Target,
 };
 use format::{
-    Grasp, GraspRun, GraspTrial, GraspTrials, HeldContact, PressedContact, TableTrial, dataset::DatasetReader,
+    Grasp, GraspRun, GraspTrial, GraspTrials, HeldContact, PressedContact, TableTrial, WayObstacles,
+    dataset::DatasetReader,
 };
-use kernel::geom::{HandBase, Object, Pose};
+use kernel::{
+    geom::{HandBase, Object, Pose},
+    words::{BothWays, PathStage},
+};
 use tables::{
-    ColumnType::{Boolean, F64, F64s, Text, U32},
+    ColumnType::{Boolean, F64, F64s, Text, Texts, U32},
     Value,
 };
 
@@ -194,6 +198,7 @@ fn trial_of(trials: &GraspTrials, rank: u32) -> Option<&GraspTrial> {
 fn grasp_columns<'a>(is_tried: bool) -> Vec<RowColumn<GraspRow<'a>>> {
     let mut columns = sample_columns();
     columns.extend(hand_columns());
+    columns.extend(way_columns());
     columns.extend(quality_columns());
     if is_tried {
         columns.extend(outcome_columns());
@@ -234,7 +239,7 @@ fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 14] {
         RowColumn::new(
             "object_from_base_pregrasp",
             F64s,
-            "16 numbers: pose of the hand's base in the pregrasp, back along the approach, where the hand is opened to opening [m]",
+            "16 numbers: pose of the hand's base in the pregrasp, back along the approach [m]",
             |row| matrix(&row.pregrasp),
         ),
         RowColumn::optional(
@@ -243,7 +248,7 @@ fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 14] {
             "between the pads of the closed hand [m]; none where it means nothing",
             |row| row.grasp.width.map_or(Value::Empty, Value::F64),
         ),
-        RowColumn::new("opening", F64s, "driven joints of the pregrasp [rad or m]", |row| {
+        RowColumn::new("opening", F64s, "driven joints of the opened hand [rad or m]", |row| {
             numbers(Some(&row.grasp.opening))
         }),
         RowColumn::new("posture", F64s, "driven joints before closing [rad or m]", |row| {
@@ -272,6 +277,69 @@ fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 14] {
             |row| numbers(Some(&row.clearances[1])),
         ),
     ]
+}
+
+/// Columns of the ways on which the hand comes, and of what is in these.
+fn way_columns<'a>() -> [RowColumn<GraspRow<'a>>; 7] {
+    [
+        RowColumn::new(
+            "free_ways",
+            Text,
+            "ways on which the object is not in the way of the hand, without a table: opened, posture, both or none",
+            |row: &GraspRow<'a>| Value::Text(row.grasp.free_ways(None).name()),
+        ),
+        RowColumn::optional(
+            "object_in_way_posture",
+            Text,
+            "part of the way on which the object is in the way of the hand that comes in its posture: pregrasp or approach; none where \
+             it is not, or where the hand penetrates",
+            |row| object_in_way(row, |ways| ways.shaped),
+        ),
+        RowColumn::optional(
+            "object_in_way_opened",
+            Text,
+            "the same of the hand that comes opened and takes on its posture where it closes: pregrasp, approach or shaping",
+            |row| object_in_way(row, |ways| ways.opened),
+        ),
+        RowColumn::optional(
+            "pregrasp",
+            F64s,
+            "driven joints of the pregrasp, without a table: as opening where that way is free, else as posture [rad or m]; none where \
+             neither is",
+            |row| numbers(row.grasp.pregrasp(None)),
+        ),
+        RowColumn::new(
+            "free_ways_on_table",
+            Texts,
+            "one text per resting pose of the object: as free_ways, with the table in the way below a clearance of 0",
+            |row| Value::Texts(per_pose(row, |grasp, pose| grasp.free_ways(Some(pose)).name())),
+        ),
+        RowColumn::new(
+            "obstacles_posture_on_table",
+            Texts,
+            "one text per resting pose of the object: object, table, object and table, or empty: what is in the way of the hand that \
+             comes in its posture",
+            |row| Value::Texts(per_pose(row, |grasp, pose| obstacles(grasp, pose, |ways| ways.shaped))),
+        ),
+        RowColumn::new("obstacles_opened_on_table", Texts, "the same of the hand that comes opened", |row| {
+            Value::Texts(per_pose(row, |grasp, pose| obstacles(grasp, pose, |ways| ways.opened)))
+        }),
+    ]
+}
+
+/// Part of a way on which the object is in the way of the hand.
+fn object_in_way(row: &GraspRow<'_>, way: fn(BothWays<Option<PathStage>>) -> Option<PathStage>) -> Value<'static> {
+    row.grasp.object_in_way.and_then(way).map_or(Value::Empty, |stage| Value::Text(stage.name()))
+}
+
+/// A text for each resting pose of the object.
+fn per_pose(row: &GraspRow<'_>, text: impl Fn(&Grasp, usize) -> &'static str) -> Vec<&'static str> {
+    (0..row.grasp.clearances.len()).map(|pose| text(row.grasp, pose)).collect()
+}
+
+/// What is in the way of a hand on the table of a resting pose.
+fn obstacles(grasp: &Grasp, pose: usize, way: fn(BothWays<WayObstacles>) -> WayObstacles) -> &'static str {
+    grasp.obstacles(Some(pose)).map_or("", |ways| way(ways).words())
 }
 
 /// Columns of energies and quality.

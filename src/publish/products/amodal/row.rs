@@ -45,6 +45,7 @@ pub static PAGES: ProductPages = ProductPages {
     survey: |reader| Ok(Box::new(AmodalSurvey::of(reader)?)),
     parts: None,
     counts_in_words: |_, _| Ok(Vec::new()),
+    warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| {
         let samples = preview_samples(reader, PREVIEWED as u32)?;
         Ok(write_preview(reader.folder(), &samples)?)

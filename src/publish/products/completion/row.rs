@@ -44,6 +44,7 @@ pub static PAGES: ProductPages = ProductPages {
     survey: |reader| Ok(Box::new(CompletionSurvey::of(reader)?)),
     parts: None,
     counts_in_words: |_, _| Ok(Vec::new()),
+    warnings: |_| Ok(Vec::new()),
     write_preview,
     preview_shows_more: true,
     assets: ProductAssets {

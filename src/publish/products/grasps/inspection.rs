@@ -4,7 +4,10 @@ use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
-use super::trials::{TrialSums, TrialsInspection};
+use super::{
+    trials::{TrialSums, TrialsInspection},
+    ways::WayFacts,
+};
 use crate::{
     chart::{grouped, percent},
     grasp_types::TypeFacts,
@@ -49,6 +52,9 @@ pub struct GraspsInspection {
     /// Kept grasps on a table.
     #[serde(default)]
     pub table: TableFacts,
+    /// Closed grasps by the ways on which the hand is free to come.
+    #[serde(default)]
+    pub ways: WayFacts,
     /// Outcomes of physical trials; absent without them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trials: Option<TrialsInspection>,
@@ -167,6 +173,7 @@ struct Pass {
     /// Kept grasps of each type, and of them held.
     types: BTreeMap<u32, [u64; 2]>,
     table: TableFacts,
+    ways: WayFacts,
     trials: TrialSums,
     /// Accepted steps and steps; sum and count of mean energies.
     course: [(u64, f64, f64, u64); STRETCHES],
@@ -224,6 +231,7 @@ impl Pass {
         let object = self.objects.entry(run.sample.subject).or_default();
         for (rank, grasp) in run.grasps.iter().enumerate() {
             self.energies.push(grasp.energy);
+            self.ways.add(grasp);
             object.verdicts[grasp.verdict as usize] += 1;
             let here = GraspIndex { run: index, grasp: rank };
             if object.lowest.is_none_or(|(lowest, _)| grasp.energy < lowest) {
@@ -340,6 +348,7 @@ fn facts(
         epsilon: Spread::of(pass.epsilons.clone()),
         types,
         table: pass.table,
+        ways: pass.ways,
         trials: std::mem::take(&mut pass.trials).finish(),
         acceptance: pass.course.map(|(accepted, steps, ..)| if steps > 0.0 { accepted as f64 / steps } else { 0.0 }),
         course: pass.course.map(|(.., sum, count)| (count > 0).then(|| sum / count as f64)),
@@ -405,6 +414,7 @@ impl fmt::Display for GraspsInspection {
             writeln!(f, "{}", SpreadRow::new(name, 4, spread))?;
         }
         writeln!(f, "  {}", self.table.in_words())?;
+        self.ways.in_words().iter().try_for_each(|line| writeln!(f, "  {line}"))?;
         if let Some(trials) = &self.trials {
             write!(f, "{trials}")?;
         }

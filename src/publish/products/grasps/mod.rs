@@ -8,11 +8,13 @@ mod replayed;
 mod row;
 mod templates;
 mod trials;
+mod ways;
 
 pub use calibration::{Calibration, ReliabilityBin};
 pub use inspection::{GraspedObject, GraspsInspection, TableFacts, inspect_grasps};
 pub use row::PAGES;
 pub use trials::{TrialsInspection, VariantsInspection};
+pub use ways::WayFacts;
 
 #[cfg(test)]
 pub(super) use self::{

@@ -10,6 +10,7 @@ use super::{
     },
     replayed::ReplayView,
     trials::TrialsView,
+    ways::WayRow,
 };
 use crate::{
     chart::{Bar, Ink, bar_chart, grouped, percent, value_histogram},
@@ -36,6 +37,8 @@ pub(crate) struct GraspsPage<'a> {
     gallery: Option<GalleryView>,
     distributions: DistributionsView,
     table: TableView,
+    /// Ways, count and share without a table, count and share on that of the most likely pose.
+    ways: Vec<[String; 5]>,
     trials: Option<TrialsView>,
     replay: Option<ReplayView>,
     course: Vec<CourseRow>,
@@ -68,6 +71,7 @@ impl<'a> GraspsPage<'a> {
             gallery: cards.map(|cards| GalleryView { cards }),
             distributions: DistributionsView::of(survey),
             table: TableView::of(&facts.table),
+            ways: facts.ways.rows().into_iter().map(way_cells).collect(),
             trials: facts.trials.as_ref().map(TrialsView::of),
             replay,
             course: (0..STRETCHES).map(|tenth| CourseRow::of(facts, tenth)).collect(),
@@ -223,6 +227,10 @@ impl TableView {
         let cells = |count: u64| [grouped(count), percent(count as f64 / grasps.max(1) as f64)];
         Self { somewhere: cells(somewhere), opened: cells(opened), likely: cells(likely) }
     }
+}
+
+fn way_cells(WayRow { name, in_the_air, on_a_table }: WayRow) -> [String; 5] {
+    [name.to_owned(), grouped(in_the_air.0), in_the_air.1, grouped(on_a_table.0), on_a_table.1]
 }
 
 /// One tenth of the search.

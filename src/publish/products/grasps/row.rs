@@ -45,6 +45,7 @@ pub static PAGES: ProductPages = ProductPages {
     survey: |reader| Ok(Box::new(GraspSurvey::of(reader)?)),
     parts: None,
     counts_in_words: |_, manifest| Ok(vec![grasp_counts_in_words(&counted_verdicts(manifest))]),
+    warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_grasp_preview(reader, PREVIEWED)?),
     preview_shows_more: false,
     assets: ProductAssets {

@@ -46,6 +46,7 @@ pub static PAGES: ProductPages = ProductPages {
         count: |manifest| ["untried", "held", "failed"].iter().map(|fact| manifest.counts.fact(fact)).sum(),
     }),
     counts_in_words: |_, _| Ok(Vec::new()),
+    warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_heatmap_preview(reader)?),
     preview_shows_more: false,
     assets: ProductAssets {

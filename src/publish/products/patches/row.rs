@@ -41,6 +41,7 @@ pub static PAGES: ProductPages = ProductPages {
     survey: |reader| Ok(Box::new(PatchSurvey::of(reader)?)),
     parts: None,
     counts_in_words: |folder, manifest| Ok(vec![types_in_words(&read_types(folder)?, is_by_trials(manifest))]),
+    warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_patch_preview(reader, PREVIEWED)?),
     preview_shows_more: false,
     assets: ProductAssets {

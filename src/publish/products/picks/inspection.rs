@@ -40,10 +40,12 @@ pub struct PicksInspection {
     pub bodies_with_free: u64,
     /// Grasps that were evaluated.
     pub candidates: u64,
-    /// Free ones among them.
+    /// Free ones among them, of the hand that comes in its posture.
     pub free: u64,
     /// Grasps lost to each thing in the way, by [`PickObstacle::NAMES`].
     pub lost: [u64; 4],
+    /// Grasps that are free where the hand comes opened, and on one way at least.
+    pub free_opened: [u64; 2],
     /// Outcomes of trials; `None` where nothing was tried.
     pub trials: Option<TriedPicks>,
     /// One row per object, sorted by name.
@@ -167,6 +169,7 @@ impl PickSurvey {
             candidates: counts.fact("candidates"),
             free: counts.fact("free"),
             lost: ["ground", "container", "own_object", "neighbour"].map(|to| counts.fact(&format!("lost_to_{to}"))),
+            free_opened: ["free_opened", "free_either"].map(|name| counts.fact(name)),
             trials,
             objects,
         };
@@ -227,6 +230,10 @@ impl fmt::Display for PicksInspection {
         writeln!(f, "  grasps    {} evaluated", grouped(self.candidates))?;
         for (name, count) in self.ends() {
             let words = if name == "free" { "free".to_owned() } else { format!("lost to {name}") };
+            writeln!(f, "            {:>9} {words} ({})", grouped(count), share(count, self.candidates))?;
+        }
+        let [opened, either] = self.free_opened;
+        for (count, words) in [(opened, "free where the hand comes opened"), (either, "free on one of the two ways")] {
             writeln!(f, "            {:>9} {words} ({})", grouped(count), share(count, self.candidates))?;
         }
         if let Some(trials) = &self.trials {

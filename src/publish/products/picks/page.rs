@@ -49,6 +49,9 @@ struct HeaderNumbers {
     candidates: String,
     free: String,
     free_share: String,
+    /// Where the hand comes opened, and on one way at least.
+    free_opened: String,
+    free_either: String,
 }
 
 /// Trials among neighbours.
@@ -155,6 +158,8 @@ impl<'a> PicksPage<'a> {
                 candidates: grouped(facts.candidates),
                 free: grouped(facts.free),
                 free_share: share(facts.free, facts.candidates),
+                free_opened: grouped(facts.free_opened[0]),
+                free_either: grouped(facts.free_opened[1]),
             },
             rejects: share_rows(&facts.rejected, facts.samples),
             splits: split_rows(&facts.splits),

@@ -47,6 +47,7 @@ pub static PAGES: ProductPages = ProductPages {
         count: |manifest| manifest.counts.fact("candidates"),
     }),
     counts_in_words: |_, _| Ok(Vec::new()),
+    warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_pick_preview(reader)?),
     preview_shows_more: false,
     assets: ProductAssets {

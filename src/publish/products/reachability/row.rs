@@ -49,6 +49,7 @@ pub static PAGES: ProductPages = ProductPages {
         count: |manifest| PoseCounts::of(manifest).poses(),
     }),
     counts_in_words: |_, manifest| Ok(PoseCounts::of(manifest).in_words()),
+    warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_map_preview(reader.folder(), &read_field(reader.folder())?)?),
     preview_shows_more: false,
     assets: ProductAssets {

@@ -45,6 +45,7 @@ pub static PAGES: ProductPages = ProductPages {
         count: |manifest| manifest.counts.fact("bodies"),
     }),
     counts_in_words: |_, _| Ok(Vec::new()),
+    warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_scene_preview(reader)?),
     preview_shows_more: false,
     assets: ProductAssets {

@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
+use super::nearness::nearness_warning;
 use crate::{
     chart::{grouped, percent},
     inspection::{InspectionHeader, evenly, open_of},
@@ -37,6 +38,8 @@ pub struct ViewsInspection {
     pub strata: Vec<(String, u64)>,
     /// Bodies that reach out of the image.
     pub truncated: u64,
+    /// Bodies at least half of whose seen pixels are nearer than the sensor measures.
+    pub too_near: u64,
     /// Cameras that were drawn again because something was next to them.
     pub near_draws: u64,
     /// Cameras that were drawn again because they saw too little.
@@ -83,8 +86,10 @@ impl ViewSurvey {
         }
         let assets = reader.assets()?;
         let counts = &manifest.counts;
+        let mut header = InspectionHeader::of(reader)?;
+        header.warnings.extend(nearness_warning(reader)?);
         let facts = ViewsInspection {
-            header: InspectionHeader::of(reader)?,
+            header,
             scenes: assets.subjects.len() as u64,
             samples: counts.samples,
             kept: counts.kept,
@@ -93,6 +98,7 @@ impl ViewSurvey {
             bodies: counts.fact("bodies"),
             strata: STRATA.map(|(fact, words)| (words.to_owned(), counts.fact(fact))).to_vec(),
             truncated: counts.fact("truncated"),
+            too_near: counts.fact("too_near"),
             near_draws: counts.fact("near_draws"),
             unseen_draws: counts.fact("unseen_draws"),
             objects: ScenesObject::all(reader)?,
@@ -125,6 +131,9 @@ impl fmt::Display for ViewsInspection {
         writeln!(f, "  cameras   drawn again: {near} next to something, {unseen} that saw too little")?;
         let [bodies, truncated] = [self.bodies, self.truncated].map(grouped);
         writeln!(f, "  bodies    {bodies} in all views, {truncated} of them reach out of the image")?;
+        if self.too_near > 0 {
+            writeln!(f, "            {:>9} nearer than the sensor measures, by half or more", grouped(self.too_near))?;
+        }
         for [words, count, share] in self.stratum_rows() {
             writeln!(f, "            {count:>9} {words} ({share})")?;
         }

@@ -1,6 +1,7 @@
 //! Views as people meet them: facts, page, pictures.
 
 mod inspection;
+mod nearness;
 mod page;
 mod painting;
 mod row;

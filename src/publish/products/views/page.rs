@@ -47,6 +47,7 @@ struct HeaderNumbers {
     scenes: String,
     bodies: String,
     truncated: String,
+    too_near: Option<String>,
     near_draws: String,
     unseen_draws: String,
 }
@@ -115,6 +116,7 @@ impl<'a> ViewsPage<'a> {
                 scenes: grouped(facts.scenes),
                 bodies: grouped(facts.bodies),
                 truncated: grouped(facts.truncated),
+                too_near: (facts.too_near > 0).then(|| grouped(facts.too_near)),
                 near_draws: grouped(facts.near_draws),
                 unseen_draws: grouped(facts.unseen_draws),
             },

@@ -2,6 +2,7 @@
 
 use super::{
     inspection::ViewSurvey,
+    nearness::nearness_warning,
     page::{ViewsPage, cards},
     painting::{colour_picture, depth_of_view, instance_picture, step_for, view_panels, view_words},
     templates::TEMPLATES,
@@ -46,6 +47,7 @@ pub static PAGES: ProductPages = ProductPages {
         count: |manifest| manifest.counts.fact("bodies"),
     }),
     counts_in_words: |_, _| Ok(Vec::new()),
+    warnings: |reader| Ok(nearness_warning(reader)?.into_iter().collect()),
     write_preview: |reader, _| Ok(write_view_preview(reader)?),
     preview_shows_more: false,
     assets: ProductAssets {
@@ -78,6 +80,11 @@ impl Survey for ViewSurvey {
             numbers.rows.push(NumberRow::new(format!("bodies {words}"), grouped(*count)));
         }
         numbers.rows.push(NumberRow::new("bodies that reach out of the image", grouped(facts.truncated)));
+        if facts.too_near > 0 {
+            let row =
+                NumberRow::new("bodies nearer than the sensor measures, by half or more", grouped(facts.too_near));
+            numbers.rows.push(row);
+        }
     }
 
     fn pictures(&self, reader: &DatasetReader) -> Result<Vec<(String, Picture)>, DatasetError> {

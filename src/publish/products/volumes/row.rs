@@ -43,6 +43,7 @@ pub static PAGES: ProductPages = ProductPages {
     survey: |reader| Ok(Box::new(VolumeSurvey::of(reader)?)),
     parts: None,
     counts_in_words: |_, _| Ok(Vec::new()),
+    warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_volume_preview(reader)?),
     preview_shows_more: false,
     assets: ProductAssets {
