@@ -70,6 +70,7 @@ const HOMES: &[(&str, &[&str])] = &[
     ("mujoco_rs", &["src/sim/"]),
     ("khronos_egl", &["src/sim/"]),
     ("parry3d_f64", &["src/kernel/geom/query.rs"]),
+    ("spade", &["src/kernel/assets/read/delaunay.rs"]),
     ("mcap", &["src/format/", "src/publish/preview/"]),
     ("parquet", &["src/tables/"]),
     ("tar", &["src/publish/export/"]),

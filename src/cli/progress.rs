@@ -18,7 +18,10 @@ use super::{
 };
 use factory::{Event, Progress};
 use format::Product;
-use kernel::words::{counted, shown_json};
+use kernel::{
+    assets::effort_words,
+    words::{counted, shown_json},
+};
 
 /// Time between two plain or JSON lines.
 const PAUSE: Duration = Duration::from_secs(2);
@@ -82,7 +85,7 @@ impl ProgressView {
             Event::Planned { product, .. } => drop(self.product.set(*product)),
             Event::Progress(progress) => self.made.store(progress.made, Ordering::Relaxed),
             Event::ShardFinished { samples, .. } => drop(self.safe.fetch_add(*samples, Ordering::Relaxed)),
-            Event::Prepared { .. } | Event::Finishing => {}
+            Event::Prepared { .. } | Event::CostlyMesh { .. } | Event::Finishing => {}
         }
         let product = self.product.get().copied();
         match &self.display {
@@ -161,6 +164,7 @@ fn plain_line(event: &Event, product: Option<Product>) -> String {
     let samples = plural(product);
     match event {
         Event::Prepared { done, total } => format!("meshes {done}/{total}"),
+        Event::CostlyMesh { mesh, times } => format!("warning: {mesh}: {}", effort_words(*times)),
         Event::Planned { product: _, samples: count, samples_before, shards, shards_before, threads } => {
             let before = if *shards_before > 0 {
                 format!(", {samples_before} of them in {} finished before", counted(*shards_before, "shard"))
@@ -222,6 +226,7 @@ fn show_bar(bar: &ProgressBar, event: &Event, product: Option<Product>) {
             bar.set_length(*total);
             bar.set_position(*done);
         }
+        Event::CostlyMesh { .. } => bar.println(plain_line(event, product)),
         Event::Planned { samples: count, samples_before, .. } => {
             bar.set_style(style(&format!("{samples:<9}{{wide_bar}}  {{msg}}")));
             bar.set_length(count - samples_before);

@@ -17,6 +17,13 @@ pub enum Event {
         /// Meshes of the job.
         total: u64,
     },
+    /// A mesh whose solid takes much longer to make than that of a closed mesh.
+    CostlyMesh {
+        /// Name of the mesh.
+        mesh: String,
+        /// About how many times as long.
+        times: u32,
+    },
     /// The plan stands and finished shards have been found.
     Planned {
         /// Product of the samples.

@@ -7,6 +7,9 @@
 //! A product is one row of [`PRODUCTS`](products::PRODUCTS): its keys, defaults and checks, and the [`Work`](work::Work)
 //! that they become. The job reader, the plan and the scheduler know no product.
 
+// Tests compare with what the C library computes.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 mod clock;
 pub mod cluster;
 mod context;

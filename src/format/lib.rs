@@ -4,6 +4,9 @@
 //! enter a payload: the same sample has the same bytes in every dataset. Everything that the format knows of a product
 //! stands in its row of [`PRODUCTS`](products::PRODUCTS); the code of [`dataset`] knows rows alone.
 
+// Tests compare with what the C library computes.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 mod check;
 mod codec;
 pub mod dataset;

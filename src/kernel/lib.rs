@@ -1,5 +1,8 @@
 //! Kernels of graspmill, below everything else: vocabulary, ids, geometry, voxels, depth images, meshes.
 
+// Tests compare with what the C library computes.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 pub mod assets;
 pub mod cancel;
 pub mod contact;

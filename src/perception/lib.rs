@@ -4,6 +4,9 @@
 //! [`find_clusters`] what stands on it; [`visible_sheet`] is the part of an object that the camera sees, [`NetworkInput`] its grids. Every number is of class
 //! `exact`.
 
+// Tests compare with what the C library computes.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 mod camera;
 mod clusters;
 mod frame;

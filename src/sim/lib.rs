@@ -15,6 +15,9 @@
 //! MuJoCo ends the process on an error inside its engine (`mju_error`). So names, sizes and finiteness are checked
 //! before each call, and what still happens is reported by a handler that `ffi` installs before the first call.
 
+// Tests compare with what the C library computes.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 /// An environment variable and its value that keep Mesa's software driver from starting threads of its own in each of
 /// ours: with all cores busy a view takes a quarter of the time (2.5 ms instead of 12), and no bit changes. It must
 /// stand before the process starts: the command line runs itself again with it.

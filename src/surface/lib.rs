@@ -18,6 +18,9 @@
 //! assert_eq!(write_stl(&ball.mesh).len(), 84 + 50 * ball.mesh.triangles.len());
 //! ```
 
+// Tests compare with what the C library computes.
+#![cfg_attr(test, allow(clippy::disallowed_methods))]
+
 mod band;
 mod cases;
 mod completed;

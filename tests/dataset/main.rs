@@ -4,6 +4,7 @@ mod classes;
 mod damage;
 mod export;
 mod golden;
+mod imports;
 mod peers;
 mod python_package;
 mod reading;

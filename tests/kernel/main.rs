@@ -7,6 +7,8 @@ mod depths;
 mod field;
 mod hostile;
 mod meshes;
+mod polygons;
+mod seams;
 mod sensors;
 mod solids;
 #[path = "../support/mod.rs"]

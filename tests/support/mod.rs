@@ -9,6 +9,7 @@ pub mod jobs;
 pub mod measures;
 pub mod meshes;
 pub mod pairs;
+pub mod polygons;
 pub mod products;
 pub mod program;
 pub mod robots;

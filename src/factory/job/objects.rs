@@ -8,7 +8,7 @@ use super::{
 };
 use form::{Checker, Document, FormErrors, Mistakes, Path, did_you_mean, fits_name};
 use kernel::{
-    assets::{AssetRecord, LooseParts, MeshRefusal, MeshSource},
+    assets::{AssetRecord, LooseParts, MeshRefusal, MeshSource, Repair},
     ids::ObjectId,
     object::PreparedObject,
     words::MassSource,
@@ -95,7 +95,9 @@ impl JobObjects {
             let joined = joined.map(|LooseParts { parts, .. }| {
                 format!("{name}: its {parts} loose parts count as one body, as the job says (bodies = \"join\")")
             });
-            object.asset.warnings.iter().map(move |warning| format!("{name}: {warning}")).chain(joined)
+            let seams = object.asset.repairs.iter().filter(|repair| matches!(repair, Repair::JoinedVertices { .. }));
+            let seams = seams.map(move |repair| format!("{name}: {repair}"));
+            object.asset.warnings.iter().map(move |warning| format!("{name}: {warning}")).chain(seams).chain(joined)
         }))
     }
 

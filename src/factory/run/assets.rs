@@ -41,6 +41,9 @@ pub fn prepare_assets(
                 Ok(object) => object,
                 Err(refusal) => return Ok(Err(refusal)),
             };
+            if let Some(times) = object.record().solid_effort {
+                (context.listener)(Event::CostlyMesh { mesh: source.name.clone(), times });
+            }
             if let Some(Err(refusal)) = with_solids.then(|| object.check_solid(source)) {
                 return Ok(Err(refusal));
             }

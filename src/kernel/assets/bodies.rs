@@ -3,8 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{bounds::Bounds, mend::Sets, shells::Shells};
-use crate::geom::{TriMesh, TriangleTree};
+use super::{bounds::Bounds, shells::Shells};
+use crate::geom::{Sets, TriMesh, TriangleTree};
 
 /// Parts of a mesh that nothing joins.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

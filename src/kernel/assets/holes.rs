@@ -3,9 +3,8 @@
 use super::{
     bounds::Bounds,
     edges::{BOUNDARY, Edges, NEXT, from, to},
-    mend::Sets,
 };
-use crate::geom::TriMesh;
+use crate::geom::{Sets, TriMesh};
 
 /// One connected run of boundary edges.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! Repairs of single faces: without area, on the same three vertices, two-sided shells.
 
 use super::edges::{BOUNDARY, CROWDED, Edges, NEXT, apex, from, to};
-use crate::geom::TriMesh;
+use crate::geom::{Sets, TriMesh};
 
 /// Merges the positions of a mesh that have become equal; returns the mesh with faces on the merged ones.
 pub(super) fn weld(mesh: TriMesh) -> TriMesh {
@@ -209,27 +209,4 @@ pub(super) fn bodies(mesh: &TriMesh) -> Vec<u32> {
         sets.unite(a, c);
     }
     (0..mesh.vertices.len() as u32).map(|vertex| sets.root(vertex)).collect()
-}
-
-/// Disjoint sets, each named by its lowest member.
-pub(super) struct Sets(Vec<u32>);
-
-impl Sets {
-    pub(super) fn new(members: usize) -> Self {
-        Self((0..members as u32).collect())
-    }
-
-    pub(super) fn root(&mut self, mut member: u32) -> u32 {
-        while self.0[member as usize] != member {
-            let up = self.0[member as usize];
-            self.0[member as usize] = self.0[up as usize];
-            member = up;
-        }
-        member
-    }
-
-    pub(super) fn unite(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.0[a.max(b) as usize] = a.min(b);
-    }
 }

@@ -1,8 +1,8 @@
 //! From a file or a built-in shape to a mesh that every room can trust.
 //!
-//! In this order: read, drop unused vertices, scale, merge equal positions, drop faces without area, settle faces on the
-//! same three vertices, orient faces and shells, check. Nothing is moved, simplified or filled. The bytes of the result depend
-//! on the file's content, the scale rule and this code alone.
+//! In this order: read, join seams and cut polygons, drop unused vertices, scale, merge equal positions, drop faces without area,
+//! settle faces on the same three vertices, orient faces and shells, check. Nothing is moved, simplified or filled but by rounding
+//! at seams. The bytes of the result depend on the file's content, the scale rule and this code alone.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -20,6 +20,7 @@ use super::{
 use crate::{
     geom::TriMesh,
     ids::Digest,
+    voxel::solid_effort,
     words::{LengthUnit, counted},
 };
 
@@ -57,10 +58,30 @@ pub(super) fn prepare_and_judge(source: &MeshSource) -> Result<(PreparedMesh, Ju
     }
 }
 
-fn finish(mut raw: RawMesh, source: &MeshSource, file: Option<Digest>) -> Result<(PreparedMesh, Judgement), Refuse> {
+/// Prepares a mesh that has been read. A refusal tells of faces that were left out: they may be why.
+fn finish(raw: RawMesh, source: &MeshSource, file: Option<Digest>) -> Result<(PreparedMesh, Judgement), Refuse> {
+    let left_out = raw.left_out.clone();
+    finish_faces(raw, source, file).map_err(|refuse| match left_out {
+        Some(left_out) => refuse.noting(&left_out.note()),
+        None => refuse,
+    })
+}
+
+fn finish_faces(
+    mut raw: RawMesh,
+    source: &MeshSource,
+    file: Option<Digest>,
+) -> Result<(PreparedMesh, Judgement), Refuse> {
     let mut warnings = std::mem::take(&mut raw.notes);
     let mut repairs = Vec::new();
-    let unused = if raw.welded { 0 } else { drop_unused(&mut raw)? };
+    if raw.joined > 0 {
+        repairs.push(Repair::JoinedVertices { count: raw.joined as u32 });
+    }
+    if let Some(left_out) = &raw.left_out {
+        repairs.push(Repair::CrossingFaces { count: left_out.count });
+        warnings.push(left_out.note());
+    }
+    let unused = if raw.welded && raw.merged == 0 { 0 } else { drop_unused(&mut raw)?.saturating_sub(raw.merged) };
     if unused > 0 {
         repairs.push(Repair::UnusedVertices { count: unused as u32 });
     }
@@ -368,6 +389,9 @@ fn describe(
         warnings.push(format!("stands {} from its origin, so positions are coarse (f32)", length(away)));
     }
     let is_closed = !shells.mixed && shells.shells.iter().all(|shell| shell.closed);
+    let inside = if is_closed { InsideMethod::Crossings } else { InsideMethod::WindingNumber };
+    let solid_effort = if is_closed { None } else { dear_effort(mesh) };
+    warnings.extend(solid_effort.map(|times| format!("{}; {CLOSE_IT}", effort_words(times))));
     AssetRecord {
         name: source.name.clone(),
         object: digest::object(mesh),
@@ -385,13 +409,31 @@ fn describe(
         extents: aabb.extents(),
         scale,
         repairs,
-        inside: if is_closed { InsideMethod::Crossings } else { InsideMethod::WindingNumber },
+        inside,
+        solid_effort,
         warnings,
         licence: source.licence.clone(),
         citation: source.citation.clone(),
         group: source.group.clone(),
     }
 }
+
+/// Duration of making the solid over that of a closed mesh, to two digits, where that is worth a warning.
+fn dear_effort(mesh: &TriMesh) -> Option<u32> {
+    /// From here on it is: a quarter of a second.
+    const DEAR: f64 = 100.0;
+    let effort = solid_effort(mesh);
+    let digit = libm::pow(10.0, libm::floor(libm::log10(effort)) - 1.0);
+    (effort >= DEAR).then(|| (digit * libm::round(effort / digit)) as u32)
+}
+
+/// Words about a solid that takes so many times as long as that of a closed mesh.
+pub fn effort_words(times: u32) -> String {
+    format!("it is open: its solid takes about {times} times as long to make as that of a closed mesh")
+}
+
+/// Remedy for a solid that takes long.
+const CLOSE_IT: &str = "merge its vertices by distance and fill its holes in a mesh editor";
 
 fn warn_of_topology(
     mesh: &TriMesh,

@@ -29,6 +29,11 @@ impl Refuse {
         Self { location: Some(location.into()), ..self }
     }
 
+    /// Adds to the problem what else is wrong.
+    pub(super) fn noting(self, note: &str) -> Self {
+        Self { problem: format!("{}; {note}", self.problem), ..self }
+    }
+
     /// Adds the file or the built-in name.
     pub(super) fn about(self, file: impl Display) -> MeshRefusal {
         MeshRefusal {

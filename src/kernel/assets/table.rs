@@ -138,6 +138,9 @@ pub struct AssetRecord {
     pub repairs: Vec<Repair>,
     /// Method that separates solid cells from empty ones.
     pub inside: InsideMethod,
+    /// About how many times as long its solid takes to make as that of a closed mesh; `None` below a hundred times.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub solid_effort: Option<u32>,
     /// Things a user should know, in words.
     pub warnings: Vec<String>,
     /// Licence, where known.
@@ -182,6 +185,16 @@ impl InsideMethod {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "repair")]
 pub enum Repair {
+    /// Vertices along open edges joined with others within rounding.
+    JoinedVertices {
+        /// Vertices that became one with another.
+        count: u32,
+    },
+    /// Faces whose outline crosses itself left out.
+    CrossingFaces {
+        /// Faces left out.
+        count: u32,
+    },
     /// Faces on the same three vertices dropped (a pair of opposite faces goes whole).
     DuplicateFaces {
         /// Faces dropped.
@@ -218,6 +231,10 @@ impl fmt::Display for Repair {
     /// Like "6 duplicate faces dropped".
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (count, one, what) = match *self {
+            Self::JoinedVertices { count } => {
+                (count, "vertex at a seam", "joined with another within a millionth of its longest side")
+            }
+            Self::CrossingFaces { count } => (count, "face without an inside", "left out"),
             Self::DuplicateFaces { count } => (count, "face on the same vertices", "dropped"),
             Self::ZeroAreaFaces { count } => (count, "face without area", "dropped"),
             Self::InsideOut { count } => (count, "face inside out", "reversed"),
@@ -228,6 +245,7 @@ impl fmt::Display for Repair {
         let many = match one.split_once(' ') {
             _ if count == 1 => one.to_owned(),
             Some(("face", rest)) => format!("faces {rest}"),
+            Some(("vertex", rest)) => format!("vertices {rest}"),
             _ => "unused vertices".to_owned(),
         };
         write!(f, "{count} {many} {what}")

@@ -100,7 +100,7 @@ impl Probe {
     pub(super) fn farthest(&self, direction: &Vector3<f64>) -> Point3<f64> {
         let mut farthest =
             Point3::from_slice(&std::array::from_fn::<_, 3, _>(|axis| self.half[axis].copysign(direction[axis])));
-        let across = direction.x.hypot(direction.y);
+        let across = direction.xy().norm();
         if self.round && across > 0.0 {
             let scale = self.half[0] / across;
             (farthest.x, farthest.y) = (direction.x * scale, direction.y * scale);
@@ -114,7 +114,7 @@ impl Probe {
             point[axis].clamp(-self.half[axis], self.half[axis])
         }));
         if self.round {
-            let away = point.x.hypot(point.y);
+            let away = point.coords.xy().norm();
             let scale = if away > self.half[0] { self.half[0] / away } else { 1.0 };
             (nearest.x, nearest.y) = (point.x * scale, point.y * scale);
         }

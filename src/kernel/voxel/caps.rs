@@ -186,7 +186,7 @@ impl Caps {
                 // The bound is for the whole ball and stays for the blocks inside: it must not be much too wide there.
                 if gap > node.radius && gap > FAR_FROM_BLOCK * reach {
                     inner.far_slope += node.slope_by_area(gap).min(node.slope_by_rim(gap));
-                } else if node.triangle.is_none() {
+                } else if node.triangle.is_none() && node.radius > reach {
                     node.children.into_iter().flatten().for_each(|child| caps.push(child));
                 } else {
                     inner.near_caps.push(index);
@@ -236,18 +236,25 @@ impl Caps {
     /// holds for whole caps only. Away from a cap its winding number is also small in itself.
     pub(super) fn is_calm(&self, local: &Local, point: &V3, reach: f64, bound: f64) -> bool {
         let mut swing = local.far_slope * reach;
-        for cap in &local.near_caps {
-            if swing > bound {
-                break;
+        let mut caps = Stack::default();
+        for near in &local.near_caps {
+            caps.push(*near);
+            while let Some(cap) = caps.pop() {
+                if swing > bound {
+                    return false;
+                }
+                let node = &self.nodes[cap as usize];
+                let gap = (node.centre - point).norm() - node.radius - reach;
+                let outside = (node.slope_by_area(gap) * reach).min(2.0 * node.max(gap));
+                if outside < 0.1 * bound {
+                    swing += outside;
+                } else if node.triangle.is_none() {
+                    // Each cap of a group has bounds of its own.
+                    node.children.into_iter().flatten().for_each(|child| caps.push(child));
+                } else {
+                    swing += outside.min(self.rim_slope(cap, point, reach, (bound - swing) / reach) * reach);
+                }
             }
-            let node = &self.nodes[*cap as usize];
-            let gap = (node.centre - point).norm() - node.radius - reach;
-            let outside = (node.slope_by_area(gap) * reach).min(2.0 * node.max(gap));
-            swing += if outside < 0.1 * bound {
-                outside
-            } else {
-                outside.min(self.rim_slope(*cap, point, reach, (bound - swing) / reach) * reach)
-            };
         }
         swing <= bound
     }
@@ -291,7 +298,7 @@ pub(super) struct Local {
     near: Vec<Part>,
     /// Bound of the gradient of the far caps' winding number, anywhere in the ball.
     far_slope: f64,
-    /// Whole caps that are too near for that bound.
+    /// Whole caps, and groups of them, that are too near for that bound.
     near_caps: Vec<u32>,
 }
 
@@ -430,7 +437,8 @@ impl HalfAngle {
     }
 }
 
-fn distance_to_segment(point: &V3, a: &V3, b: &V3) -> f64 {
+/// Distance of a point from the line between two others.
+pub(super) fn distance_to_segment(point: &V3, a: &V3, b: &V3) -> f64 {
     let (along, to) = (b - a, point - a);
     let share = (to.dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
     (to - along * share).norm()

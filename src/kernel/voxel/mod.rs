@@ -8,6 +8,7 @@ pub mod channels;
 mod columns;
 mod complete;
 mod corners;
+mod effort;
 mod fusion;
 mod interior;
 mod lookup;
@@ -28,6 +29,7 @@ mod work;
 
 pub use binvox::{Binvox, InvalidBinvox, solid_to_binvox};
 pub use centres::{InsideOf, mark_inside};
+pub use effort::solid_effort;
 pub use fusion::{VolumeFusion, VolumeGrid};
 pub use met::cells_met;
 pub use placement::NoGrid;

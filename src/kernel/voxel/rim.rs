@@ -3,26 +3,99 @@
 //! An edge belongs to the rim as often as the triangles that run along it in one direction outnumber those in the
 //! other. A surface without a rim is closed and its winding number is a whole number everywhere. Corners are one
 //! when they lie on the same tick, so that a closed soup has no rim.
+//!
+//! Where two sides of a crack run beside each other, strips across it are caps of hardly any area; caps over each of the pieces
+//! that it separates would be as large as the surface.
 
-use super::columns::Ticks;
+use super::columns::{Ticks, in_cells};
+use crate::geom::near_groups;
 
-/// Closed polygons that run against the rim: caps over them close the surface. Empty for a closed surface. Deterministic: it
-/// depends on the order of the triangles only through nothing but their positions.
-pub(super) fn rim_loops(vertices: &[Ticks], triangles: &[[u32; 3]]) -> Vec<Vec<Ticks>> {
-    let (points, point_of) = merge(vertices);
-    let mut next = against_the_rim(triangles, &point_of, points.len());
+/// Points of a rim are on two sides of a crack when they are nearer to each other than this share of the shortest edge at either.
+const CRACK: f64 = 0.25;
+
+/// The widest crack that is bridged [cells].
+const WIDEST: f64 = 0.05;
+
+/// Caps that close a surface, as polygons that run against its rim.
+#[derive(Debug, Default, PartialEq)]
+pub(super) struct RimCaps {
+    /// Over holes.
+    pub(super) holes: Vec<Vec<Ticks>>,
+    /// Across cracks: an edge of the rim from its first corner to its second, and back on the other side.
+    pub(super) strips: Vec<Vec<Ticks>>,
+}
+
+impl RimCaps {
+    /// The caps of a surface; none for a closed one. Deterministic: they depend on the order of the triangles only through
+    /// nothing but their positions.
+    pub(super) fn of(vertices: &[Ticks], triangles: &[[u32; 3]]) -> Self {
+        let (points, point_of) = merge(vertices);
+        let rim = against_the_rim(triangles, &point_of);
+        if rim.is_empty() {
+            return Self::default();
+        }
+        let across = across_cracks(&points, &rim, triangles, &point_of);
+        let placed = |polygon: Vec<u32>| polygon.into_iter().map(|corner| points[corner as usize]).collect();
+        let strips = rim.iter().filter_map(|edge| strip(*edge, &across)).map(placed).collect();
+        // What is left of the rim when its cracks are closed.
+        let left: Vec<[u32; 2]> = rim.iter().map(|edge| edge.map(|end| across[end as usize])).collect();
+        let holes = loops(&without_opposites(left), points.len()).into_iter().map(placed).collect();
+        Self { holes, strips }
+    }
+
+    /// All polygons.
+    pub(super) fn polygons(self) -> Vec<Vec<Ticks>> {
+        self.strips.into_iter().chain(self.holes).collect()
+    }
+}
+
+/// The polygon between an edge and what it becomes across its crack; `None` where there is no crack.
+fn strip([from, to]: [u32; 2], across: &[u32]) -> Option<Vec<u32>> {
+    let mut strip = vec![from, to];
+    strip.extend([across[to as usize], across[from as usize]].into_iter().filter(|point| ![from, to].contains(point)));
+    strip.dedup();
+    (strip.len() > 2).then_some(strip)
+}
+
+/// For each point, the one that stands for all points around it across cracks; itself where there is no crack.
+fn across_cracks(points: &[Ticks], rim: &[[u32; 2]], triangles: &[[u32; 3]], point_of: &[u32]) -> Vec<u32> {
+    let mut shortest = vec![f64::INFINITY; points.len()];
+    for triangle in triangles {
+        let corners = triangle.map(|vertex| point_of[vertex as usize]);
+        for edge in [[corners[0], corners[1]], [corners[1], corners[2]], [corners[2], corners[0]]] {
+            let [from, to] = edge.map(|end| in_cells(points[end as usize]));
+            let length = libm::sqrt((0..3).map(|axis| (to[axis] - from[axis]) * (to[axis] - from[axis])).sum());
+            edge.iter().for_each(|end| shortest[*end as usize] = shortest[*end as usize].min(length));
+        }
+    }
+    let mut on_rim: Vec<u32> = rim.iter().map(|edge| edge[0]).collect();
+    on_rim.sort_unstable();
+    on_rim.dedup();
+    let positions: Vec<[f64; 3]> = on_rim.iter().map(|point| in_cells(points[*point as usize])).collect();
+    let reaches: Vec<f64> = on_rim.iter().map(|point| (CRACK * shortest[*point as usize]).min(WIDEST)).collect();
+    let mut across: Vec<u32> = (0..points.len() as u32).collect();
+    // In a crowd each piece has a cap of its own.
+    for (point, group) in on_rim.iter().zip(near_groups(&positions, &reaches).into_iter().flatten()) {
+        across[*point as usize] = on_rim[group as usize];
+    }
+    across
+}
+
+/// Closed ways along edges of which as many come to each point as leave it.
+fn loops(edges: &[[u32; 2]], points: usize) -> Vec<Vec<u32>> {
+    let mut next = vec![Vec::new(); points];
+    edges.iter().for_each(|[from, to]| next[*from as usize].push(*to));
     let mut loops = Vec::new();
-    let mut step_of = vec![usize::MAX; points.len()];
+    let mut step_of = vec![usize::MAX; points];
     let mut path: Vec<u32> = Vec::new();
-    // As many rim edges come to a point as leave it, so that a walk only ends where it began; each time it meets
-    // itself, one simple polygon is cut off.
-    for start in 0..points.len() {
+    // A walk only ends where it began; each time it meets itself, one simple polygon is cut off.
+    for start in 0..points {
         let mut point = start;
         loop {
             if step_of[point] != usize::MAX {
                 let polygon = path.split_off(step_of[point]);
                 polygon.iter().for_each(|corner| step_of[*corner as usize] = usize::MAX);
-                loops.push(polygon.iter().map(|corner| points[*corner as usize]).collect());
+                loops.push(polygon);
             }
             let Some(target) = next[point].pop() else { break };
             step_of[point] = path.len();
@@ -49,26 +122,29 @@ fn merge(vertices: &[Ticks]) -> (Vec<Ticks>, Vec<u32>) {
     (points, point_of)
 }
 
-/// For each point, the points that a rim edge leads to, run backwards, once per surplus.
-fn against_the_rim(triangles: &[[u32; 3]], point_of: &[u32], points: usize) -> Vec<Vec<u32>> {
-    let mut edges: Vec<(u32, u32, i32)> = Vec::with_capacity(3 * triangles.len());
+/// The edges of the rim, run backwards, each once per surplus.
+fn against_the_rim(triangles: &[[u32; 3]], point_of: &[u32]) -> Vec<[u32; 2]> {
+    let mut edges: Vec<[u32; 2]> = Vec::with_capacity(3 * triangles.len());
     for triangle in triangles {
-        let corners = triangle.map(|vertex| point_of[vertex as usize]);
-        for corner in 0..3 {
-            let (a, b) = (corners[corner], corners[(corner + 1) % 3]);
-            if a != b {
-                edges.push((a.min(b), a.max(b), if a < b { 1 } else { -1 }));
-            }
-        }
+        let [a, b, c] = triangle.map(|vertex| point_of[vertex as usize]);
+        edges.extend([[b, a], [c, b], [a, c]]);
     }
-    edges.sort_unstable();
-    let mut next = vec![Vec::new(); points];
-    for same in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        let surplus: i32 = same.iter().map(|edge| edge.2).sum();
-        let (from, to) = if surplus > 0 { (same[0].1, same[0].0) } else { (same[0].0, same[0].1) };
-        next[from as usize].extend((0..surplus.abs()).map(|_| to));
+    without_opposites(edges)
+}
+
+/// Edges of which those in opposite directions cancel, in rising order of their ends; those from a point to itself are gone.
+fn without_opposites(edges: Vec<[u32; 2]>) -> Vec<[u32; 2]> {
+    let runs = edges.into_iter().filter(|[from, to]| from != to);
+    let mut runs: Vec<(u32, u32, i32)> =
+        runs.map(|[from, to]| (from.min(to), from.max(to), if from < to { 1 } else { -1 })).collect();
+    runs.sort_unstable();
+    let mut left = Vec::new();
+    for same in runs.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        let surplus: i32 = same.iter().map(|run| run.2).sum();
+        let edge = if surplus > 0 { [same[0].0, same[0].1] } else { [same[0].1, same[0].0] };
+        left.extend((0..surplus.abs()).map(|_| edge));
     }
-    next
+    left
 }
 
 #[cfg(test)]
@@ -84,12 +160,13 @@ mod tests {
     #[test]
     fn a_sheet_has_one_rim_and_two_holes_that_touch_have_two() {
         let (vertices, mut triangles) = grid(6);
-        assert_eq!(rim_loops(&vertices, &triangles).iter().map(Vec::len).collect::<Vec<_>>(), [20]);
+        let sizes = |caps: RimCaps| caps.polygons().iter().map(Vec::len).collect::<Vec<_>>();
+        assert_eq!(sizes(RimCaps::of(&vertices, &triangles)), [20]);
         // Squares (1, 1) and (2, 2) touch in one corner.
         triangles.retain(|triangle| triangle[0] != 7 && triangle[0] != 14);
-        let mut sizes: Vec<usize> = rim_loops(&vertices, &triangles).iter().map(Vec::len).collect();
-        sizes.sort_unstable();
-        assert_eq!(sizes, [4, 4, 20]);
+        let mut found = sizes(RimCaps::of(&vertices, &triangles));
+        found.sort_unstable();
+        assert_eq!(found, [4, 4, 20]);
     }
 
     #[test]
@@ -98,8 +175,8 @@ mod tests {
         let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
         let soup: Vec<Ticks> = faces.iter().flatten().map(|corner| corners[*corner]).collect();
         let triangles: Vec<[u32; 3]> = (0..4).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]).collect();
-        assert!(rim_loops(&soup, &triangles).is_empty());
-        let loops = rim_loops(&soup, &triangles[..3]);
+        assert_eq!(RimCaps::of(&soup, &triangles), RimCaps::default());
+        let loops = RimCaps::of(&soup, &triangles[..3]).holes;
         assert_eq!(loops.len(), 1);
         // The cap is wound as the missing face was: it holds the same edges, in the same direction.
         let missing = faces[3].map(|corner| corners[corner]);

@@ -10,7 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{
     caps::Caps,
     columns::{Columns, Lattice, in_cells, in_ticks},
-    rim::rim_loops,
+    rim::RimCaps,
     skin::Skin,
     solid::InsideTest,
 };
@@ -263,7 +263,7 @@ fn closed_triangles(mesh: &TriMesh, test: InsideTest) -> Option<Vec<[V3; 3]>> {
         .map(|triangle| triangle.map(|vertex| V3::from(in_cells(vertices[vertex as usize]))))
         .collect();
     if test == InsideTest::WindingNumber {
-        triangles.extend(Caps::new(&rim_loops(&vertices, &mesh.triangles)).triangles());
+        triangles.extend(Caps::new(&RimCaps::of(&vertices, &mesh.triangles).polygons()).triangles());
     }
     Some(triangles)
 }

@@ -10,12 +10,12 @@
 //! caps: by expansions, and where their error could change the verdict, triangle by triangle. Away from the caps c is
 //! harmonic and dies off, so that by the maximum principle every region with m != 0 reaches a cap.
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use super::{
-    caps::{Caps, Local},
-    columns::{Columns, Ticks, in_ticks},
-    rim::rim_loops,
+    caps::{Caps, Local, distance_to_segment},
+    columns::{Columns, Ticks, in_cells, in_ticks},
+    rim::RimCaps,
     surface::mark_surface,
 };
 use crate::geom::SolidGrid;
@@ -35,12 +35,13 @@ const EXPANSION_ERROR: f64 = 0.012;
 /// Marks every cell whose centre has a generalised winding number of at least 1/2, in either winding.
 pub(super) fn fill_by_winding(vertices: &[Ticks], triangles: &[[u32; 3]], grid: &mut SolidGrid) {
     let corners = || triangles.iter().map(|triangle| triangle.map(|vertex| vertices[vertex as usize]));
-    let polygons = rim_loops(vertices, triangles);
-    if polygons.is_empty() {
+    let rim_caps = RimCaps::of(vertices, triangles);
+    if rim_caps == RimCaps::default() {
         Columns::<SIDE>::of(corners()).fill(grid);
         return;
     }
-    let caps = Caps::new(&polygons);
+    let pending = beside_caps(&rim_caps, grid.origin);
+    let caps = Caps::new(&rim_caps.polygons());
     let cap_corners = || caps.triangles().map(|corners| corners.map(|corner| in_ticks(corner.into())));
     let columns = Columns::of(corners().chain(cap_corners()));
     columns.fill(grid);
@@ -49,10 +50,9 @@ pub(super) fn fill_by_winding(vertices: &[Ticks], triangles: &[[u32; 3]], grid: 
     let mut cap_cells = SolidGrid::new(grid.origin, 1.0);
     mark_surface(cap_corners(), &mut cap_cells);
     let cells = || SolidGrid::new(grid.origin, 1.0);
-    let (open, pending, seen) = (cells(), cells(), cells());
+    let (open, seen) = (cells(), cells());
     let locals = (0..=SIDE.ilog2()).map(|_| Local::default()).collect();
-    Refinement { caps: &caps, columns: &columns, surface, cap_cells, open, pending, seen, next: vec![], locals, grid }
-        .run();
+    Refinement { caps: &caps, columns: &columns, surface, cap_cells, open, pending, seen, locals, grid }.run();
 }
 
 struct Refinement<'a> {
@@ -65,12 +65,10 @@ struct Refinement<'a> {
     cap_cells: SolidGrid,
     /// Cells that no block has decided.
     open: SolidGrid,
-    /// Open cells to be evaluated now.
+    /// Cells to be evaluated where they are open.
     pending: SolidGrid,
-    /// Cells that have been pending.
+    /// Cells that have been evaluated.
     seen: SolidGrid,
-    /// Cells to be evaluated next.
-    next: Vec<[usize; 3]>,
     /// Memory for one block of each size.
     locals: Vec<Local>,
     grid: &'a mut SolidGrid,
@@ -80,33 +78,32 @@ impl Refinement<'_> {
     fn run(mut self) {
         let everywhere = self.caps.everywhere();
         self.decide_blocks([0; 3], SIDE, &everywhere);
-        self.pending = dilated(&self.cap_cells);
         loop {
-            for cell in std::mem::take(&mut self.next) {
-                set(&mut self.pending, cell, 1, true);
-            }
             let mut any = 0;
-            for ((pending, open), seen) in self.pending.words.iter_mut().zip(&self.open.words).zip(&mut self.seen.words)
-            {
-                *pending &= open & !*seen;
-                *seen |= *pending;
+            for ((pending, open), seen) in self.pending.words.iter_mut().zip(&self.open.words).zip(&self.seen.words) {
+                *pending &= open & !seen;
                 any |= *pending;
             }
             if any == 0 {
                 return;
             }
             self.evaluate([0; 3], SIDE, &everywhere);
-            self.pending.words.fill(0);
         }
     }
 
     /// Decides blocks whole where that is safe, and leaves the others open.
     fn decide_blocks(&mut self, corner: [usize; 3], size: usize, outer: &Local) {
+        let capped = any(&self.cap_cells, corner, size);
+        let is_mixed = capped && any(&self.surface, corner, size);
+        if is_mixed && size == COARSE {
+            set(&mut self.open, corner, size, true);
+            return;
+        }
         let mut local = std::mem::take(&mut self.locals[size.ilog2() as usize]);
         let point = eye(corner.map(|index| index + size / 2));
         let reach = (size / 2) as f64 * 3f64.sqrt();
         self.caps.narrow(outer, point, reach, &mut local);
-        if !self.decide(corner, size, &local, &point, reach) {
+        if is_mixed || !self.decide(corner, size, capped, &local, &point, reach) {
             if size == COARSE {
                 set(&mut self.open, corner, size, true);
             } else {
@@ -116,11 +113,16 @@ impl Refinement<'_> {
         self.locals[size.ilog2() as usize] = local;
     }
 
-    fn decide(&mut self, corner: [usize; 3], size: usize, local: &Local, point: &Vector3<f64>, reach: f64) -> bool {
-        let capped = any(&self.cap_cells, corner, size);
-        if capped && any(&self.surface, corner, size) {
-            return false;
-        }
+    /// Decides a block that the surface and caps do not both meet, where that is safe.
+    fn decide(
+        &mut self,
+        corner: [usize; 3],
+        size: usize,
+        capped: bool,
+        local: &Local,
+        point: &Vector3<f64>,
+        reach: f64,
+    ) -> bool {
         let c = self.caps.winding(local, point);
         let w = f64::from(self.columns.winding(corner.map(|index| index + size / 2))) - c;
         // Without caps inside, c has no jump, so that m is the same everywhere. Without surface inside, w has no jump.
@@ -136,15 +138,14 @@ impl Refinement<'_> {
         }
         if capped || m != 0.0 {
             // A region with m != 0 may go on outside.
-            self.next.extend(shell(corner, size));
+            shell(corner, size).for_each(|cell| set(&mut self.pending, cell, 1, true));
         }
         true
     }
 
     /// Sets the cells of a block where the whole winding number is not `outside`.
     fn refill(&mut self, corner: [usize; 3], size: usize, outside: i32) {
-        for cell in (0..size.pow(3)).map(|i| [i / size / size, i / size % size, i % size]) {
-            let cell = std::array::from_fn(|axis| corner[axis] + cell[axis]);
+        for cell in cells_of(corner, size) {
             set(self.grid, cell, 1, self.columns.winding(cell) != outside);
         }
     }
@@ -154,26 +155,87 @@ impl Refinement<'_> {
         if !any(&self.pending, corner, size) {
             return;
         }
+        let mut local = std::mem::take(&mut self.locals[size.ilog2() as usize]);
         let point = eye(corner.map(|index| index + size / 2));
-        if size == 1 {
-            let mut c = self.caps.winding(outer, &point);
+        self.caps.narrow(outer, point, (size / 2) as f64 * 3f64.sqrt(), &mut local);
+        if size == FINE {
+            // What becomes pending in this block is decided with it, so that the lists serve once.
+            while self.evaluate_cells(corner, &local) {}
+        } else {
+            eighths(corner, size).for_each(|part| self.evaluate(part, size / 2, &local));
+        }
+        self.locals[size.ilog2() as usize] = local;
+    }
+
+    /// Decides the pending cells of a smallest block; returns whether there were any.
+    fn evaluate_cells(&mut self, corner: [usize; 3], local: &Local) -> bool {
+        let mut found = false;
+        for cell in cells_of(corner, FINE) {
+            let [x, y, z] = cell;
+            if !self.pending.get(x, y, z) || !self.open.get(x, y, z) || self.seen.get(x, y, z) {
+                continue;
+            }
+            found = true;
+            set(&mut self.seen, cell, 1, true);
+            let point = eye(cell);
+            let mut c = self.caps.winding(local, &point);
             if 0.5 - (c - c.round()).abs() < EXPANSION_ERROR {
                 c = self.caps.exact_winding(&point);
             }
             let m = c.round() as i32;
-            set(self.grid, corner, 1, self.columns.winding(corner) != m);
+            set(self.grid, cell, 1, self.columns.winding(cell) != m);
             if m != 0 {
-                self.next.extend(shell(corner, 1));
+                // The region goes on beside it.
+                shell(cell, 1).for_each(|cell| set(&mut self.pending, cell, 1, true));
             }
-        } else if size < FINE {
-            eighths(corner, size).for_each(|part| self.evaluate(part, size / 2, outer));
-        } else {
-            let mut local = std::mem::take(&mut self.locals[size.ilog2() as usize]);
-            self.caps.narrow(outer, point, (size / 2) as f64 * 3f64.sqrt(), &mut local);
-            eighths(corner, size).for_each(|part| self.evaluate(part, size / 2, &local));
-            self.locals[size.ilog2() as usize] = local;
+        }
+        found
+    }
+}
+
+/// Cells next to caps, where regions begin in which the caps' winding number is not nearly 0: all cells that touch one that a
+/// cap over a hole meets, and those next to whose centre a crack runs.
+fn beside_caps(caps: &RimCaps, origin: Point3<f64>) -> SolidGrid {
+    let holes = Caps::new(&caps.holes);
+    let mut met = SolidGrid::new(origin, 1.0);
+    mark_surface(holes.triangles().map(|corners| corners.map(|corner| in_ticks(corner.into()))), &mut met);
+    let mut cells = dilated(&met);
+    for strip in &caps.strips {
+        let corners: Vec<Vector3<f64>> = strip.iter().map(|corner| in_cells(*corner).into()).collect();
+        mark_beside(&corners, &mut cells);
+    }
+    cells
+}
+
+/// Marks the cells whose centre is so near to a strip that it changes their winding number by more than a hundredth.
+///
+/// A strip of width w, however long, covers w / (4 d) of what is seen from a distance d, as an integral of 1 / d^2 along it.
+fn mark_beside(strip: &[Vector3<f64>], cells: &mut SolidGrid) {
+    /// Widths of a strip within which it matters.
+    const NEAR: f64 = 25.0;
+    let (from, to) = (strip[0], strip[1]);
+    let width = strip[2..].iter().map(|corner| distance_to_segment(corner, &from, &to)).fold(0.0, f64::max);
+    let reach = (NEAR * width).min(1.5) + width;
+    // Piece by piece, so that the boxes around the pieces hold few cells.
+    let pieces = (to - from).norm().ceil().max(1.0);
+    for piece in 0..pieces as usize {
+        let ends = [piece, piece + 1].map(|end| from + (to - from) * (end as f64 / pieces));
+        let low = ends[0].inf(&ends[1]).add_scalar(-reach - 0.5);
+        let high = ends[0].sup(&ends[1]).add_scalar(reach - 0.5);
+        let range =
+            |axis: usize| (low[axis].ceil().max(0.0) as usize)..=(high[axis].floor().min(SIDE as f64 - 1.0) as usize);
+        for (x, y) in range(0).flat_map(|x| range(1).map(move |y| (x, y))) {
+            for z in range(2).filter(|z| distance_to_segment(&eye([x, y, *z]), &from, &to) <= reach) {
+                set(cells, [x, y, z], 1, true);
+            }
         }
     }
+}
+
+/// The cells of a block.
+fn cells_of(corner: [usize; 3], size: usize) -> impl Iterator<Item = [usize; 3]> {
+    let offsets = (0..size.pow(3)).map(move |i| [i / size / size, i / size % size, i % size]);
+    offsets.map(move |offset| std::array::from_fn(|axis| corner[axis] + offset[axis]))
 }
 
 /// The eight halves of a block.

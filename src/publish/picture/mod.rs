@@ -155,7 +155,7 @@ impl Picture {
         };
         let (columns, rows) = (span(x, self.width), span(y, self.height));
         for (row, column) in rows.flat_map(|row| columns.clone().map(move |column| (row, column))) {
-            let away = (f64::from(column) + 0.5 - x).hypot(f64::from(row) + 0.5 - y);
+            let away = libm::hypot(f64::from(column) + 0.5 - x, f64::from(row) + 0.5 - y);
             if away <= radius {
                 let ink = if away > inner { rim } else { colour };
                 self.pixels[(row * self.width + column) as usize] = ink.opaque();

@@ -37,9 +37,9 @@ impl Footprint {
     fn meets(&self, other: &Self) -> bool {
         let boxes =
             (0..2).all(|axis| self.low[axis] < other.high[axis] + APART && other.low[axis] < self.high[axis] + APART);
-        let radius = |of: &Self| (of.high[0] - of.low[0]).hypot(of.high[1] - of.low[1]) / 2.0;
+        let radius = |of: &Self| libm::hypot(of.high[0] - of.low[0], of.high[1] - of.low[1]) / 2.0;
         let ([ax, ay], [bx, by]) = (self.middle(), other.middle());
-        boxes && (ax - bx).hypot(ay - by) < radius(self) + radius(other) + APART
+        boxes && libm::hypot(ax - bx, ay - by) < radius(self) + radius(other) + APART
     }
 
     fn middle(&self) -> [f64; 2] {

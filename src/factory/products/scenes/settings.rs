@@ -86,8 +86,8 @@ impl Region {
                 // Distances of the nearest and the farthest point of the table.
                 let beyond = |position: f64, side: f64| (position.abs() - side / 2.0).max(0.0);
                 let across = |position: f64, side: f64| position.abs() + side / 2.0;
-                beyond(x, size[0]).hypot(beyond(y, size[1])) < outer
-                    && across(x, size[0]).hypot(across(y, size[1])) > inner
+                libm::hypot(beyond(x, size[0]), beyond(y, size[1])) < outer
+                    && libm::hypot(across(x, size[0]), across(y, size[1])) > inner
             }
         }
     }

@@ -1,8 +1,12 @@
-//! Mesh files as they stand: STL, OBJ, PLY and OFF, with the byte or line of whatever is wrong.
+//! Mesh files: STL, OBJ, PLY and OFF, with the byte or line of whatever is wrong. Seams are joined and polygons cut into
+//! triangles, nothing else is changed.
 
+mod cut;
+mod delaunay;
 mod disguise;
 mod obj;
 mod off;
+mod outline;
 mod ply;
 mod polygons;
 mod raw;
@@ -28,14 +32,18 @@ pub(super) fn read(path: &Path) -> Result<(Vec<u8>, RawMesh), MeshRefusal> {
     Ok((bytes, raw))
 }
 
-/// The triangles of a mesh file in the file's unit, nothing mended; corners that share a position may be one.
+/// The triangles of a mesh file in the file's unit, seams joined and nothing else mended; corners that share a position may be
+/// one.
 ///
 /// # Errors
-/// When the file can't be read, or holds a position that is not finite.
+/// When the file can't be read, or holds a position that is not finite or a face whose outline crosses itself.
 pub fn read_triangles(path: &Path) -> Result<Triangles, MeshRefusal> {
     let (_, raw) = read(path)?;
     if let Some((vertex, location)) = raw.not_finite.first() {
         return Err(Refuse::not_finite(raw.positions[*vertex as usize]).at(location).about(path.display().to_string()));
+    }
+    if let Some(left_out) = &raw.left_out {
+        return Err(left_out.refusal().about(path.display()));
     }
     Ok(Triangles { corners: raw.positions.into_iter().map(Into::into).collect(), triangles: raw.faces })
 }

@@ -11,7 +11,7 @@ use super::{
 use crate::assets::Refuse;
 
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
-    let mut builder = Builder::default();
+    let mut builder = Builder::new("line");
     let mut curved = 0;
     let mut lines = Lines::of(without_mark(bytes));
     let mut joined = Vec::new();
@@ -35,7 +35,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
                     let corner = corner(word, builder.vertices(), line)?;
                     builder.corner(corner, || format!("line {line}"))?;
                 }
-                builder.end_polygon();
+                builder.end_polygon(line);
             }
             Some(b"curv" | b"curv2" | b"surf") => curved += 1,
             _ => {}

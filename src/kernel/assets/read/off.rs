@@ -24,7 +24,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
     let vertices = count(counts.next(), "the number of vertices", line)?;
     let faces = count(counts.next(), "the number of faces", line)?;
 
-    let mut builder = Builder::default();
+    let mut builder = Builder::new("line");
     builder.reserve(vertices.min(bytes.len() / 6), faces.min(bytes.len() / 6));
     for vertex in 0..vertices {
         (line, text) = lines.next().ok_or_else(|| ends_early(format!("{vertex} of {vertices} vertices"), line))?;
@@ -36,7 +36,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
         for _ in 0..count(words.next(), "the number of corners", line)? {
             builder.corner(whole(words.next(), "a corner", line)?, || format!("line {line}"))?;
         }
-        builder.end_polygon();
+        builder.end_polygon(line);
     }
     builder.finish()
 }

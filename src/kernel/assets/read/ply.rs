@@ -11,7 +11,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
     let bytes = without_mark(bytes);
     let header = Header::read(bytes)?;
     let mut body = Body::new(bytes, &header);
-    let mut builder = Builder::default();
+    let mut builder = Builder::new("face");
     for element in &header.elements {
         let vertex = element.vertex_properties();
         let corners = element.corner_property();
@@ -297,7 +297,7 @@ impl<'a> Body<'a> {
                 }
                 builder.corner(corner as i64, || format!("face {}, {}", row + 1, self.location()))?;
             }
-            builder.end_polygon();
+            builder.end_polygon(row as usize + 1);
         }
         Ok(())
     }

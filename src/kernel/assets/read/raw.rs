@@ -1,6 +1,8 @@
 //! Triangles of a mesh file as they stand in it.
 
-/// Triangles as found, before any scaling, merging or checking of shape.
+use crate::assets::Refuse;
+
+/// Triangles as found, before any scaling or checking of shape.
 #[derive(Debug, Default, PartialEq)]
 pub(in crate::assets) struct RawMesh {
     /// Positions in the file's unit.
@@ -9,11 +11,48 @@ pub(in crate::assets) struct RawMesh {
     pub(in crate::assets) faces: Vec<[u32; 3]>,
     /// Equal positions are merged already, and every coordinate is an `f32`.
     pub(in crate::assets) welded: bool,
+    /// Vertices that faces named in the file and name no more, because they are one with another.
+    pub(in crate::assets) merged: usize,
+    /// Merged vertices that were within rounding of the other, not at the same position.
+    pub(in crate::assets) joined: usize,
+    /// Faces that no triangles can stand for.
+    pub(in crate::assets) left_out: Option<LeftOut>,
     /// Positions that are NaN or infinite, with their location in the file.
     pub(in crate::assets) not_finite: Vec<(u32, String)>,
     /// Oddities of the file that do no harm but should be known.
     pub(in crate::assets) notes: Vec<String>,
 }
+
+/// Faces that no triangles can stand for.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::assets) struct LeftOut {
+    pub(in crate::assets) count: u32,
+    /// Location of the first one.
+    pub(in crate::assets) location: String,
+    /// Fault of the first one.
+    pub(in crate::assets) problem: String,
+}
+
+impl LeftOut {
+    /// The refusal of a mesh that needs all of its faces.
+    pub(in crate::assets) fn refusal(&self) -> Refuse {
+        let problem = match self.count {
+            1 => format!("a face has no inside: {}", self.problem),
+            count => format!("{count} faces have no inside; the first one: {}", self.problem),
+        };
+        Refuse::new("crossing_face", problem, REMEDY).at(&self.location)
+    }
+
+    /// A note about a mesh that does without them.
+    pub(in crate::assets) fn note(&self) -> String {
+        let Self { count, location, problem } = self;
+        let faces = if *count == 1 { "1 face is".to_owned() } else { format!("{count} faces are") };
+        format!("{faces} left out, the first one at {location}: {problem}; {REMEDY}")
+    }
+}
+
+/// Remedy for a face whose outline crosses itself.
+const REMEDY: &str = "cut it into triangles in the program that made it, and export it again";
 
 /// Remedy for a format that is not read here.
 pub(super) const CONVERT: &str = "convert it: python scripts/convert_mesh.py IN OUT.ply";

@@ -65,7 +65,7 @@ fn binary(bytes: &[u8], declared: u64) -> Result<RawMesh, Refuse> {
 
     // A closed mesh has about half as many vertices as triangles.
     let mut welder = Welder::new(count / 2 + 2);
-    let mut faces = Vec::with_capacity(count);
+    let mut faces = Vec::with_capacity(3 * count);
     for (triangle, record) in body.chunks_exact(RECORD).take(count).enumerate() {
         // Little-endian floats after the record's normal of 12 bytes, which is not used.
         let number = |offset: usize| f32::from_le_bytes(record[offset..offset + 4].try_into().expect("4 bytes"));
@@ -78,10 +78,10 @@ fn binary(bytes: &[u8], declared: u64) -> Result<RawMesh, Refuse> {
         }
         // Equal positions become one vertex.
         let [a, b, c] = corners;
-        faces.push([welder.index(a), welder.index(b), welder.index(c)]);
+        faces.extend([welder.index(a), welder.index(b), welder.index(c)]);
     }
     let positions = welder.into_positions().into_iter().map(|position| position.map(f64::from)).collect();
-    Ok(RawMesh { positions, faces, welded: true, notes, ..RawMesh::default() })
+    Builder::of_welded(positions, faces, notes).finish()
 }
 
 #[cold]
@@ -97,7 +97,7 @@ fn not_finite(triangle: usize, corners: &[[f32; 3]; 3]) -> Refuse {
 
 /// ASCII: only "vertex", "endloop" and "endsolid" matter; one file may hold several solids.
 fn ascii(bytes: &[u8]) -> Result<RawMesh, Refuse> {
-    let mut builder = Builder::default();
+    let mut builder = Builder::new("line");
     let (mut corners, mut last, mut open) = (0, 1, false);
     for (line, text) in Lines::of(bytes) {
         last = line;
@@ -112,7 +112,7 @@ fn ascii(bytes: &[u8]) -> Result<RawMesh, Refuse> {
             if corners != 3 {
                 return Err(syntax(format!("a facet has {corners} corners; STL knows triangles alone"), line));
             }
-            builder.end_polygon();
+            builder.end_polygon(line);
             corners = 0;
         } else if word.eq_ignore_ascii_case(b"solid") {
             open = true;

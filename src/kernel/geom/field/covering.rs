@@ -103,7 +103,7 @@ fn part(middle: [f64; 3], half: [f64; 3], of: &Piece, quaternions: &[Vector4<f64
     let angles: Vec<(u32, f64)> = of.near.iter().map(|index| (*index, angle(*index))).collect();
     let min = angles.iter().map(|(_, angle)| *angle).fold(f64::INFINITY, f64::min);
     // |dR|^2 = dr^2 + dp^2 + dy^2 - 2 sin(p) dr dy is no more than this.
-    let reach = (half[0] + half[2]).hypot(half[1]);
+    let reach = libm::hypot(half[0] + half[2], half[1]);
     let near = angles.into_iter().filter(|(_, angle)| *angle <= min + 2.0 * reach).map(|(index, _)| index).collect();
     (Piece { middle, half, near, max: (min + reach).min(of.max) }, min)
 }

@@ -276,7 +276,7 @@ fn view(solids: &[Solid<'_>], approach: &Vector3<f64>, aside: f64) -> SolidView 
     let reach = |(centre, radius): &(Point3<f64>, f64)| (centre - middle).norm() + radius;
     let extent = 2.0 * balls.iter().map(reach).fold(0.0, f64::max);
     // From straight above or below any side will do.
-    let level = approach.x.hypot(approach.y);
+    let level = approach.xy().norm();
     let azimuth = if level > 1e-3 { libm::atan2(-approach.y, -approach.x) } else { 0.0 };
     SolidView { azimuth: azimuth + aside, elevation: ELEVATION, middle, extent: 0.9 * extent }
 }
