@@ -15,7 +15,9 @@ use crate::{
 };
 use form::{Checker, Path};
 use format::Product;
-use kernel::geom::{Intrinsics, ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, rotation_from_rpy};
+use kernel::geom::{
+    Intrinsics, InvalidIntrinsics, ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, rotation_from_rpy,
+};
 use sim::scene_camera as camera_of_scene;
 
 /// Most views of one object.
@@ -157,7 +159,15 @@ fn camera(checker: &mut Checker, spec: &CameraSpec, folder: &FilePath) -> (Intri
     match camera {
         Ok(camera) => (camera, None),
         Err(error) => {
-            checker.invalid("camera", "a camera", error.to_string());
+            let key = match &error {
+                InvalidIntrinsics::OutOfRange { name: "fx" | "fy", .. } if focal.is_empty() => "horizontal_fov",
+                InvalidIntrinsics::OutOfRange { name: "fy", .. } if focal == ["fx"] => "fx",
+                InvalidIntrinsics::OutOfRange { name, .. } => name,
+                InvalidIntrinsics::Near(_) => "near",
+                InvalidIntrinsics::FieldOfView(_) => "horizontal_fov",
+                InvalidIntrinsics::Size { .. } => "width",
+            };
+            checker.invalid(format!("camera.{key}").as_str(), "a camera", error.to_string());
             (placeholder_camera(), None)
         }
     }

@@ -15,7 +15,7 @@ use crate::{
 };
 use form::{Checker, Path};
 use format::SceneImage;
-use kernel::geom::Intrinsics;
+use kernel::geom::{Intrinsics, InvalidIntrinsics};
 
 /// Smallest distance seen where the job says none [m].
 const NEAR: f64 = 0.01;
@@ -133,7 +133,13 @@ fn intrinsics(checker: &mut Checker, path: &Path, entry: &ViewCameraSpec) -> Opt
     match camera.checked() {
         Ok(camera) => Some(camera),
         Err(error) => {
-            checker.invalid(path.key("fx"), "a camera", error.to_string());
+            let key = match &error {
+                InvalidIntrinsics::OutOfRange { name: "fy", .. } if entry.fy.is_none() => "fx",
+                InvalidIntrinsics::OutOfRange { name, .. } => name,
+                InvalidIntrinsics::Near(_) => "near",
+                InvalidIntrinsics::Size { .. } | InvalidIntrinsics::FieldOfView(_) => "width",
+            };
+            checker.invalid(path.key(key), "a camera", error.to_string());
             None
         }
     }
