@@ -169,11 +169,14 @@ fn container(arguments: &SubmitArgs) -> Result<Option<Container>, Failure> {
 fn again(arguments: &SubmitArgs, folder: &Path) -> Result<(Submission, Vec<u32>), Failure> {
     let path = folder.join(RECORD);
     let text = kernel::files::read(&path).map_err(|error| {
-        let message = format!("{}: {error}; `submit JOB --out DIR --backend ...` writes it", path.display());
-        Failure::message(
-            if error.kind() == io::ErrorKind::NotFound { Exit::Failed } else { Exit::InputOutput },
-            message,
-        )
+        let folder = arguments.out.display();
+        let message = format!(
+            "{}: {error}; no job was submitted to {folder}: `submit JOB --out {folder} --backend ...` does",
+            path.display()
+        );
+        // What was not submitted cannot be submitted again: the argument is wrong.
+        let is_absent = [io::ErrorKind::NotFound, io::ErrorKind::NotADirectory].contains(&error.kind());
+        Failure::message(if is_absent { Exit::BadSpec } else { Exit::InputOutput }, message)
     })?;
     let Record { submission } = serde_json::from_slice(&text)
         .map_err(|error| Failure::message(Exit::Failed, format!("{}: {error}; submit the job anew", path.display())))?;
