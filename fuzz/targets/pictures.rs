@@ -4,7 +4,10 @@ use std::{collections::BTreeMap, fs, path::PathBuf, sync::LazyLock};
 
 use graspmill::{
     infer::CompletionModel,
-    perception::{CameraDescription, FrameRule, Refusal, Scene, SceneRule, read_frame, read_mask},
+    perception::{
+        CameraDescription, CameraRule, Distortion, FrameRule, Refusal, RosImage, Scene, SceneRule, read_frame,
+        read_mask,
+    },
 };
 use serde_json::Value;
 
@@ -36,9 +39,12 @@ pub fn picture(input: &[u8]) {
     let is_cloud = name.ends_with("pcd") || name.ends_with("ply");
     let path = SCRATCH.path().join(name);
     fs::write(&path, bytes).expect("a file");
-    let distortion = if choice & 64 == 0 { [0.0; 5] } else { [0.1, -0.2, 0.001, 0.002, 0.03] };
+    let lens = if choice & 64 == 0 { [0.0; 8] } else { [0.1, -0.2, 0.001, 0.002, 0.03, 0.2, -0.1, 0.05] };
+    let distortion = Distortion::from_opencv(lens);
     let camera = CameraDescription { distortion, ..CameraDescription::pinhole([20.0, 21.0, 5.2, 3.9]) };
-    let rule = FrameRule { camera: (!is_cloud).then_some(camera), is_range: choice & 128 != 0, ..FrameRule::default() };
+    // The upper bit: distances in place of depths of images, mirrored axes of clouds.
+    let (is_range, is_flipped) = (choice & 128 != 0 && !is_cloud, choice & 128 != 0 && is_cloud);
+    let rule = FrameRule { camera: (!is_cloud).then_some(camera), is_range, is_flipped, ..FrameRule::default() };
     if name == "mask.png" {
         let whole = read_frame(&SCRATCH.path().join("whole.npy"), &rule).expect("a picture").frame;
         match read_mask(&path, &whole) {
@@ -59,6 +65,7 @@ pub fn picture(input: &[u8]) {
     assert!(read.frame.depth.iter().all(|depth| depth.is_nan() || (*depth > 0.0 && depth.is_finite())));
     if pixels <= MAX_SEGMENTED {
         let scene = Scene::segment(read.frame, &SceneRule::default());
+        assert_eq!(scene.labels(0.008).labels.len(), pixels);
         for (cluster, sheet) in scene.clusters.iter().zip(scene.sheets()) {
             assert!(cluster.pixels.is_sorted() && cluster.pixels.iter().all(|pixel| (*pixel as usize) < pixels));
             let corners = sheet.vertices.len() as u32;
@@ -74,9 +81,13 @@ pub fn camera(input: &[u8]) {
     let Some((choice, bytes)) = input.split_first() else { return };
     let path = SCRATCH.path().join(CAMERAS[usize::from(*choice) % CAMERAS.len()]);
     fs::write(&path, bytes).expect("a file");
-    match CameraDescription::read(&path) {
-        Ok(camera) => assert!(camera.with_centres_at_half().iter().all(|number| number.is_finite())),
-        Err(error) => assert!(!error.to_string().is_empty()),
+    let entry = |name: &str| CameraRule { entry: Some(name.to_owned()), ..CameraRule::default() };
+    let rectified = CameraRule { image: Some(RosImage::Rectified), ..CameraRule::default() };
+    for rule in [CameraRule::default(), entry("0"), entry("cam0"), rectified] {
+        match rule.read(&path) {
+            Ok(camera) => assert!(camera.with_centres_at_half().iter().all(|number| number.is_finite())),
+            Err(error) => assert!(!error.to_string().is_empty()),
+        }
     }
 }
 

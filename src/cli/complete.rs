@@ -25,9 +25,9 @@ use super::{
 use format::dataset::NewFolder;
 use kernel::{files::Folder, geom::TriMesh, words::Show};
 use measure::free_space_violation;
-use perception::read_mask;
+use perception::{LabelImage, PLANE_LABEL, read_mask};
 use runtime::completion::{Completed, Completer, CompletionError, CompletionModel, InputName, Scene};
-use surface::{MeshBody, TablePlane, write_mjcf, write_obj, write_ply, write_stl};
+use surface::{LooseBodies, MeshBody, TablePlane, write_mjcf, write_obj, write_ply, write_stl};
 
 /// Density of completed objects in a scene for MuJoCo [kg/m^3]: filled packages, between foam and water.
 const DENSITY: f64 = 550.0;
@@ -67,6 +67,7 @@ struct ObjectRow {
     name: String,
     /// `target`, or `obstacle`: the fast mesh of all cells that it may touch.
     role: &'static str,
+    /// Count of its pixels in the given picture.
     pixels: usize,
     /// Why it has no mesh.
     refusal: Option<String>,
@@ -94,10 +95,13 @@ struct CompletedRow {
     bounds: [[f64; 3]; 2],
     /// Pieces under 1 % of the volume that were dropped.
     dropped_pieces: usize,
+    /// Bodies that do not hang together, and the shares of area and volume in all but the largest.
+    #[serde(flatten)]
+    bodies: LooseBodies,
     /// Voxels per cell along each axis, where they are finer than cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     upsampling: Option<usize>,
-    /// Share of the mesh's vertices that lie more than one cell in front of all that was seen within one cell around them.
+    /// Share of the mesh's area that lies more than 8 mm in front of every depth within 3 pixels.
     free_space_violation: f64,
     /// Share of the mesh's vertices below the plane; `None` without one.
     below_plane: Option<f64>,
@@ -149,7 +153,7 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
     };
     let open_model = milliseconds_since(began);
     let mut picture = SegmentedPicture::open(&arguments.picture)?;
-    let targets = targets(&arguments.target, &mut picture.scene, arguments.picture.min_points as usize)?;
+    let targets = targets(arguments, &mut picture)?;
     if !contacts.is_empty() {
         check_touch(&completer, &targets)?;
     }
@@ -161,7 +165,7 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
         return Err(Failure::message(Exit::BadSpec, format!("--touch {}: {error}", file.shown())));
     }
     let folder = NewFolder::begin(&arguments.out)?;
-    let rows = write_meshes(folder.folder(), arguments, &completer, scene, &targets, &results)?;
+    let rows = write_meshes(folder.folder(), arguments, &completer, &picture, &targets, &results)?;
     if arguments.to == MeshFormat::Mjcf {
         write(folder.folder(), "scene.xml", scene_xml(scene, &rows, world_from_camera.as_ref()).as_bytes())?;
     }
@@ -215,19 +219,21 @@ fn write_meshes(
     folder: &Folder,
     arguments: &CompleteArgs,
     completer: &Completer,
-    scene: &Scene,
+    picture: &SegmentedPicture,
     targets: &[usize],
     results: &[ClusterResult],
 ) -> Result<Vec<ObjectRow>, Failure> {
+    let scene = &picture.scene;
+    let extents = LabelImage::of_clusters(&scene.frame, &scene.clusters).extents();
     let made_by = match completer.model() {
         Some(model) => format!("model: {}", model.digest()),
         None => format!("method: {}", arguments.method.as_deref().unwrap_or_default()),
     };
     let mut rows = Vec::new();
-    for (index, result) in results.iter().enumerate() {
-        let name = format!("object-{}", index + 1);
+    for (index, (label, result)) in (1..PLANE_LABEL).zip(results).enumerate() {
+        let name = format!("object-{label}");
         let role = if targets.contains(&index) { "target" } else { "obstacle" };
-        let pixels = scene.clusters[index].pixels.len();
+        let pixels = extents.get(&label).map_or(0, |extent| extent.pixels);
         let row = match result {
             Ok(completed) => {
                 let file = format!("{name}.{}", arguments.to.extension());
@@ -298,13 +304,14 @@ fn check_touch(completer: &Completer, targets: &[usize]) -> Result<(), Failure> 
 }
 
 /// Indices of the clusters that `--target` means. The pixels of a mask become the first cluster.
-fn targets(text: &str, scene: &mut Scene, min_points: usize) -> Result<Vec<usize>, Failure> {
+fn targets(arguments: &CompleteArgs, picture: &mut SegmentedPicture) -> Result<Vec<usize>, Failure> {
+    let text = arguments.target.as_str();
     if text.to_ascii_lowercase().ends_with(".png") {
-        let pixels = read_mask(Path::new(text), &scene.frame).map_err(Failure::of_input)?;
-        scene.put_first(pixels, min_points);
+        let pixels = read_mask(Path::new(text), &picture.scene.frame).map_err(Failure::of_input)?;
+        picture.scene.put_first(pixels, arguments.picture.min_points as usize);
         return Ok(vec![0]);
     }
-    let scene = &*scene;
+    let scene = &picture.scene;
     let count = scene.clusters.len();
     let wrong = |problem: String| {
         let remedy = "give auto, all, the number of an object, a pixel U,V (column and row), or a mask (.png)";
@@ -312,12 +319,7 @@ fn targets(text: &str, scene: &mut Scene, min_points: usize) -> Result<Vec<usize
     };
     match text {
         "all" => return Ok((0..count).collect()),
-        "auto" => {
-            let is_whole = |index: &usize| !scene.clusters[*index].touches_border;
-            let nearest =
-                (0..count).filter(is_whole).min_by(|a, b| off_middle(scene, *a).total_cmp(&off_middle(scene, *b)));
-            return Ok(nearest.into_iter().collect());
-        }
+        "auto" => return Ok(nearest_to_middle(picture).into_iter().collect()),
         _ => {}
     }
     if let Ok(number) = text.parse::<usize>() {
@@ -327,31 +329,46 @@ fn targets(text: &str, scene: &mut Scene, min_points: usize) -> Result<Vec<usize
             wrong(format!("the picture has {count} objects"))
         };
     }
-    let number = |text: &str| text.trim().parse::<u32>().ok();
-    let pixel = text.split_once(',').and_then(|(u, v)| Some((number(u)?, number(v)?)));
-    let Some((column, row)) = pixel else { return wrong("it is none of those".to_owned()) };
-    let (width, height): (u32, u32) = (scene.frame.camera.width, scene.frame.camera.height);
-    if column >= width || row >= height {
-        return wrong(format!("the picture has {width} x {height} pixels"));
-    }
-    let wanted = row * width + column;
-    match scene.clusters.iter().position(|cluster| cluster.pixels.binary_search(&wanted).is_ok()) {
-        Some(index) => Ok(vec![index]),
-        None => wrong("no object is at that pixel".to_owned()),
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    let pixel = text.split_once(',').and_then(|(u, v)| Some([number(u)?, number(v)?]));
+    let Some(pixel) = pixel else { return wrong("it is none of those".to_owned()) };
+    object_at(pixel, picture).map(|index| vec![index]).or_else(wrong)
+}
+
+/// Index of the cluster that a pixel of the given picture shows, or why it shows none. Whole numbers are pixel centres.
+fn object_at([u, v]: [f64; 2], picture: &SegmentedPicture) -> Result<usize, String> {
+    let labels = picture.labels();
+    let Some((column, row)) = index_at(u, labels.width).zip(index_at(v, labels.height)) else {
+        return Err(format!("the picture has {} x {} pixels", labels.width, labels.height));
+    };
+    match labels.at(column, row) {
+        Some(PLANE_LABEL) => Err("no object is at that pixel, but the table".to_owned()),
+        Some(label) if label > 0 => Ok(usize::from(label) - 1),
+        _ if !picture.scene.frame.has_return_at(column, row) => {
+            Err("no object is at that pixel, which has no depth".to_owned())
+        }
+        _ => Err("no object is at that pixel".to_owned()),
     }
 }
 
-/// Squared distance of a cluster's mean pixel from the picture's middle [px^2].
-fn off_middle(scene: &Scene, index: usize) -> f64 {
-    let pixels = &scene.clusters[index].pixels;
-    let camera = &scene.frame.camera;
-    let mut sum = [0.0; 2];
-    for pixel in pixels {
-        let (column, row) = scene.frame.column_and_row(*pixel);
-        sum[0] += f64::from(column) + 0.5 - 0.5 * f64::from(camera.width);
-        sum[1] += f64::from(row) + 0.5 - 0.5 * f64::from(camera.height);
-    }
-    sum.iter().map(|sum| (sum / pixels.len() as f64).powi(2)).sum()
+/// Index of the column or row whose centre is nearest to a coordinate; `None` outside of the picture.
+fn index_at(coordinate: f64, side: u32) -> Option<u32> {
+    let index = (coordinate + 0.5).floor();
+    (0.0..f64::from(side)).contains(&index).then_some(index as u32)
+}
+
+/// Index of the cluster whose mean pixel is nearest to the middle of the given picture, of those that its border does not cut.
+fn nearest_to_middle(picture: &SegmentedPicture) -> Option<usize> {
+    let labels = picture.labels();
+    let extents = labels.extents();
+    let middle = [labels.width, labels.height].map(|side| 0.5 * (f64::from(side) - 1.0));
+    let clusters = (1..PLANE_LABEL).zip(&picture.scene.clusters);
+    let whole = clusters.filter(|(_, cluster)| !cluster.touches_border);
+    let distances = whole.filter_map(|(label, _)| {
+        let [column, row] = extents.get(&label)?.mean;
+        Some((usize::from(label) - 1, (column - middle[0]).powi(2) + (row - middle[1]).powi(2)))
+    });
+    distances.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(index, _)| index)
 }
 
 fn completed_row(scene: &Scene, completed: &Completed, mesh: String) -> CompletedRow {
@@ -374,12 +391,8 @@ fn completed_row(scene: &Scene, completed: &Completed, mesh: String) -> Complete
         bounds: [bounds.min.into(), bounds.max.into()],
         dropped_pieces: completed.dropped,
         upsampling: completed.factor,
-        free_space_violation: free_space_violation(
-            &points,
-            &scene.frame.camera,
-            &scene.frame.depth,
-            completed.placement.cell_size,
-        ),
+        bodies: completed.bodies,
+        free_space_violation: free_space_violation(&completed.mesh, &scene.frame.camera, &scene.frame.depth),
         below_plane: scene.plane.map(|plane| share(points.iter().filter(|point| plane.height(point) < 0.0).count())),
         milliseconds: CompletedTimes {
             input: milliseconds(timings.input),
@@ -407,6 +420,15 @@ fn scene_xml(scene: &Scene, rows: &[ObjectRow], world_from_camera: Option<&Isome
     write_mjcf(&bodies, table.as_ref(), world_from_camera)
 }
 
+/// Bodies that do not hang together, in words.
+pub fn loose_words(found: &LooseBodies) -> String {
+    let LooseBodies { bodies, loose_area, loose_volume } = found;
+    let (area, volume) = (100.0 * loose_area, 100.0 * loose_volume);
+    format!(
+        "{bodies} bodies that do not hang together; {area:.1} % of the area, {volume:.1} % of the volume outside of the largest"
+    )
+}
+
 fn text(report: &SceneReport<'_>, plane: &str, targets: usize, out: &Path) -> String {
     let mut text = format!("{plane}\n");
     if report.objects.is_empty() {
@@ -422,6 +444,9 @@ fn text(report: &SceneReport<'_>, plane: &str, targets: usize, out: &Path) -> St
                 1e6 * volume,
                 100.0 * free_space_violation
             );
+            if row.bodies.bodies > 1 {
+                _ = writeln!(text, "{name}: {}", loose_words(&row.bodies));
+            }
             if row.contacts_outside > 0 {
                 _ = writeln!(text, "{name}: contacts outside of its grid, left out: {}", row.contacts_outside);
             }

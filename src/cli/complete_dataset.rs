@@ -19,6 +19,7 @@ use super::{
 use format::dataset::NewFolder;
 use kernel::{files::Folder, geom::TriMesh, words::Show};
 use measure::GridOverlap;
+use surface::LooseBodies;
 
 /// Content of `samples.json`.
 #[derive(Serialize)]
@@ -44,12 +45,17 @@ struct SampleRow {
     triangles: usize,
     /// [m^3].
     volume: f64,
+    /// Bodies that do not hang together, and the shares of area and volume in all but the largest.
+    #[serde(flatten)]
+    bodies: LooseBodies,
 }
 
 /// Completes stored samples: a mesh each, in the camera's frame.
 pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Failure> {
     let picture = &arguments.picture;
-    if picture.intrinsics.is_some() || picture.plane.is_some() || picture.no_plane || picture.range {
+    let is_about_camera =
+        picture.intrinsics.is_some() || picture.depth_scale.is_some() || picture.range || picture.flip;
+    if is_about_camera || picture.plane.is_some() || picture.no_plane {
         let message = format!("{} is a dataset: leave out what is for pictures", picture.depth.shown());
         return Err(Failure::message(Exit::BadSpec, message));
     }
@@ -58,7 +64,8 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
         return Err(Failure::message(Exit::BadSpec, message));
     }
     let detail = arguments.detail.unwrap_or(DetailName::Off);
-    let (reader, chosen) = choose_samples(&Folder::at(&picture.depth), arguments.split.as_deref(), arguments.limit)?;
+    let folder = Folder::at(&picture.depth);
+    let (reader, chosen) = choose_samples(&folder, "complete", arguments.split.as_deref(), arguments.limit)?;
     let method = match (&arguments.model, &arguments.method) {
         (Some(folder), _) => CompletionMethod::open(folder)?,
         (None, name) => CompletionMethod::by_name(name.as_deref().unwrap_or_default(), arguments.smoothing, &reader)?,
@@ -75,6 +82,7 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
             mesh: (!mesh.triangles.is_empty()).then_some(file),
             triangles: mesh.triangles.len(),
             volume: mesh.signed_volume(),
+            bodies: LooseBodies::of(&mesh),
             sample: sample.name,
         };
         Ok((row, mesh))
@@ -108,9 +116,10 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
         let count = report.samples.len() as f64;
         let mean = report.samples.iter().map(|row| row.overlap.iou).sum::<f64>() / count;
         let meshes = report.samples.len() - empty;
+        let loose = report.samples.iter().filter(|row| row.bodies.bodies > 1).count();
         printer.result(&format!(
-            "{meshes} meshes, {empty} samples without; intersection over union {mean:.3} in the mean; {:.1} ms per sample\n{}: \
-             meshes, samples.json",
+            "{meshes} meshes, {empty} samples without; intersection over union {mean:.3} in the mean; {:.1} ms per sample\n{loose} \
+             meshes with bodies that do not hang together\n{}: meshes, samples.json",
             took / count,
             out.shown()
         ));

@@ -6,6 +6,7 @@ use clap::{Args, Subcommand, ValueEnum, ValueHint};
 
 use super::local_path::{folder, local_path};
 use kernel::files::Folder;
+use perception::{RosImage, is_depth_scale};
 use runtime::completion::{Detail, LaplacianRule, NeighbourWeights};
 
 /// A depth picture, its camera, and how it is taken apart.
@@ -13,20 +14,30 @@ use runtime::completion::{Detail, LaplacianRule, NeighbourWeights};
 pub struct PictureArgs {
     /// A depth picture: PNG of 16 bits, NPY, or an organised cloud (PCD, PLY). `complete` takes a dataset's folder, too.
     pub depth: PathBuf,
-    /// The camera of an image: four numbers in pixels, or a file: JSON of ours or of Open3D, YAML of a ROS `camera_info`. A
-    /// cloud needs none.
+    /// The camera of an image: four numbers in pixels, or a file: JSON or YAML of graspmill, ROS (camera_info, calibration), OpenCV,
+    /// RealSense, Open3D, BOP or Kalibr. A cloud needs none.
     #[arg(long, value_name = "FX,FY,CX,CY|FILE")]
     pub intrinsics: Option<String>,
-    /// Coordinate of the first pixel's centre by which cx and cy are counted: 0 (OpenCV, ROS, RealSense, Open3D) or 0.5. By
-    /// default 0 for numbers and files of others, and 0.5 for a file of ours.
+    /// Camera in a file of several: number of the image in a scene_camera.json of BOP, camera of a chain of Kalibr, stream or image
+    /// size of RealSense.
+    #[arg(long, value_name = "NAME", requires = "intrinsics")]
+    pub camera: Option<String>,
+    /// Picture of a ROS camera whose raw and rectified pictures have different cameras: raw (K and D) or rectified (P).
+    #[arg(long, value_name = "raw|rectified", requires = "intrinsics")]
+    pub image: Option<ImageName>,
+    /// Coordinate of the first pixel's centre by which cx and cy are counted: 0 (OpenCV, ROS, RealSense, Open3D, BOP, Kalibr) or 0.5.
+    /// By default 0 for numbers and files of others; a file of graspmill states it.
     #[arg(long, value_name = "0|0.5", requires = "intrinsics")]
     pub pixel_centre: Option<PixelCentre>,
-    /// Metres per unit of whole numbers; 0 in the picture is no return.
-    #[arg(long, value_name = "METRES", default_value_t = 0.001, value_parser = positive)]
-    pub depth_scale: f64,
+    /// Metres per unit of the file. By default 0.001 for whole numbers, or what the camera's file states; 1 for floats and clouds.
+    #[arg(long, value_name = "METRES", value_parser = depth_scale)]
+    pub depth_scale: Option<f64>,
     /// The image holds distances from the camera's centre, and not depths along its axis.
     #[arg(long)]
     pub range: bool,
+    /// Mirror y and z of a cloud that looks along -z with y up (OpenGL's axes).
+    #[arg(long)]
+    pub flip: bool,
     /// The surface that objects stand on, instead of the largest plane in the picture: NX x + NY y + NZ z + D = 0 in the
     /// camera's frame (x right, y down, z forward), metres.
     #[arg(long, value_name = "NX,NY,NZ,D", allow_hyphen_values = true, conflicts_with = "no_plane")]
@@ -56,6 +67,30 @@ pub enum PixelCentre {
     Half,
 }
 
+/// Picture of a ROS camera.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ImageName {
+    /// The sensor's own picture (image_raw).
+    Raw,
+    /// The rectified picture (image_rect).
+    Rectified,
+}
+
+impl From<ImageName> for RosImage {
+    fn from(name: ImageName) -> Self {
+        match name {
+            ImageName::Raw => Self::Raw,
+            ImageName::Rectified => Self::Rectified,
+        }
+    }
+}
+
+/// A unit of depth [m].
+fn depth_scale(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| is_depth_scale(*number));
+    number.ok_or_else(|| "give metres per unit, from 1e-7 to 10, as 0.001".to_owned())
+}
+
 /// A number above 0.
 fn positive(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number: &f64| *number > 0.0 && number.is_finite());
@@ -74,9 +109,9 @@ pub struct CompleteArgs {
     #[arg(long, value_name = "NAME", conflicts_with = "model")]
     pub method: Option<String>,
     /// The object to grasp: `auto` (the one nearest to the picture's middle), `all`, its number by size from 1, a pixel (column,
-    /// row) on it, or a mask of its pixels: a grey PNG of the picture's size, 0 elsewhere. The others are obstacles: larger by up
-    /// to a cell, and faster.
-    #[arg(long, value_name = "auto|all|N|U,V|MASK.png", default_value = "auto")]
+    /// row) on it, or a mask of its pixels: a grey PNG of the picture's size, 0 elsewhere. Pixels are those of the picture as it
+    /// was given, from 0, whole numbers at their centres. The others are obstacles: larger by up to a cell, and faster.
+    #[arg(long, value_name = "auto|all|N|U,V|MASK.png", default_value = "auto", allow_hyphen_values = true)]
     pub target: String,
     /// Points at which the target was touched: a CSV with the columns x, y, z [m], in the camera's frame.
     #[arg(long, value_name = "FILE.csv")]
@@ -217,7 +252,7 @@ impl MeshFormat {
 pub struct SegmentArgs {
     #[command(flatten)]
     pub picture: PictureArgs,
-    /// The folder for surfaces, picture and `scene.json`; must not exist yet or be empty.
+    /// The folder for surfaces, pictures, labels and `scene.json`; must not exist yet or be empty.
     #[arg(short, long, value_name = "DIR", value_parser = local_path())]
     pub out: PathBuf,
     /// Print JSON.

@@ -10,12 +10,14 @@ use super::{
 };
 use kernel::ids::Digest;
 use perception::{
-    CENTRE_AT_HALF, CENTRE_AT_ZERO, CameraDescription, ClusterRule, DepthFrame, FrameRule, LabelledFrame, Plane,
-    PlaneChoice, PlaneRule, Scene, SceneRule, read_frame,
+    CENTRE_AT_HALF, CENTRE_AT_ZERO, CameraDescription, CameraRule, ClusterRule, DepthFrame, FrameRule, LabelImage,
+    LabelledFrame, MAX_OBJECTS, Plane, PlaneChoice, PlaneRule, Rectification, Scene, SceneRule, read_frame,
 };
 
 /// Frame of every number in `scene.json`.
 pub const FRAME: &str = "the camera's: x right, y down, z forward; metres; pixel centres at 0.5";
+/// Picture in which all pixels in `scene.json` and beside it count.
+const PIXELS: &str = "of the picture that was given: columns and rows from 0, the last included";
 
 /// A picture that was taken apart, with what it took.
 pub struct SegmentedPicture {
@@ -24,6 +26,8 @@ pub struct SegmentedPicture {
     pub read: f64,
     /// Plane and clusters [ms].
     pub segment: f64,
+    /// Height above the plane up to which points belong to it [m].
+    min_height: f64,
     digest: Digest,
     file: String,
 }
@@ -41,6 +45,11 @@ pub struct PictureRow {
     fy: f64,
     cx: f64,
     cy: f64,
+    /// Distortion k1, k2, p1, p2, k3, k4, k5, k6 of the given picture, where it was undone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    distortion: Option<[f64; 8]>,
+    /// Picture in which pixels count.
+    pixels: &'static str,
     /// Pixels with a return.
     returns: usize,
 }
@@ -58,28 +67,33 @@ pub struct PlaneRow {
 impl SegmentedPicture {
     /// Reads the picture and takes it apart.
     pub fn open(arguments: &PictureArgs) -> Result<Self, Failure> {
-        let camera =
-            arguments.intrinsics.as_deref().map(CameraDescription::parse).transpose().map_err(Failure::of_input)?;
-        let pixel_centre = arguments.pixel_centre.map(|centre| match centre {
-            PixelCentre::Zero => CENTRE_AT_ZERO,
-            PixelCentre::Half => CENTRE_AT_HALF,
-        });
-        let camera = camera
-            .map(|camera| CameraDescription { pixel_centre: pixel_centre.unwrap_or(camera.pixel_centre), ..camera });
+        let camera = arguments.intrinsics.as_deref().map(|text| camera(text, arguments)).transpose()?;
         let began = Instant::now();
-        let rule = FrameRule { camera, depth_scale: arguments.depth_scale, is_range: arguments.range };
+        let (depth_scale, is_range, is_flipped) = (arguments.depth_scale, arguments.range, arguments.flip);
+        let rule = FrameRule { camera, depth_scale, is_range, is_flipped };
         let LabelledFrame { frame, digest, .. } = read_frame(&arguments.depth, &rule).map_err(Failure::of_input)?;
         let read = milliseconds_since(began);
         let began = Instant::now();
         let scene = Scene::segment(frame, &scene_rule(arguments)?);
         let segment = milliseconds_since(began);
+        if scene.clusters.len() > MAX_OBJECTS {
+            let found = format!("{} objects, more than {MAX_OBJECTS}", scene.clusters.len());
+            let message = format!("{}: {found}; raise --min-points or --gap", arguments.depth.display());
+            return Err(Failure::message(Exit::BadSpec, message));
+        }
         let file = arguments.depth.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { scene, read, segment, digest, file })
+        Ok(Self { scene, read, segment, min_height: arguments.min_height, digest, file })
+    }
+
+    /// The object that each pixel of the given picture shows.
+    pub fn labels(&self) -> LabelImage {
+        self.scene.labels(self.min_height)
     }
 
     /// The picture and its camera.
     pub fn picture_row(&self) -> PictureRow {
-        let DepthFrame { camera, .. } = &self.scene.frame;
+        let DepthFrame { camera, rectification, .. } = &self.scene.frame;
+        let distortion = rectification.as_ref().map(Rectification::distortion);
         PictureRow {
             file: self.file.clone(),
             digest: self.digest,
@@ -89,6 +103,8 @@ impl SegmentedPicture {
             fy: camera.fy,
             cx: camera.cx,
             cy: camera.cy,
+            distortion: distortion.map(|distortion| distortion.coefficients().map(|(_, value)| value)),
+            pixels: PIXELS,
             returns: self.scene.frame.returns().count(),
         }
     }
@@ -122,6 +138,16 @@ impl SegmentedPicture {
 /// Milliseconds since then.
 pub fn milliseconds_since(began: Instant) -> f64 {
     began.elapsed().as_secs_f64() * 1e3
+}
+
+/// The camera that the command line describes.
+fn camera(text: &str, arguments: &PictureArgs) -> Result<CameraDescription, Failure> {
+    let pixel_centre = arguments.pixel_centre.map(|centre| match centre {
+        PixelCentre::Zero => CENTRE_AT_ZERO,
+        PixelCentre::Half => CENTRE_AT_HALF,
+    });
+    let rule = CameraRule { entry: arguments.camera.clone(), pixel_centre, image: arguments.image.map(Into::into) };
+    rule.parse(text).map_err(Failure::of_input)
 }
 
 fn scene_rule(arguments: &PictureArgs) -> Result<SceneRule, Failure> {

@@ -7,10 +7,11 @@ use serde::Serialize;
 use super::{
     args::ReachArgs,
     exit::{Exit, Failure},
+    folder::{refuse_other_products, refuse_set},
     printer::Printer,
 };
 use kernel::{
-    files::{self, Bound},
+    files::{self, Bound, Folder},
     geom::{FieldMetric, PoseLabel},
     words::Show,
 };
@@ -56,7 +57,7 @@ struct Cell {
 /// `graspmill query reach`.
 pub fn reach(arguments: &ReachArgs, printer: &Printer) -> Result<Exit, Failure> {
     let poses = poses(arguments)?;
-    let mut map = ReachabilityMap::open(&arguments.dir)?;
+    let mut map = open_map(&arguments.dir)?;
     let reachable = |pose| map.nearest_cell(pose).is_some_and(|nearest| nearest.label == PoseLabel::Reachable);
     if poses.iter().any(reachable) {
         map.read_witnesses(&arguments.dir)?;
@@ -80,6 +81,15 @@ pub fn reach(arguments: &ReachArgs, printer: &Printer) -> Result<Exit, Failure> 
         printer.result(&text(&answers));
     }
     Ok(Exit::Complete)
+}
+
+/// The map of a folder. Its field alone is enough; where it is missing, the folder is another one than was meant.
+fn open_map(folder: &Folder) -> Result<ReachabilityMap, Failure> {
+    if !ReachabilityMap::is_in(folder) {
+        refuse_set(folder)?;
+        refuse_other_products(folder, "query reach", &[ReachabilityMap::PRODUCT])?;
+    }
+    Ok(ReachabilityMap::open(folder)?)
 }
 
 fn answer(map: &ReachabilityMap, pose: &[f64; 6]) -> Option<Answer> {

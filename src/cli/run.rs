@@ -242,7 +242,7 @@ pub fn text(
         let were = if counts.refused_meshes == 1 { "was" } else { "were" };
         lines.push(format!("{} {were} refused:", counted(counts.refused_meshes, "mesh")));
     }
-    let found = publish::warnings(folder)?;
+    let found = publish::warnings(dataset)?;
     let warnings = manifest.warnings.iter().cloned().chain(found).chain(no_sample(manifest));
     lines.extend(capped(warnings.map(|warning| format!("warning: {}", warning.shown())), MOST_WARNINGS, "warnings"));
     // Of one class alone, the root over all says it.

@@ -12,7 +12,7 @@ use super::{
 };
 use format::dataset::NewFolder;
 use kernel::{files::Folder, words::Show};
-use perception::{Cluster, DepthFrame, Refusal, draw_outlines};
+use perception::{Cluster, DepthFrame, PLANE_LABEL, Refusal, draw_outlines};
 use surface::write_ply;
 
 /// Content of `scene.json`.
@@ -24,6 +24,9 @@ struct SceneReport {
     plane: Option<PlaneRow>,
     objects: Vec<ObjectRow>,
     outlines: &'static str,
+    /// File of the labels: 0 no object, n the n-th, `table_label` the table.
+    labels: &'static str,
+    table_label: u16,
     milliseconds: Times,
 }
 
@@ -34,8 +37,9 @@ struct ObjectRow {
     /// File of its visible surface; `None` where no triangle fits.
     surface: Option<String>,
     pixels: usize,
-    /// Columns and rows of its pixels: left, top, right, bottom, the last included [px].
-    pixel_box: [u32; 4],
+    /// Columns and rows of its pixels in the given picture: left, top, right, bottom, the last included [px]; `None` where the
+    /// given picture shows none of them.
+    pixel_box: Option<[u32; 4]>,
     /// The mean of its points [m].
     centre: [f64; 3],
     /// The highest of its points above the plane [m].
@@ -62,9 +66,11 @@ pub fn segment(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failu
     let began = Instant::now();
     let sheets = scene.sheets();
     let surfaces = milliseconds_since(began);
+    let labels = picture.labels();
+    let extents = labels.extents();
     let folder = NewFolder::begin(&arguments.out)?;
     let mut objects = Vec::new();
-    for (number, (cluster, sheet)) in (1..).zip(scene.clusters.iter().zip(&sheets)) {
+    for (number, (cluster, sheet)) in (1..PLANE_LABEL).zip(scene.clusters.iter().zip(&sheets)) {
         let name = format!("object-{number}");
         let file = (!sheet.triangles.is_empty()).then(|| format!("{name}.ply"));
         if let Some(file) = &file {
@@ -72,11 +78,12 @@ pub fn segment(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failu
             write(folder.folder(), file, &write_ply(sheet, &comments))?;
         }
         let centre = mean_point(&scene.frame, cluster);
+        let extent = extents.get(&number);
         objects.push(ObjectRow {
             name,
             surface: file,
-            pixels: cluster.pixels.len(),
-            pixel_box: pixel_box(&scene.frame, cluster),
+            pixels: extent.map_or(0, |extent| extent.pixels),
+            pixel_box: extent.map(|extent| extent.bounds),
             centre,
             height: scene.plane.map(|plane| {
                 let heights = cluster.pixels.iter().map(|pixel| plane.height(&scene.frame.point(*pixel)));
@@ -87,6 +94,7 @@ pub fn segment(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failu
         });
     }
     write(folder.folder(), "outlines.png", &draw_outlines(&scene.frame, &scene.clusters))?;
+    write(folder.folder(), "labels.png", &labels.to_png())?;
     let report = SceneReport {
         format: "graspmill scene 1",
         frame: FRAME,
@@ -94,6 +102,8 @@ pub fn segment(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failu
         plane: picture.plane_row(),
         objects,
         outlines: "outlines.png",
+        labels: "labels.png",
+        table_label: PLANE_LABEL,
         milliseconds: Times { read: picture.read, segment: picture.segment, surfaces },
     };
     write(folder.folder(), "scene.json", (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
@@ -118,14 +128,6 @@ fn mean_point(frame: &DepthFrame, cluster: &Cluster) -> [f64; 3] {
     (sum / cluster.pixels.len().max(1) as f64).into()
 }
 
-fn pixel_box(frame: &DepthFrame, cluster: &Cluster) -> [u32; 4] {
-    let start = [u32::MAX, u32::MAX, 0, 0];
-    cluster.pixels.iter().fold(start, |[left, top, right, bottom], pixel| {
-        let (column, row) = frame.column_and_row(*pixel);
-        [left.min(column), top.min(row), right.max(column), bottom.max(row)]
-    })
-}
-
 fn text(report: &SceneReport, plane: &str, out: &Path) -> String {
     let Times { read, segment, surfaces } = report.milliseconds;
     let mut text = format!("{plane}\n");
@@ -133,7 +135,8 @@ fn text(report: &SceneReport, plane: &str, out: &Path) -> String {
         text.push_str("no object stands on it: are there enough points (--min-points), high enough (--min-height)?\n");
     }
     for object in &report.objects {
-        let ObjectRow { name, pixels, pixel_box: [left, top, right, bottom], centre: [x, y, z], refusal, .. } = object;
+        let ObjectRow { name, pixels, pixel_box, centre: [x, y, z], refusal, .. } = object;
+        let [left, top, right, bottom] = pixel_box.unwrap_or_default();
         let height = object.height.map_or(String::new(), |height| format!(", {:.0} mm high", 1e3 * height));
         _ = writeln!(
             text,
@@ -144,6 +147,6 @@ fn text(report: &SceneReport, plane: &str, out: &Path) -> String {
         }
     }
     _ = writeln!(text, "read in {read:.1} ms, segmented in {segment:.1} ms, surfaces in {surfaces:.1} ms");
-    _ = write!(text, "{}: surfaces (PLY), outlines.png, scene.json", out.shown());
+    _ = write!(text, "{}: surfaces (PLY), outlines.png, labels.png, scene.json", out.shown());
     text
 }

@@ -4,7 +4,7 @@ use std::cell::OnceCell;
 
 use super::{
     exit::{Exit, Failure},
-    folder::refuse_set,
+    folder::{refuse_other_products, refuse_set},
 };
 use format::{
     PixelMask, VoxelPair,
@@ -12,12 +12,12 @@ use format::{
 };
 use kernel::{
     files::Folder,
-    geom::{DepthCrop, OccupancyGrid},
+    geom::{DepthCrop, Intrinsics, OccupancyGrid},
     ids::{ObjectId, SampleIndex},
     words::{Show, Split},
 };
 use perception::{DepthFrame, without_outliers};
-use runtime::completion::{CompletionModel, InputName, Inputs, Prediction};
+use runtime::completion::{CompletionModel, InputName, Inputs, Prediction, completable_products};
 use surface::{CubeField, SeenObject};
 
 /// A sample with everything that a network may take, and the truth.
@@ -37,15 +37,18 @@ pub struct StoredSample {
     /// Made when they are first asked for: every method and every way of meshing asks.
     picture: OnceCell<DepthFrame>,
     seen: OnceCell<SeenObject>,
+    seen_depths: OnceCell<Vec<f32>>,
 }
 
-/// Samples of a dataset in order, of one split or of all, at most so many, evenly taken.
+/// Samples of a dataset in order, of one split or of all, at most so many, evenly taken; `verb` is for messages.
 pub fn choose_samples(
     folder: &Folder,
+    verb: &str,
     split: Option<&str>,
     limit: Option<u64>,
 ) -> Result<(DatasetReader, Vec<SampleIndex>), Failure> {
     refuse_set(folder)?;
+    refuse_other_products(folder, verb, &completable_products())?;
     let split = split.map(|name| {
         let known = Split::ALL.map(Split::name).join(", ");
         Split::from_name(name)
@@ -92,6 +95,7 @@ impl StoredSample {
             occluder: sample.occlusion()?.map(|occlusion| occlusion.mask),
             picture: OnceCell::new(),
             seen: OnceCell::new(),
+            seen_depths: OnceCell::new(),
             pair,
         })
     }
@@ -100,7 +104,18 @@ impl StoredSample {
     pub fn picture(&self) -> Option<&DepthFrame> {
         let crop = self.depth.as_ref()?;
         let camera = self.pair.camera;
-        Some(self.picture.get_or_init(|| DepthFrame { camera, depth: crop.whole(camera.width, camera.height) }))
+        Some(self.picture.get_or_init(|| DepthFrame::new(camera, crop.whole(camera.width, camera.height))))
+    }
+
+    /// The camera, and what it saw by pixel [m]: NaN says nothing, infinity that nothing is there. A perfect sensor has a return
+    /// wherever there is something. `None` without stored depth.
+    pub fn seen_depths(&self, is_perfect: bool) -> Option<(Intrinsics, &[f32])> {
+        let frame = self.picture()?;
+        let seen = |(pixel, depth): (u32, &f32)| {
+            if is_perfect && depth.is_nan() && !self.is_hidden(pixel) { f32::INFINITY } else { *depth }
+        };
+        let depths = self.seen_depths.get_or_init(|| (0..).zip(&frame.depth).map(seen).collect());
+        Some((frame.camera, depths))
     }
 
     /// The object as the camera saw it. Pixels that see an occluder say nothing.
@@ -112,14 +127,18 @@ impl StoredSample {
         Ok(self.seen.get_or_init(|| self.object_in(frame)))
     }
 
+    /// Whether something in front of the object is at a pixel.
+    fn is_hidden(&self, pixel: u32) -> bool {
+        let width = self.pair.camera.width;
+        self.occluder.as_ref().is_some_and(|mask| mask.get(pixel % width, pixel / width))
+    }
+
     fn object_in(&self, frame: &DepthFrame) -> SeenObject {
-        let width = frame.camera.width;
         let returns: Vec<u32> = frame.returns().collect();
         // Flying pixels of a sensor model, as those of a camera.
         let object = without_outliers(frame, &returns);
-        let hides = |pixel: &u32| self.occluder.as_ref().is_some_and(|mask| mask.get(pixel % width, pixel / width));
         let is_doubtful = |pixel: &u32| match frame.depth[*pixel as usize].is_nan() {
-            true => hides(pixel),
+            true => self.is_hidden(*pixel),
             false => object.binary_search(pixel).is_err(),
         };
         let doubtful: Vec<u32> = (0..frame.depth.len() as u32).filter(is_doubtful).collect();

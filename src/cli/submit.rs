@@ -171,10 +171,13 @@ fn container(arguments: &SubmitArgs) -> Result<Option<Container>, Failure> {
 fn again(arguments: &SubmitArgs, folder: &Folder) -> Result<(Submission, Vec<u32>), Failure> {
     let path = folder.path_of(RECORD);
     let text = folder.read(RECORD, Bound::SUBMISSION).map_err(|error| {
-        let is_absent = error.kind() == io::ErrorKind::NotFound;
-        let what = format!("{}: `submit JOB --out DIR --backend ...` writes it", path.shown());
+        // What was not submitted cannot be submitted again: the argument is wrong.
+        let is_absent = [io::ErrorKind::NotFound, io::ErrorKind::NotADirectory].contains(&error.kind());
+        let out = arguments.out.path().shown();
+        let what =
+            format!("{}: no job was submitted to {out}: `submit JOB --out {out} --backend ...` does", path.shown());
         let error = anyhow::Error::new(error).context(what);
-        if is_absent { Failure::new(Exit::Failed, error) } else { Failure::from(error) }
+        if is_absent { Failure::new(Exit::BadSpec, error) } else { Failure::from(error) }
     })?;
     let Record { submission } = serde_json::from_slice(&text)
         .map_err(|error| Failure::message(Exit::Failed, format!("{}: {error}; submit the job anew", path.shown())))?;

@@ -127,6 +127,12 @@ impl Channel {
         self.product
     }
 
+    /// Products with a channel of this name and message, in the order of the table.
+    pub fn products(self) -> impl Iterator<Item = Product> {
+        let is_alike = move |other: Channel| other.name() == self.name() && other.message == self.message;
+        Product::all().filter(move |product| product.channels().any(is_alike))
+    }
+
     /// Last part of the topic, for column names and people.
     pub fn name(self) -> &'static str {
         let row: &'static ChannelFormat = &PRODUCTS[usize::from(self.product.0)].channels[usize::from(self.index)];

@@ -26,7 +26,7 @@ impl Default for ClusterRule {
 /// Pixels that belong together.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cluster {
-    /// Pixels by index, in order.
+    /// Pixels by index in the picture without distortion, in order.
     pub pixels: Vec<u32>,
     /// Whether the picture's border cuts it.
     pub touches_border: bool,
@@ -35,7 +35,7 @@ pub struct Cluster {
 impl Cluster {
     /// Pixels that are known to belong together; they stand in order.
     pub fn of_pixels(frame: &DepthFrame, pixels: Vec<u32>) -> Self {
-        Self { touches_border: pixels.iter().any(|pixel| is_at_border(frame, *pixel)), pixels }
+        Self { touches_border: pixels.iter().any(|pixel| frame.is_at_border(*pixel)), pixels }
     }
 }
 
@@ -65,11 +65,6 @@ pub(crate) fn clusters_of(
         .collect();
     clusters.sort_by(|a, b| b.pixels.len().cmp(&a.pixels.len()).then(a.pixels[0].cmp(&b.pixels[0])));
     clusters
-}
-
-fn is_at_border(frame: &DepthFrame, pixel: u32) -> bool {
-    let (column, row) = frame.column_and_row(pixel);
-    column == 0 || row == 0 || column + 1 == frame.camera.width || row + 1 == frame.camera.height
 }
 
 /// Pixels of each connected set, in order.

@@ -6,13 +6,21 @@ use kernel::{
 };
 use nalgebra::Point3;
 
-/// A depth picture with its camera.
+use crate::rectification::Rectification;
+
+/// A depth picture with its camera, without lens distortion.
+///
+/// Pixels of people (targets, masks) and pixels in results (labels, outlines, boxes) count in the picture that was given: columns
+/// and rows from 0, whole numbers are centres. All other pixels of this crate count in this picture. Both are the same where the
+/// given picture had no distortion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthFrame {
     /// The camera; pixel centres lie at +0.5.
     pub camera: Intrinsics,
     /// Depth along the optical axis [m], NaN = no return. Shape (height, width), row-major.
     pub depth: Vec<f32>,
+    /// Relation to the given picture, where its distortion was undone.
+    pub rectification: Option<Rectification>,
 }
 
 /// A depth picture, with an object's number per pixel where the file has one; 0 is no object.
@@ -27,6 +35,39 @@ pub struct LabelledFrame {
 }
 
 impl DepthFrame {
+    /// A picture without distortion. `depth` is along the optical axis [m], NaN = no return, shape (height, width), row-major.
+    pub fn new(camera: Intrinsics, depth: Vec<f32>) -> Self {
+        Self { camera, depth, rectification: None }
+    }
+
+    /// Depths that the given picture measured [m], NaN = no return. Shape (height, width), row-major.
+    pub(crate) fn measured(&self) -> &[f32] {
+        self.rectification.as_ref().map_or(&self.depth, Rectification::measured)
+    }
+
+    /// Pixel of the given picture that a pixel shows; `None` where it shows nothing of it.
+    pub(crate) fn source(&self, pixel: u32) -> Option<u32> {
+        self.rectification.as_ref().map_or(Some(pixel), |rectification| rectification.source(pixel))
+    }
+
+    /// Whether a pixel of the given picture has a return.
+    ///
+    /// # Panics
+    /// When it lies outside of the picture.
+    pub fn has_return_at(&self, column: u32, row: u32) -> bool {
+        !self.measured()[row as usize * self.camera.width as usize + column as usize].is_nan()
+    }
+
+    /// Whether what is next to a pixel was not in the given picture.
+    pub(crate) fn is_at_border(&self, pixel: u32) -> bool {
+        let (column, row) = self.column_and_row(pixel);
+        let (width, height) = (self.camera.width, self.camera.height);
+        if column == 0 || row == 0 || column + 1 == width || row + 1 == height {
+            return true;
+        }
+        [pixel - 1, pixel + 1, pixel - width, pixel + width].iter().any(|other| self.source(*other).is_none())
+    }
+
     /// Column and row of a pixel by its index.
     pub fn column_and_row(&self, pixel: u32) -> (u32, u32) {
         (pixel % self.camera.width, pixel / self.camera.width)

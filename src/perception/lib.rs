@@ -11,9 +11,11 @@ mod camera;
 mod clusters;
 mod frame;
 mod input;
+mod labels;
 mod outline;
 mod plane;
 mod read;
+mod rectification;
 mod scene;
 mod score;
 mod sheet;
@@ -21,13 +23,18 @@ mod sheet;
 #[cfg(test)]
 mod tests;
 
-pub use camera::{CENTRE_AT_HALF, CENTRE_AT_ZERO, CameraDescription, CameraError, CameraProblem};
+pub use camera::{
+    CAMERA_KEYS, CENTRE_AT_HALF, CENTRE_AT_ZERO, CameraDescription, CameraError, CameraFormat, CameraKey,
+    CameraProblem, CameraRule, Distortion, KeyTreatment, RosImage, is_depth_scale,
+};
 pub use clusters::{Cluster, ClusterRule, find_clusters};
 pub use frame::{DepthFrame, LabelledFrame};
 pub use input::{InputError, NetworkInput, without_outliers};
+pub use labels::{LabelExtent, LabelImage, MAX_OBJECTS, PLANE_LABEL};
 pub use outline::{cluster_colour, draw_outlines, outline_pixels};
 pub use plane::{Plane, PlaneRule, find_plane};
 pub use read::{FrameError, FrameProblem, FrameRule, read_frame, read_mask};
+pub use rectification::Rectification;
 pub use scene::{PlaneChoice, Refusal, Scene, SceneRule};
 pub use score::{ObjectScore, SegmentationScore};
 pub use sheet::visible_sheet;

@@ -1,6 +1,6 @@
 //! A picture of what was found.
 
-use crate::{clusters::Cluster, frame::DepthFrame};
+use crate::{clusters::Cluster, frame::DepthFrame, labels::LabelImage};
 
 /// Colours of clusters, told apart by most eyes (Okabe and Ito 2008); repeated after the eighth.
 const COLOURS: [[u8; 3]; 7] =
@@ -29,33 +29,31 @@ pub fn draw_outlines(frame: &DepthFrame, clusters: &[Cluster]) -> Vec<u8> {
     bytes
 }
 
-/// The picture's depth as grey, near is bright, with each cluster tinted and outlined. Shape (height, width), row-major.
+/// The given picture's depth as grey, near is bright, with each cluster tinted and outlined. Shape (height, width), row-major.
 pub fn outline_pixels(frame: &DepthFrame, clusters: &[Cluster]) -> Vec<[u8; 3]> {
     let (width, height) = (frame.camera.width, frame.camera.height);
-    let mut depths: Vec<f32> = frame.depth.iter().copied().filter(|depth| !depth.is_nan()).collect();
+    let measured = frame.measured();
+    let mut depths: Vec<f32> = measured.iter().copied().filter(|depth| !depth.is_nan()).collect();
     depths.sort_by(f32::total_cmp);
     // From the nearest to what all but a twentieth are nearer than.
     let near = depths.first().copied().unwrap_or(0.0);
     let far = depths.get(depths.len() * 19 / 20).copied().unwrap_or(1.0).max(near + 1e-3);
-    let mut owners = vec![usize::MAX; frame.depth.len()];
-    for (index, cluster) in clusters.iter().enumerate() {
-        cluster.pixels.iter().for_each(|pixel| owners[*pixel as usize] = index);
-    }
+    let LabelImage { labels, .. } = LabelImage::of_clusters(frame, clusters);
     let is_rim = |pixel: usize| {
         let (column, row) = (pixel as u32 % width, pixel as u32 / width);
         let beside = [(column > 0, pixel.wrapping_sub(1)), (column + 1 < width, pixel + 1)];
         let above = [(row > 0, pixel.wrapping_sub(width as usize)), (row + 1 < height, pixel + width as usize)];
-        beside.into_iter().chain(above).any(|(exists, other)| !exists || owners[other] != owners[pixel])
+        beside.into_iter().chain(above).any(|(exists, other)| !exists || labels[other] != labels[pixel])
     };
     let tint = |(pixel, depth): (usize, &f32)| {
         let share = 1.0 - ((depth - near) / (far - near)).clamp(0.0, 1.0);
         let grey = if depth.is_nan() { 0.0 } else { 40.0 + 180.0 * share };
-        let colour = Some(owners[pixel]).filter(|owner| *owner != usize::MAX).map(cluster_colour);
+        let colour = labels[pixel].checked_sub(1).map(|index| cluster_colour(usize::from(index)));
         match colour {
             Some(colour) if is_rim(pixel) => colour,
             Some(colour) => colour.map(|value| (0.6 * grey + 0.4 * f32::from(value)) as u8),
             None => [grey as u8; 3],
         }
     };
-    frame.depth.iter().enumerate().map(tint).collect()
+    measured.iter().enumerate().map(tint).collect()
 }

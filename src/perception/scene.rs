@@ -5,6 +5,7 @@ use kernel::geom::TriMesh;
 use crate::{
     clusters::{Cluster, ClusterRule, clusters_of},
     frame::DepthFrame,
+    labels::LabelImage,
     plane::{Plane, PlaneRule, plane_of},
     sheet::visible_sheet,
 };
@@ -81,6 +82,12 @@ impl Scene {
         }
         self.clusters.retain(|cluster| cluster.pixels.len() >= min_points.max(1));
         self.clusters.insert(0, Cluster::of_pixels(&self.frame, pixels));
+    }
+
+    /// Labels of the given picture: n the n-th cluster, [`crate::PLANE_LABEL`] what lies within `reach` of the plane [m], 0 all
+    /// else.
+    pub fn labels(&self, reach: f64) -> LabelImage {
+        LabelImage::of_scene(&self.frame, &self.clusters, self.plane.as_ref(), reach)
     }
 
     /// The visible surface of each cluster, in `CameraCv` [m].

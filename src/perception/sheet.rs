@@ -5,7 +5,7 @@ use kernel::geom::TriMesh;
 use crate::frame::DepthFrame;
 
 /// Neighbouring pixels further apart in depth than this many footprints of a pixel see two surfaces.
-const JUMP: f64 = 3.0;
+pub(crate) const JUMP: f64 = 3.0;
 
 /// A sheet of triangles over these pixels, in `CameraCv` [m], facing the camera; open at its rim. No triangle spans a jump in
 /// depth of more than three footprints of a pixel. Pixels of no triangle have no vertex.

@@ -53,7 +53,7 @@ fn scene(noise: f64) -> (DepthFrame, Vec<u32>) {
         depth.push(if nearest.0 < 3.0 { (nearest.0 + noise * draw.normal()) as f32 } else { f32::NAN });
         labels.push(nearest.1);
     }
-    (DepthFrame { camera, depth }, labels)
+    (DepthFrame::new(camera, depth), labels)
 }
 
 #[test]

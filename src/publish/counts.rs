@@ -26,7 +26,7 @@ pub fn counted_parts(manifest: &Manifest) -> Option<CountedParts> {
 ///
 /// # Errors
 /// When a file of the dataset is missing or damaged.
-pub fn warnings(folder: &Path) -> Result<Vec<String>, DatasetError> {
+pub fn warnings(folder: &Folder) -> Result<Vec<String>, DatasetError> {
     let reader = DatasetReader::open(folder)?;
     (pages_of(reader.manifest().product).warnings)(&reader)
 }

@@ -161,6 +161,17 @@ pub(crate) fn job_table(reader: &DatasetReader) -> Result<toml::Table, DatasetEr
     })
 }
 
+/// Whether the job of a dataset measures depth by a perfect sensor, which has a return wherever there is something. A job that
+/// measures none itself has none.
+///
+/// # Errors
+/// When the job is missing or damaged.
+pub fn has_perfect_sensor(reader: &DatasetReader) -> Result<bool, DatasetError> {
+    let job = job_table(reader)?;
+    let profile = job.get("sensor").and_then(|sensor| sensor.get("profile")).and_then(|profile| profile.as_str());
+    Ok(profile == Some("none"))
+}
+
 /// Name of a dataset's job as its text says it; else the name of the folder.
 ///
 /// # Errors

@@ -1,6 +1,9 @@
 //! Objects that come nearer to the camera than its sensor measures: warned of before the run, with a remedy that works.
 
-use graspmill::format::dataset::{DatasetReader, Selection};
+use graspmill::{
+    files::Folder,
+    format::dataset::{DatasetReader, Selection},
+};
 use serde_json::Value;
 
 use crate::support::{jobs::NO_SPLIT, workspace::Workspace};
@@ -25,7 +28,7 @@ fn number_after(text: &str, before: &str) -> f64 {
 
 /// Smallest depth in a dataset [m].
 fn smallest_depth(workspace: &Workspace, name: &str) -> f64 {
-    let reader = DatasetReader::open(&workspace.path(name)).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(workspace.path(name))).expect("a dataset");
     let samples = reader.iter(Selection::default()).map(|sample| sample.expect("readable"));
     let depths = samples.map(|sample| sample.depth().expect("readable").expect("stored").crop);
     f64::from(depths.flat_map(|crop| crop.depth).filter(|depth| !depth.is_nan()).fold(f32::INFINITY, f32::min))

@@ -344,8 +344,8 @@ fn replays_in_plain_mujoco(dataset: &Path) {
 /// Meshes that a stranger's MuJoCo touches by their triangles: vertices as they are stored and in front, edges of 6 mm at most, each
 /// passed once in either direction.
 fn exported_edges_are_short(dataset: &Path, replay: &Path) {
-    let reader = DatasetReader::open(dataset).expect("a dataset");
-    let shapes = Shapes::open(dataset).expect("the shapes");
+    let reader = DatasetReader::open(&Folder::at(dataset)).expect("a dataset");
+    let shapes = Shapes::open(&Folder::at(dataset)).expect("the shapes");
     for (index, row) in reader.assets().expect("the asset table").objects.iter().enumerate() {
         let stored = shapes.object(index).expect("an object").mesh;
         let Triangles { corners, triangles } =

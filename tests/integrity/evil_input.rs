@@ -16,7 +16,7 @@ const SOUND: &str = "views = { even = 1 }\n[[objects]]\nbuilt_in = [\"box-01\"]\
                      min_partial_cells = 1\n";
 
 /// Lines on top of a job of pairs, and a word of the error.
-const LINES: [(&str, &str); 101] = [
+const LINES: [(&str, &str); 108] = [
     (r#"seed = "x""#, "seed"),
     ("seed = 1.5", "seed"),
     ("seed = -1", "seed"),
@@ -70,6 +70,13 @@ const LINES: [(&str, &str); 101] = [
     ("camera = { horizontal_fov = 3.15 }", "horizontal_fov"),
     ("camera = { horizontal_fov = nan }", "horizontal_fov"),
     ("camera = { fx = 0 }", "fx"),
+    ("camera = { fx = 1e-300 }", "fx = 1e-300 px: must lie between 6.4 and 64000 px"),
+    ("camera = { fx = 1e300 }", "camera.fx"),
+    ("camera = { fx = 500, fy = 1e9 }", "camera.fy"),
+    ("camera = { cx = 1e300 }", "camera.cx"),
+    ("camera = { cy = -2161 }", "cy = -2161.0 px: must lie between -2160 and 2640 px"),
+    ("camera = { horizontal_fov = 1e-9 }", "camera.horizontal_fov"),
+    ("camera = { horizontal_fov = 3.14159 }", "camera.horizontal_fov"),
     ("camera = { fx = 500, horizontal_fov = 1 }", "fx"),
     ("camera = { fy = 500 }", "fx"),
     ("camera = { near = 0 }", "near"),
@@ -341,7 +348,7 @@ const ARGUMENTS: [(&[&str], i32, &str); 103] = [
     (&["verify", "DATA", "--seed", "-1"], 2, ""),
     (&["verify", "DATA", "--regenerate", "1", "--set", "seed=4"], 4, "cannot be made again"),
     (&["verify", "DATA", "--regenerate", "1", "--set", "nope=4"], 2, ""),
-    (&["query", "reach", "DATA", "--pose", "1,2,3,4,5,6"], 1, "field.mcap"),
+    (&["query", "reach", "DATA", "--pose", "1,2,3,4,5,6"], 2, "a dataset of completion"),
     (&["query", "reach", "MAP", "--pose", "1,2"], 2, ""),
     (&["query", "reach", "MAP", "--pose", "a,b,c,d,e,f"], 2, ""),
     (&["query", "reach", "MAP", "--pose", "nan,0,0,0,0,0"], 2, ""),
@@ -388,7 +395,7 @@ const ARGUMENTS: [(&[&str], i32, &str); 103] = [
     (&["submit", "ok.toml", "--out", "OUT"], 2, "--backend"),
     (&["submit", "ok.toml", "--out", "OUT", "--backend", "abacus"], 2, "abacus"),
     (&["submit", "ok.toml", "--out", "OUT", "--backend", "slurm", "--tasks", "0"], 2, "--tasks"),
-    (&["submit", "--retry", "--out", "nowhere"], 1, "submit JOB"),
+    (&["submit", "--retry", "--out", "nowhere"], 2, "submit JOB"),
     (&["submit", "ok.toml", "--out", "OUT", "--backend", "kubernetes"], 2, "--image"),
     (&["release", "nowhere", "--out", "OUT", "--about", "about.toml"], 2, ""),
     (&["release", "DATA", "--out", "OUT", "--about", "nope.toml"], 2, "nope.toml"),

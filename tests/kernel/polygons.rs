@@ -6,6 +6,7 @@ use std::{fs, path::Path};
 
 use graspmill::{
     assets::{AssetRecord, InsideMethod, Repair, prepare, read_triangles},
+    files::Folder,
     format::{
         VoxelPair,
         dataset::{DatasetReader, Selection},
@@ -137,7 +138,7 @@ fn faces_with_holes_on_a_bridge_are_what_their_triangles_are() {
         let objects =
             format!("[[objects]]\nlist = [\"{name}.obj\"]\n[split]\nvalidation_objects = 0\ntest_objects = 0\n");
         let job = format!("name = \"{name}\"\nseed = 1\nviews = {{ even = 12 }}\n{objects}");
-        let reader = DatasetReader::open(&folder.make_dataset(name, &job, &[])).expect("a dataset");
+        let reader = DatasetReader::open(&Folder::at(folder.make_dataset(name, &job, &[]))).expect("a dataset");
         let samples = reader.iter(Selection::default());
         samples.map(|sample| sample.expect("a sample").pair().expect("a pair")).collect::<Vec<VoxelPair>>()
     };

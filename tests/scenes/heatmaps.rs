@@ -64,7 +64,7 @@ fn picks_job(picks: &str) -> String {
     )
 }
 
-fn heatmaps_job(keys: &str) -> String {
+pub(super) fn heatmaps_job(keys: &str) -> String {
     format!(
         "product = \"heatmaps\"\nseed = 3\n[views]\ndataset = \"views\"\n[picks]\ndataset = \"picks\"\n[hand]\nscene = {:?}\n\
          [heatmaps]\nangle = 0.9\n{keys}\n[patches]\nside = 40\n[shards]\nsamples = 4\n",

@@ -15,6 +15,7 @@ mod sets;
 #[path = "../support/mod.rs"]
 mod support;
 mod tilted;
+mod verbs;
 mod vessels;
 mod views;
 mod volumes;

@@ -36,7 +36,7 @@ fn labelled(sample: &Sample, image: &SceneImage) -> (DepthFrame, Vec<u32>) {
     let depth = pixels.map(|(column, row)| crop.at(column, row)).collect();
     let measured = image.point_instances.as_ref().expect("of a sensor");
     let labels = measured.iter().map(|number| if *number < SceneImage::BETWEEN { u32::from(*number) } else { 0 });
-    (DepthFrame { camera: image.camera, depth }, labels.collect())
+    (DepthFrame::new(image.camera, depth), labels.collect())
 }
 
 /// Angle of a plane with the table [rad], and its distance from it where the camera's axis meets the table [m].

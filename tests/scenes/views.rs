@@ -367,6 +367,11 @@ fn mistakes_of_views_are_said_with_key_and_remedy() {
             "{ shell = { radius = [0.8, 0.5], polar_deg = [0, 10] }, preset = \"d435-848x480\" }",
             "the lower number first",
         ),
+        ("{ overhead = { height = 0.5 }, width = 10, height = 10, fx = 1e-300 }", "views.cameras[0].fx"),
+        (
+            "{ overhead = { height = 0.5 }, width = 10, height = 10, fx = 10.0, cy = 61.0 }",
+            "must lie between -45 and 55 px",
+        ),
         ("{ list = \"nowhere.csv\", preset = \"d435-848x480\" }", "nowhere.csv"),
         ("{ poses = [[0.0,0.0,1.0,0.0,3.0,0.0,0.0]], preset = \"d435-848x480\" }", "length 3"),
     ] {

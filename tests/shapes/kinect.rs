@@ -78,5 +78,10 @@ fn a_cloud_with_another_camera_axis_is_refused() {
     // Its z points backwards.
     let path = Path::new(&folder).join("kinect/milk_cartoon_all_small_clorox.pcd");
     let error = read_frame(&path, &FrameRule::default()).expect_err("a cloud behind the camera");
-    assert!(error.to_string().contains("which looks along +z"), "{error}");
+    assert!(error.to_string().contains("which looks along +z") && error.to_string().contains("give --flip"), "{error}");
+    // Mirrored, it is what its camera saw.
+    let frame = read_frame(&path, &FrameRule { is_flipped: true, ..FrameRule::default() }).expect("a cloud").frame;
+    assert!((frame.camera.fx - 525.0).abs() < 0.5 && (frame.camera.fy - 525.0).abs() < 0.5, "{:?}", frame.camera);
+    let plane = find_plane(&frame, &PlaneRule::default()).expect("a table");
+    assert!(find_clusters(&frame, Some(&plane), &ClusterRule::default()).len() >= 3);
 }

@@ -73,8 +73,16 @@ fn every_object_on_the_table_has_its_visible_surface() {
     }
     found.sort_unstable();
     assert_eq!(found, [0, 1, 2, 3, 4]);
-    let wanted =
-        ["object-1.ply", "object-2.ply", "object-3.ply", "object-4.ply", "object-5.ply", "outlines.png", "scene.json"];
+    let wanted = [
+        "labels.png",
+        "object-1.ply",
+        "object-2.ply",
+        "object-3.ply",
+        "object-4.ply",
+        "object-5.ply",
+        "outlines.png",
+        "scene.json",
+    ];
     assert_eq!(list_names(&out), wanted);
     // A second run writes the same files, but for what the clock says; a full folder is left alone.
     segment(PICTURE, &out).option("--intrinsics", CAMERA_FILE).expect_code(2);

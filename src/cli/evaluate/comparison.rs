@@ -57,8 +57,14 @@ pub(super) struct Row {
     pub mesh_iou: Option<Interval>,
     /// Volume as a share of the true one's.
     pub volume_ratio: Option<Interval>,
-    /// Share of the surface more than a cell in front of what was seen around it; `None` without stored depth.
+    /// Share of the surface more than 8 mm in front of every depth within 3 pixels; `None` without stored depth.
     pub free_space_violation: Option<Interval>,
+    /// Samples whose mesh has bodies that do not hang together.
+    pub in_bodies: usize,
+    /// Share of the area outside of the largest body.
+    pub loose_area: Option<Interval>,
+    /// Share of the volume outside of the largest body.
+    pub loose_volume: Option<Interval>,
     /// Divergence of the mean geodesic distances on the surface from those on the true one; `None` where nobody asked for it.
     pub geodesic_divergence: Option<Interval>,
     /// Divergence of those on the true surface from themselves by other points: a difference below it means nothing.
@@ -156,6 +162,9 @@ impl<'a> Comparison<'a> {
             f_score_5mm: of_surfaces(&|surfaces| surfaces.f_score_5mm),
             mesh_iou: of_all(&|outcome| Some(outcome.surfaces.as_ref()?.volumes)),
             free_space_violation: of_all(&|outcome| outcome.surfaces.as_ref()?.free_space),
+            in_bodies: self.by_sample.iter().filter(|outcomes| is_in_bodies(&outcomes[row])).count(),
+            loose_area: of_all(&|outcome| Some(outcome.surfaces.as_ref()?.bodies.loose_area)),
+            loose_volume: of_all(&|outcome| Some(outcome.surfaces.as_ref()?.bodies.loose_volume)),
             geodesic_divergence: of_geodesics(0),
             geodesic_floor: of_geodesics(1),
             thesis_mesh_iou: of_all(&|outcome| Some(outcome.surfaces.as_ref()?.thesis.as_ref()?.volumes)),
@@ -171,6 +180,11 @@ impl<'a> Comparison<'a> {
                 .and_then(|best| self.overlaps[row].paired_difference(&self.overlaps[best], SEED)),
         }
     }
+}
+
+/// Whether a sample's mesh has bodies that do not hang together.
+fn is_in_bodies(outcome: &Outcome) -> bool {
+    outcome.surfaces.as_ref().is_some_and(|surfaces| surfaces.bodies.bodies > 1)
 }
 
 /// Scores of one row, by object; samples without the value are left out.

@@ -23,20 +23,23 @@ use super::{
 };
 use format::dataset::DatasetReader;
 use kernel::words::Show;
+use publish::has_perfect_sensor;
 
 /// `graspmill evaluate completion`.
 pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer) -> Result<Exit, Failure> {
-    let (reader, chosen) = choose_samples(&arguments.dir, Some(&arguments.split), arguments.limit)?;
+    let (reader, chosen) =
+        choose_samples(&arguments.dir, "evaluate completion", Some(&arguments.split), arguments.limit)?;
     let methods = methods(arguments, &reader)?;
     let truths = arguments.truth.as_deref().map(|folder| TrueMeshes::new(folder, &reader, &chosen)).transpose()?;
     let has_coverage = StoredSample::read(&reader, chosen[0])?.coverage.is_some();
+    let is_perfect_sensor = has_perfect_sensor(&reader)?;
     let work = |index: usize| {
         let sample = StoredSample::read(&reader, chosen[index])?;
         let truth = match &truths {
             Some(truths) => truths.in_camera(&sample),
             None => truth_mesh(&sample),
         };
-        outcomes(arguments, &methods, &sample, &truth)
+        outcomes(arguments, &methods, &sample, (&truth, is_perfect_sensor))
     };
     let results = in_parallel(chosen.len(), machine::threads(arguments.threads), work);
     let by_sample = results.into_iter().collect::<Result<Vec<_>, Failure>>()?;

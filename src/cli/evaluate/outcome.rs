@@ -11,8 +11,7 @@ use measure::{
     GridOverlap, SurfaceComparison, SurfaceRule, TrueGeodesics, TrueSurface, VertexComparison, free_space_violation,
     mesh_overlap, mesh_overlap_by_thesis,
 };
-use runtime::completion::DepthFrame;
-use surface::{CompletedMesh, CubeField, OBSTACLE_THRESHOLD};
+use surface::{CompletedMesh, CubeField, LooseBodies, OBSTACLE_THRESHOLD};
 
 /// Seed of samples on surfaces and of resamples.
 pub(super) const SEED: u64 = 0;
@@ -34,8 +33,10 @@ pub(super) struct SurfaceScores {
     pub distances: SurfaceComparison,
     /// Intersection over union of the volumes.
     pub volumes: f64,
-    /// Share of the surface's points more than a cell in front of what was seen around them; `None` without stored depth.
+    /// Share of the surface in space that was seen to be empty; `None` without stored depth.
     pub free_space: Option<f64>,
+    /// Bodies of the mesh, and how much of it is loose.
+    pub bodies: LooseBodies,
     /// Divergence of the geodesic distances from the truth's, and of the truth's from themselves; `None` where nobody asked.
     pub geodesics: Option<[f64; 2]>,
     /// Scores by the rules of the thesis's tools; `None` where nobody asked.
@@ -56,6 +57,8 @@ struct Truth<'a> {
     surface: TrueSurface<'a>,
     geodesics: Option<TrueGeodesics>,
     rules: RulesName,
+    /// Whether a pixel without a return shows that nothing is there.
+    is_perfect_sensor: bool,
 }
 
 /// Scores of a sample: a row per method and way of making meshes, those of one method together.
@@ -63,7 +66,7 @@ pub(super) fn outcomes(
     arguments: &EvaluateCompletionArgs,
     methods: &[CompletionMethod],
     sample: &StoredSample,
-    truth: &TriMesh,
+    (truth, is_perfect_sensor): (&TriMesh, bool),
 ) -> Result<Vec<Outcome>, Failure> {
     let rule = SurfaceRule { samples: arguments.surface_samples as usize, seed: SEED };
     let is_compared = rule.samples > 0 && !truth.triangles.is_empty();
@@ -71,7 +74,7 @@ pub(super) fn outcomes(
     let prepared = || {
         let geodesics = arguments.geodesics.then(|| TrueGeodesics::new(truth, rule, id)).transpose()?;
         let surface = TrueSurface::new(truth, rule, id)?;
-        Ok::<_, Failure>(Truth { mesh: truth, surface, geodesics, rules: arguments.rules })
+        Ok::<_, Failure>(Truth { mesh: truth, surface, geodesics, rules: arguments.rules, is_perfect_sensor })
     };
     let truth = is_compared.then(prepared).transpose()?;
     let mut outcomes = Vec::new();
@@ -112,10 +115,8 @@ fn surface_scores(mesh: &TriMesh, truth: &Truth, sample: &StoredSample) -> Resul
     if mesh.triangles.is_empty() {
         return Ok(None);
     }
-    let points = truth.surface.points_of(mesh);
-    let free_space = sample
-        .picture()
-        .map(|DepthFrame { camera, depth }| free_space_violation(&points, camera, depth, sample.pair.grid.cell_size));
+    let free_space =
+        sample.seen_depths(truth.is_perfect_sensor).map(|(camera, depth)| free_space_violation(mesh, &camera, depth));
     let geodesics = truth.geodesics.as_ref().map(|truth| Ok::<_, Failure>([truth.divergence(mesh)?, truth.floor()]));
     let by_thesis = || {
         let vertices = VertexComparison::new(mesh, truth.mesh)?;
@@ -125,6 +126,7 @@ fn surface_scores(mesh: &TriMesh, truth: &Truth, sample: &StoredSample) -> Resul
         distances: truth.surface.compare(mesh)?,
         volumes: mesh_overlap(mesh, truth.mesh),
         free_space,
+        bodies: LooseBodies::of(mesh),
         geodesics: geodesics.transpose()?,
         thesis: (truth.rules == RulesName::Thesis).then(by_thesis).transpose()?,
     }))

@@ -102,6 +102,17 @@ fn notes(report: &Report) -> Vec<String> {
             notes.push(format!("{name}: nothing was completed in {empty} samples"));
         }
     }
+    for Row { name, in_bodies, loose_area, loose_volume, .. } in &report.rows {
+        if let (1.., Some(area), Some(volume)) = (in_bodies, loose_area, loose_volume) {
+            notes.push(format!(
+                "{name}: {in_bodies} of {} meshes have bodies that do not hang together; {:.1} % of all area and {:.1} % of all volume \
+                 outside of the largest",
+                report.samples,
+                100.0 * area.mean,
+                100.0 * volume.mean
+            ));
+        }
+    }
     if report.surface_samples > 0 {
         notes.push(format!("surfaces: {} points per mesh; truth: {}", report.surface_samples, report.truth));
     }

@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 
 use crate::codec::{RecordError, proto};
-use kernel::geom::{Frame, Intrinsics, OccupancyGrid, Pose};
+use kernel::geom::{Frame, Intrinsics, InvalidIntrinsics, OccupancyGrid, Pose};
 
 /// Tolerance of a stored pose: from a rotation, and of the three poses from closing; composing them costs about 1e-15.
 const POSE_TOLERANCE: f64 = 1e-9;
@@ -53,20 +53,32 @@ pub(crate) fn plane(
     Ok(grid)
 }
 
+/// Focal lengths that a camera can have.
+pub(crate) const FOCAL_LENGTHS: &str = "0.01 to 100 times the longer side of the image";
+/// Principal points that a camera can have.
+const PRINCIPAL: &str = "up to five sides of the image from its middle";
+
 /// A camera out of its numbers.
 pub(crate) fn intrinsics(message: &'static str, camera: Option<proto::Camera>) -> Result<Intrinsics, RecordError> {
     let camera = camera.ok_or(RecordError::Missing { message, field: "camera" })?;
     let proto::Camera { width, height, fx, fy, cx, cy, near } = camera;
-    for (field, side) in [("camera.width", width), ("camera.height", height)] {
-        ranged(message, field, f64::from(side), (1..=16384).contains(&side), "1 to 16384")?;
-    }
-    for (field, value) in [("camera.fx", fx), ("camera.fy", fy), ("camera.near", near)] {
-        ranged(message, field, value, value > 0.0 && value.is_finite(), "positive and finite")?;
-    }
-    for (field, value) in [("camera.cx", cx), ("camera.cy", cy)] {
-        ranged(message, field, value, value.is_finite(), "finite")?;
-    }
-    Ok(Intrinsics { width, height, fx, fy, cx, cy, near })
+    let camera = Intrinsics { width, height, fx, fy, cx, cy, near };
+    camera.checked().map_err(|error| {
+        let (field, value, allowed) = match error {
+            InvalidIntrinsics::Size { width, .. } if !(1..=16384).contains(&width) => {
+                ("camera.width", f64::from(width), "1 to 16384")
+            }
+            InvalidIntrinsics::Size { height, .. } => ("camera.height", f64::from(height), "1 to 16384"),
+            InvalidIntrinsics::OutOfRange { name: "fx", value, .. } => ("camera.fx", value, FOCAL_LENGTHS),
+            InvalidIntrinsics::OutOfRange { name: "fy", value, .. } => ("camera.fy", value, FOCAL_LENGTHS),
+            InvalidIntrinsics::OutOfRange { name: "cx", value, .. } => ("camera.cx", value, PRINCIPAL),
+            InvalidIntrinsics::OutOfRange { value, .. } => ("camera.cy", value, PRINCIPAL),
+            InvalidIntrinsics::Near(value) | InvalidIntrinsics::FieldOfView(value) => {
+                ("camera.near", value, "positive and finite")
+            }
+        };
+        RecordError::Range { message, field, value, allowed }
+    })
 }
 
 /// A rigid motion out of its twelve numbers.

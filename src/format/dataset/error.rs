@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::RecordError;
+use crate::{Product, RecordError};
 use kernel::{
     ids::{Digest, JobDigest, SampleIndex},
     remedy,
@@ -163,6 +163,18 @@ pub enum DatasetError {
         /// Why not.
         source: RecordError,
     },
+    /// The dataset is of a product whose samples have no such record.
+    #[error("{} is of a dataset of {found}, whose samples have no {record}; give a dataset of {}", path.display(), of.join(" or "))]
+    OtherProduct {
+        /// The shard.
+        path: PathBuf,
+        /// Product of the dataset.
+        found: Product,
+        /// Name of the record's channel.
+        record: &'static str,
+        /// Products whose samples have the record.
+        of: Vec<&'static str>,
+    },
     /// Shards of the plan are not there.
     #[error("{} of {shards} shards are missing ({}); `run` the job again: only they are made", missing.len(), list(missing))]
     MissingShards {
@@ -214,7 +226,8 @@ impl DatasetError {
         }
     }
 
-    /// Whether the folder is another job's, no dataset, or holds something: exit code 2, give another one.
+    /// Whether the folder is another job's, no dataset, a dataset of another product, or holds something: exit code 2, give another
+    /// one.
     pub fn is_foreign(&self) -> bool {
         matches!(
             self,
@@ -226,6 +239,7 @@ impl DatasetError {
                 | Self::NotAFolder { .. }
                 | Self::NoFolder { .. }
                 | Self::NoDataset { .. }
+                | Self::OtherProduct { .. }
         )
     }
 

@@ -343,8 +343,21 @@ impl Sample {
         channel: Channel,
         decode: impl Fn(&[u8]) -> Result<T, RecordError>,
     ) -> Result<T, DatasetError> {
-        self.decoded(channel, decode)?
-            .ok_or_else(|| invalid(&self.shard, format!("sample {} has no message on {}", self.index, channel.topic)))
+        self.decoded(channel, decode)?.ok_or_else(|| self.without(channel))
+    }
+
+    /// Why there is no message of a channel that a product's samples all have: the sample is of another product, or damaged.
+    fn without(&self, channel: Channel) -> DatasetError {
+        let found = self.channels().next().map(Channel::product);
+        match found.filter(|found| channel.products().all(|product| product != *found)) {
+            Some(found) => DatasetError::OtherProduct {
+                path: self.shard.clone(),
+                found,
+                record: channel.name(),
+                of: channel.products().map(|product| product.name).collect(),
+            },
+            None => invalid(&self.shard, format!("sample {} has no message on {}", self.index, channel.topic)),
+        }
     }
 
     pub(crate) fn broken(&self, source: RecordError) -> DatasetError {

@@ -1,84 +1,85 @@
-//! Cameras as JSON: a description of our own, and what Open3D writes.
+//! Statements of a camera out of JSON.
 
-use serde::Deserialize;
+use std::fmt;
 
-use super::{
-    description::{CENTRE_AT_HALF, CENTRE_AT_ZERO, CameraDescription},
-    problem::CameraProblem,
+use serde::{
+    Deserialize, Deserializer,
+    de::{Error, MapAccess, SeqAccess, Visitor},
 };
 
-const REMEDY: &str = "a camera is {\"width\", \"height\", \"fx\", \"fy\", \"cx\", \"cy\"} with pixel centres at 0.5, or what Open3D writes";
+use super::{
+    problem::CameraProblem,
+    statement::{Statement, Value},
+};
 
-/// The description of our own.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Own {
-    width: u32,
-    height: u32,
-    fx: f64,
-    fy: f64,
-    cx: f64,
-    cy: f64,
-    pixel_centre: Option<f64>,
-    /// k1, k2, p1, p2, k3.
-    distortion: Option<[f64; 5]>,
-}
-
-/// Open3D's `PinholeCameraIntrinsic`.
-#[derive(Deserialize)]
-struct Open3dIntrinsic {
-    width: u32,
-    height: u32,
-    /// Column by column.
-    intrinsic_matrix: [f64; 9],
-}
-
-/// Open3D's `PinholeCameraParameters`.
-#[derive(Deserialize)]
-struct Open3dParameters {
-    intrinsic: Open3dIntrinsic,
-}
-
-pub(super) fn parse(text: &str) -> Result<CameraDescription, CameraProblem> {
-    let wrong = |error: serde_json::Error| {
+/// The statements of a text.
+pub(super) fn parse(text: &str) -> Result<Statement, CameraProblem> {
+    serde_json::from_str(text).map_err(|error| {
         let place = format!("line {}, column {}", error.line(), error.column());
         // The library ends its message with the position.
         let message = error.to_string();
         let found = message.split(" at line ").next().unwrap_or_default();
-        CameraProblem::content(place, found, REMEDY)
-    };
-    let value: serde_json::Value = serde_json::from_str(text).map_err(wrong)?;
-    if value.get("intrinsic").is_some() {
-        return serde_json::from_str(text).map_err(wrong).and_then(|Open3dParameters { intrinsic }| intrinsic.camera());
-    }
-    if value.get("intrinsic_matrix").is_some() {
-        return serde_json::from_str(text).map_err(wrong).and_then(|intrinsic: Open3dIntrinsic| intrinsic.camera());
-    }
-    let Own { width, height, fx, fy, cx, cy, pixel_centre, distortion } = serde_json::from_str(text).map_err(wrong)?;
-    let pixel_centre = pixel_centre.unwrap_or(CENTRE_AT_HALF);
-    if pixel_centre != CENTRE_AT_HALF && pixel_centre != CENTRE_AT_ZERO {
-        return Err(CameraProblem::content("pixel_centre", pixel_centre, "it is 0 or 0.5"));
-    }
-    Ok(CameraDescription {
-        numbers: [fx, fy, cx, cy],
-        pixel_centre,
-        image_size: Some([width, height]),
-        distortion: distortion.unwrap_or_default(),
+        CameraProblem::content(place, found, "write it as JSON, each key once")
     })
 }
 
-impl Open3dIntrinsic {
-    fn camera(self) -> Result<CameraDescription, CameraProblem> {
-        let [fx, zero, last, skew, fy, bottom, cx, cy, one] = self.intrinsic_matrix;
-        if [zero, last, skew, bottom, one - 1.0].iter().any(|value| *value != 0.0) {
-            let remedy = "it is fx, 0, 0, 0, fy, 0, cx, cy, 1, column by column";
-            return Err(CameraProblem::content("intrinsic_matrix", "a matrix of another form", remedy));
+impl<'de> Deserialize<'de> for Statement {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(AnyValue)
+    }
+}
+
+struct AnyValue;
+
+impl<'de> Visitor<'de> for AnyValue {
+    type Value = Statement;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a camera")
+    }
+
+    fn visit_bool<E: Error>(self, value: bool) -> Result<Statement, E> {
+        Ok(Statement::scalar(0, value.to_string()))
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Statement, E> {
+        Ok(Statement::scalar(0, value.to_string()))
+    }
+
+    fn visit_u64<E: Error>(self, value: u64) -> Result<Statement, E> {
+        Ok(Statement::scalar(0, value.to_string()))
+    }
+
+    /// The shortest decimal that gives the same number back.
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Statement, E> {
+        Ok(Statement::scalar(0, value.to_string()))
+    }
+
+    fn visit_str<E: Error>(self, value: &str) -> Result<Statement, E> {
+        Ok(Statement::scalar(0, value))
+    }
+
+    fn visit_unit<E: Error>(self) -> Result<Statement, E> {
+        Ok(Statement::scalar(0, ""))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Statement, A::Error> {
+        let mut list = Vec::new();
+        while let Some(item) = items.next_element()? {
+            list.push(item);
         }
-        Ok(CameraDescription {
-            numbers: [fx, fy, cx, cy],
-            pixel_centre: CENTRE_AT_ZERO,
-            image_size: Some([self.width, self.height]),
-            distortion: [0.0; 5],
-        })
+        Ok(Statement { line: 0, value: Value::List(list) })
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Statement, A::Error> {
+        let mut keys: Vec<(String, Statement)> = Vec::new();
+        let mut known = std::collections::BTreeSet::new();
+        while let Some((key, value)) = entries.next_entry::<String, Statement>()? {
+            if !known.insert(key.clone()) {
+                return Err(A::Error::custom(format!("the key `{key}` is there twice")));
+            }
+            keys.push((key, value));
+        }
+        Ok(Statement { line: 0, value: Value::Map(keys) })
     }
 }

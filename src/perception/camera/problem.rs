@@ -1,5 +1,7 @@
 //! Reasons why a text states no camera.
 
+use std::borrow::Cow;
+
 /// Remedy for numbers on the command line.
 pub(super) const NUMBERS: &str = "give fx,fy,cx,cy in pixels, as 615.2,615.4,320.1,239.7, or a file";
 
@@ -20,7 +22,7 @@ pub enum CameraProblem {
     /// The file cannot be read.
     #[error("{NUMBERS}: the file cannot be read")]
     Io(#[from] std::io::Error),
-    /// The content is no camera's.
+    /// The content is no camera's, or none that is understood.
     #[error("at {place}: {found}; {remedy}")]
     Content {
         /// Where in the text.
@@ -28,12 +30,12 @@ pub enum CameraProblem {
         /// Words or numbers found there.
         found: String,
         /// Remedy, as an instruction.
-        remedy: &'static str,
+        remedy: Cow<'static, str>,
     },
 }
 
 impl CameraProblem {
-    pub(super) fn content(place: impl ToString, found: impl ToString, remedy: &'static str) -> Self {
-        Self::Content { place: place.to_string(), found: found.to_string(), remedy }
+    pub(super) fn content(place: impl ToString, found: impl ToString, remedy: impl Into<Cow<'static, str>>) -> Self {
+        Self::Content { place: place.to_string(), found: found.to_string(), remedy: remedy.into() }
     }
 }

@@ -1,90 +1,333 @@
-//! Cameras of ROS: the file of a calibration, or a printed `camera_info` message.
-//!
-//! Both are read as plain text, key by key: no more of YAML than they use.
+//! Statements of a camera out of YAML: the part of it that ROS, OpenCV and Kalibr write. Anchors, aliases, texts over several lines
+//! and keys of other kinds are refused.
+
+use std::{collections::BTreeSet, iter::Peekable, str::Chars};
 
 use super::{
-    description::{CENTRE_AT_ZERO, CameraDescription},
     problem::CameraProblem,
+    statement::{MAX_DEPTH, Statement, Value},
 };
 
-const REMEDY: &str = "a camera_info has width, height, K of nine numbers, and D of the model plumb_bob";
+const REMEDY: &str =
+    "write `key: value`, further keys indented by spaces, and lists in brackets or with a dash per line";
 
-pub(super) fn parse(text: &str) -> Result<CameraDescription, CameraProblem> {
-    let one = |names: [&'static str; 2]| -> Result<u32, CameraProblem> {
-        let (line, value) = names
-            .into_iter()
-            .find_map(|name| value_of(text, name))
-            .ok_or_else(|| CameraProblem::content(names[0], "it is missing", REMEDY))?;
-        value
-            .trim()
-            .parse()
-            .map_err(|_| CameraProblem::content(format!("line {line}"), format!("'{}'", value.trim()), REMEDY))
-    };
-    let width = one(["width", "image_width"])?;
-    let height = one(["height", "image_height"])?;
-    let matrix = numbers_of(text, &["K", "k", "camera_matrix"])?
-        .ok_or_else(|| CameraProblem::content("K", "it is missing", REMEDY))?;
-    let [fx, skew, cx, zero, fy, cy, left, middle, one] = matrix[..] else {
-        return Err(CameraProblem::content("K", format!("{} numbers", matrix.len()), REMEDY));
-    };
-    if [skew, zero, left, middle, one - 1.0].iter().any(|value| *value != 0.0) {
-        let remedy = "it is fx, 0, cx, 0, fy, cy, 0, 0, 1, row by row";
-        return Err(CameraProblem::content("K", "a matrix of another form", remedy));
-    }
-    let coefficients = numbers_of(text, &["D", "d", "distortion_coefficients"])?.unwrap_or_default();
-    let model = value_of(text, "distortion_model").map(|(_, value)| value.trim().trim_matches(['"', '\'']).to_owned());
-    let is_plain = coefficients.iter().all(|value| *value == 0.0);
-    if !is_plain && (coefficients.len() > 5 || model.as_deref().is_some_and(|model| model != "plumb_bob")) {
-        let model = model.unwrap_or_else(|| "no model".to_owned());
-        let found = format!("{model} with {} numbers", coefficients.len());
-        let remedy = "only plumb_bob is undone; rectify the picture before, and give its intrinsics without distortion";
-        return Err(CameraProblem::content("distortion_model", found, remedy));
-    }
-    let mut distortion = [0.0; 5];
-    distortion.iter_mut().zip(coefficients).for_each(|(value, given)| *value = given);
-    Ok(CameraDescription {
-        numbers: [fx, fy, cx, cy],
-        pixel_centre: CENTRE_AT_ZERO,
-        image_size: Some([width, height]),
-        distortion,
-    })
+/// A line that holds something, with what belongs to it of the lines below while brackets are open.
+struct Line {
+    number: usize,
+    indent: usize,
+    text: String,
 }
 
-/// Number of the line of a key at the text's margin, from 1, and what follows on it.
-fn value_of<'a>(text: &'a str, name: &str) -> Option<(usize, &'a str)> {
-    let mut lines = (1..).zip(text.lines());
-    lines.find_map(|(number, line)| Some((number, line.strip_prefix(name)?.trim_start().strip_prefix(':')?)))
-}
-
-/// The numbers of a list: in brackets, over several lines or not, or one per line after a dash; of a matrix, those of `data`.
-fn numbers_of(text: &str, names: &[&str]) -> Result<Option<Vec<f64>>, CameraProblem> {
-    let Some((number, first)) = names.iter().find_map(|name| value_of(text, name)) else { return Ok(None) };
-    // What belongs to the key: the rest of its line, and lines below that are indented, begin with a dash, or stand within
-    // brackets that are still open.
-    let mut content = first.to_owned();
-    for line in text.lines().skip(number) {
-        let is_open = content.matches('[').count() > content.matches(']').count();
-        if !(is_open || line.starts_with([' ', '\t', '-']) || line.trim().is_empty()) {
-            break;
+/// The statements of each document of a text; documents without any are left out.
+pub(super) fn parse(text: &str) -> Result<Vec<Statement>, CameraProblem> {
+    let mut documents = vec![Vec::new()];
+    let mut lines = (1..).zip(text.trim_start_matches('\u{feff}').lines());
+    while let Some((number, line)) = lines.next() {
+        if line.starts_with("---") || line.starts_with("...") {
+            documents.push(Vec::new());
+            continue;
         }
-        content.push('\n');
-        content.push_str(line);
+        let mut content = without_comment(line).to_owned();
+        // `%YAML:1.0` of OpenCV, and other directives.
+        if content.trim().is_empty() || content.starts_with('%') {
+            continue;
+        }
+        let mut open = open_brackets(&content);
+        while open > 0 {
+            let Some((_, next)) = lines.next() else { break };
+            let next = without_comment(next).trim();
+            open += open_brackets(next);
+            content.push(' ');
+            content.push_str(next);
+        }
+        let text = content.trim_start_matches(' ');
+        if text.starts_with('\t') {
+            return Err(wrong(number, "a tab before the key"));
+        }
+        let (indent, text) = (content.len() - text.len(), text.trim_end().to_owned());
+        documents.last_mut().expect("the first document").push(Line { number, indent, text });
     }
-    let list = match content.split_once("data") {
-        Some((_, data)) => data.trim_start().strip_prefix(':').unwrap_or(data),
-        None => &content,
-    };
-    let list = list.split_once(']').map_or(list, |(inside, _)| inside);
-    let words = list.split([',', '[', '\n']).map(|word| {
-        let word = word.trim();
-        word.strip_prefix("- ").unwrap_or(word).trim()
-    });
-    let mut numbers = Vec::new();
-    for word in words.filter(|word| !word.is_empty()) {
-        let value = word.parse().map_err(|_| {
-            CameraProblem::content(format!("line {number} and below"), format!("'{word}' is no number"), REMEDY)
-        })?;
-        numbers.push(value);
+    let documents = documents.into_iter().filter(|lines| !lines.is_empty());
+    documents.map(|lines| Block { lines, at: 0 }.parse_whole()).collect()
+}
+
+fn wrong(line: usize, found: impl ToString) -> CameraProblem {
+    CameraProblem::content(format!("line {line}"), found, REMEDY)
+}
+
+/// A line up to a `#` that begins a comment: one at its start or after a space, outside of quotes.
+fn without_comment(line: &str) -> &str {
+    let (mut quote, mut before) = (None, ' ');
+    for (at, letter) in line.char_indices() {
+        match quote {
+            Some(mark) if letter == mark => quote = None,
+            None if letter == '"' || letter == '\'' => quote = Some(letter),
+            None if letter == '#' && before.is_whitespace() => return &line[..at],
+            _ => {}
+        }
+        before = letter;
     }
-    Ok(Some(numbers))
+    line
+}
+
+/// Brackets and braces that a text opens and does not close.
+fn open_brackets(text: &str) -> i32 {
+    let (mut quote, mut open) = (None, 0);
+    for letter in text.chars() {
+        match quote {
+            Some(mark) if letter == mark => quote = None,
+            Some(_) => {}
+            None => match letter {
+                '"' | '\'' => quote = Some(letter),
+                '[' | '{' => open += 1,
+                ']' | '}' => open -= 1,
+                _ => {}
+            },
+        }
+    }
+    open
+}
+
+/// The part of a text before the first `: ` or a `:` at its end, outside of quotes, and the part behind.
+fn split_key(text: &str) -> Option<(&str, &str)> {
+    let mut quote = None;
+    let mut letters = text.char_indices().peekable();
+    while let Some((at, letter)) = letters.next() {
+        match quote {
+            Some(mark) if letter == mark => quote = None,
+            None if letter == '"' || letter == '\'' => quote = Some(letter),
+            None if letter == ':' && letters.peek().is_none_or(|(_, next)| next.is_whitespace()) => {
+                return Some((text[..at].trim(), text[at + 1..].trim()));
+            }
+            _ => {}
+        }
+    }
+    None
+}
+
+/// A scalar without its quotes.
+fn unquoted(text: &str) -> &str {
+    let inside = |mark: char| text.strip_prefix(mark).and_then(|text| text.strip_suffix(mark));
+    inside('"').or_else(|| inside('\'')).unwrap_or(text)
+}
+
+/// Lines of a document, and the next one to read.
+struct Block {
+    lines: Vec<Line>,
+    at: usize,
+}
+
+impl Block {
+    fn parse_whole(mut self) -> Result<Statement, CameraProblem> {
+        let indent = self.lines[0].indent;
+        let whole = self.parse(indent, 0)?;
+        match self.lines.get(self.at) {
+            None => Ok(whole),
+            Some(line) => Err(wrong(line.number, format!("'{}' belongs to no key above it", line.text))),
+        }
+    }
+
+    /// The keys or items at one indentation.
+    fn parse(&mut self, indent: usize, depth: usize) -> Result<Statement, CameraProblem> {
+        let number = self.lines[self.at].number;
+        if depth > MAX_DEPTH {
+            return Err(wrong(number, format!("more than {MAX_DEPTH} levels")));
+        }
+        let value = if is_item(&self.lines[self.at].text) {
+            Value::List(self.parse_items(indent, depth)?)
+        } else {
+            Value::Map(self.parse_keys(indent, depth)?)
+        };
+        Ok(Statement { line: number, value })
+    }
+
+    fn parse_items(&mut self, indent: usize, depth: usize) -> Result<Vec<Statement>, CameraProblem> {
+        let mut items = Vec::new();
+        while let Some(line) = self.lines.get_mut(self.at).filter(|line| line.indent == indent && is_item(&line.text)) {
+            let text = line.text[1..].trim_start().to_owned();
+            let number = line.number;
+            if text.is_empty() {
+                self.at += 1;
+                items.push(self.parse_below(number, indent + 1, depth)?);
+            } else if is_item(&text) || (!text.starts_with(['[', '{']) && split_key(&text).is_some()) {
+                // Keys of an item begin behind its dash, and so are those below.
+                line.indent += line.text.len() - text.len();
+                line.text = text;
+                let inner = line.indent;
+                items.push(self.parse(inner, depth + 1)?);
+            } else {
+                self.at += 1;
+                items.push(parse_value(number, &text, depth)?);
+            }
+        }
+        Ok(items)
+    }
+
+    fn parse_keys(&mut self, indent: usize, depth: usize) -> Result<Vec<(String, Statement)>, CameraProblem> {
+        let mut keys = Vec::new();
+        let mut known = BTreeSet::new();
+        while let Some(line) = self.lines.get(self.at).filter(|line| line.indent == indent && !is_item(&line.text)) {
+            let number = line.number;
+            let Some((key, value)) = split_key(&line.text) else {
+                return Err(wrong(number, format!("'{}'", line.text)));
+            };
+            let (key, mut value) = (unquoted(key).to_owned(), value.to_owned());
+            if key.starts_with(['?', '&', '*', '[', '{', '!']) {
+                return Err(wrong(number, format!("the key '{key}'")));
+            }
+            if !known.insert(key.clone()) {
+                return Err(CameraProblem::content(
+                    format!("line {number}"),
+                    format!("the key `{key}` is there twice"),
+                    "leave one of them",
+                ));
+            }
+            // A tag, such as OpenCV's `!!opencv-matrix`, says no more than the keys below it.
+            if value.starts_with('!') {
+                value = value.split_once(' ').map(|(_, rest)| rest.trim().to_owned()).unwrap_or_default();
+            }
+            self.at += 1;
+            let value = if value.is_empty() {
+                self.parse_below(number, indent, depth)?
+            } else {
+                parse_value(number, &value, depth)?
+            };
+            keys.push((key, value));
+        }
+        Ok(keys)
+    }
+
+    /// The lines below a key or a dash: deeper ones, or items at the key's own indentation; an empty scalar where there is nothing.
+    fn parse_below(&mut self, number: usize, indent: usize, depth: usize) -> Result<Statement, CameraProblem> {
+        let Some(line) = self.lines.get(self.at) else { return Ok(Statement::scalar(number, "")) };
+        let below = line.indent;
+        if below > indent || (below == indent && is_item(&line.text)) {
+            self.parse(below, depth + 1)
+        } else {
+            Ok(Statement::scalar(number, ""))
+        }
+    }
+}
+
+fn is_item(text: &str) -> bool {
+    text == "-" || text.starts_with("- ")
+}
+
+/// A value on one line: a scalar, or a list or map in brackets.
+fn parse_value(line: usize, text: &str, depth: usize) -> Result<Statement, CameraProblem> {
+    if text.starts_with(['&', '*', '|', '>', '@', '`', '%']) {
+        return Err(wrong(line, format!("'{text}'")));
+    }
+    if !text.starts_with(['[', '{']) {
+        return Ok(Statement::scalar(line, unquoted(text)));
+    }
+    let mut flow = Flow { line, letters: text.chars().peekable() };
+    let value = flow.parse(depth + 1)?;
+    flow.skip_spaces();
+    match flow.letters.next() {
+        None => Ok(value),
+        Some(letter) => Err(wrong(line, format!("'{letter}' behind the closing bracket"))),
+    }
+}
+
+/// A list or map in brackets, letter by letter.
+struct Flow<'a> {
+    line: usize,
+    letters: Peekable<Chars<'a>>,
+}
+
+impl Flow<'_> {
+    fn skip_spaces(&mut self) {
+        while self.letters.next_if(|letter| letter.is_whitespace()).is_some() {}
+    }
+
+    fn parse(&mut self, depth: usize) -> Result<Statement, CameraProblem> {
+        if depth > MAX_DEPTH {
+            return Err(wrong(self.line, format!("more than {MAX_DEPTH} levels")));
+        }
+        self.skip_spaces();
+        match self.letters.peek() {
+            Some('[') => self.parse_list(depth),
+            Some('{') => self.parse_map(depth),
+            _ => {
+                let text = self.parse_scalar(&[',', ']', '}'])?;
+                Ok(Statement::scalar(self.line, text))
+            }
+        }
+    }
+
+    fn parse_list(&mut self, depth: usize) -> Result<Statement, CameraProblem> {
+        self.letters.next();
+        let mut items = Vec::new();
+        while !self.is_closed_by(']')? {
+            items.push(self.parse(depth + 1)?);
+            self.end_item(']')?;
+        }
+        Ok(Statement { line: self.line, value: Value::List(items) })
+    }
+
+    fn parse_map(&mut self, depth: usize) -> Result<Statement, CameraProblem> {
+        self.letters.next();
+        let (mut keys, mut known) = (Vec::new(), BTreeSet::new());
+        while !self.is_closed_by('}')? {
+            let key = self.parse_scalar(&[':', ',', '}'])?;
+            if self.letters.next_if_eq(&':').is_none() || !known.insert(key.clone()) {
+                return Err(wrong(self.line, format!("the key '{key}' without a value, or twice")));
+            }
+            let value = self.parse(depth + 1)?;
+            keys.push((key, value));
+            self.end_item('}')?;
+        }
+        Ok(Statement { line: self.line, value: Value::Map(keys) })
+    }
+
+    /// Whether the bracket closes here; it is taken then.
+    fn is_closed_by(&mut self, close: char) -> Result<bool, CameraProblem> {
+        self.skip_spaces();
+        match self.letters.peek() {
+            None => Err(wrong(self.line, format!("no closing '{close}'"))),
+            Some(letter) if *letter == close => {
+                self.letters.next();
+                Ok(true)
+            }
+            Some(_) => Ok(false),
+        }
+    }
+
+    /// A comma, or the closing bracket, which stays.
+    fn end_item(&mut self, close: char) -> Result<(), CameraProblem> {
+        self.skip_spaces();
+        match self.letters.peek() {
+            Some(',') => {
+                self.letters.next();
+                Ok(())
+            }
+            Some(letter) if *letter == close => Ok(()),
+            Some(letter) => Err(wrong(self.line, format!("'{letter}' in place of a comma"))),
+            None => Err(wrong(self.line, format!("no closing '{close}'"))),
+        }
+    }
+
+    fn parse_scalar(&mut self, ends: &[char]) -> Result<String, CameraProblem> {
+        self.skip_spaces();
+        let mut text = String::new();
+        if let Some(mark) = self.letters.next_if(|letter| ['"', '\''].contains(letter)) {
+            loop {
+                match self.letters.next() {
+                    Some(letter) if letter == mark => break,
+                    Some(letter) => text.push(letter),
+                    None => return Err(wrong(self.line, "a quote that does not end")),
+                }
+            }
+            self.skip_spaces();
+            return Ok(text);
+        }
+        while let Some(letter) = self.letters.next_if(|letter| !ends.contains(letter)) {
+            if ['&', '*', '[', '{'].contains(&letter) {
+                return Err(wrong(self.line, format!("'{letter}' within a value")));
+            }
+            text.push(letter);
+        }
+        Ok(text.trim().to_owned())
+    }
 }

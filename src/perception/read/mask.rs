@@ -10,8 +10,8 @@ use super::{
 };
 use crate::frame::DepthFrame;
 
-/// Pixels of a picture that a mask marks and that have a return, in order. A mask is a grey PNG of 8 or 16 bits, of the
-/// picture's size; what is not 0 belongs to the object.
+/// Pixels of a picture that a mask marks and that have a return, in order. A mask is a grey PNG of 8 or 16 bits, of the size of
+/// the picture that was given, and marks that picture's pixels; what is not 0 belongs to the object.
 ///
 /// # Errors
 /// With the file, what is wrong in it and the remedy.
@@ -42,9 +42,10 @@ fn parse(bytes: &[u8], frame: &DepthFrame) -> Result<Vec<u32>, FrameProblem> {
     }
     let mut data = vec![0; pixel_bytes * pixel_count(width as usize, height as usize, "the PNG's head")?];
     reader.next_frame(&mut data).map_err(damaged)?;
-    let marked = data.chunks_exact(pixel_bytes).enumerate().filter(|(_, value)| value.iter().any(|byte| *byte != 0));
-    let pixels: Vec<u32> =
-        marked.map(|(pixel, _)| pixel as u32).filter(|pixel| !frame.depth[*pixel as usize].is_nan()).collect();
+    let marked: Vec<bool> = data.chunks_exact(pixel_bytes).map(|value| value.iter().any(|byte| *byte != 0)).collect();
+    // A pixel belongs to the object where the one that it shows is marked: the way of its depth.
+    let is_marked = |pixel: &u32| frame.source(*pixel).is_some_and(|source| marked[source as usize]);
+    let pixels: Vec<u32> = frame.returns().filter(is_marked).collect();
     if pixels.is_empty() {
         let found = "no marked pixel with a return";
         return Err(FrameProblem::content("the mask", found, "mark the object's pixels with a value above 0"));
@@ -72,7 +73,7 @@ mod tests {
     #[test]
     fn marked_pixels_with_a_return_are_read_and_other_files_refused() {
         let camera = Intrinsics { width: 3, height: 2, fx: 3.0, fy: 3.0, cx: 1.5, cy: 1.0, near: 0.01 };
-        let frame = DepthFrame { camera, depth: vec![1.0, f32::NAN, 1.0, 1.0, 1.0, 1.0] };
+        let frame = DepthFrame::new(camera, vec![1.0, f32::NAN, 1.0, 1.0, 1.0, 1.0]);
         let (grey, eight, sixteen) = (png::ColorType::Grayscale, png::BitDepth::Eight, png::BitDepth::Sixteen);
         let found = parse(&png_of(3, 2, grey, eight, &[255, 255, 0, 0, 1, 0]), &frame).expect("a mask");
         assert_eq!(found, [0, 4]);

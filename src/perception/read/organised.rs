@@ -1,31 +1,23 @@
 //! Organised clouds: a point per pixel, row by row.
 
-use super::raw::{FrameProblem, RawFrame};
+use super::raw::{Cloud, FrameProblem};
 
 /// Pixels whose points lie further than this from the camera's rays [px] do not belong to a pinhole camera.
 const MAX_RESIDUAL: f64 = 1.0;
 
-/// Depths of an organised cloud, and the camera that its points obey.
+/// Depths of an organised cloud [m], NaN = no return, and fx, fy, cx, cy [px] of the camera that its points obey.
 ///
 /// # Errors
 /// Where the points lie on no pinhole camera's rays.
-pub(super) fn raw_frame(
-    width: u32,
-    height: u32,
-    points: &[[f32; 3]],
-    labels: Option<Vec<u32>>,
-) -> Result<RawFrame, FrameProblem> {
-    let is_seen = |point: &[f32; 3]| point.iter().all(|value| value.is_finite()) && point[2] > 0.0;
-    let depth = points.iter().map(|point| if is_seen(point) { point[2] } else { f32::NAN }).collect();
-    let seen = || points.iter().enumerate().filter(|(_, point)| is_seen(point));
-    let centre = |index: usize, axis: usize| {
-        let width = width as usize;
-        (if axis == 0 { index % width } else { index / width }) as f64 + 0.5
-    };
+pub(super) fn depths_and_camera(cloud: &Cloud) -> Result<(Vec<f32>, [f64; 4]), FrameProblem> {
+    let depth = cloud.points.iter().map(|point| if is_seen(point) { point[2] as f32 } else { f32::NAN }).collect();
+    let seen = || cloud.points.iter().enumerate().filter(|(_, point)| is_seen(point));
+    let width = cloud.width as usize;
+    let centre = |index: usize, axis: usize| (if axis == 0 { index % width } else { index / width }) as f64 + 0.5;
     // Pixel = focal * slope + principal point, along each axis, by least squares.
     let mut fits = [[0.0; 2]; 2];
     for (axis, fit) in fits.iter_mut().enumerate() {
-        let pairs = || seen().map(|(index, point)| (f64::from(point[axis]) / f64::from(point[2]), centre(index, axis)));
+        let pairs = || seen().map(|(index, point)| (point[axis] / point[2], centre(index, axis)));
         let count = seen().count().max(1) as f64;
         let mean_slope = pairs().map(|(slope, _)| slope).sum::<f64>() / count;
         let mean_pixel = pairs().map(|(_, pixel)| pixel).sum::<f64>() / count;
@@ -46,5 +38,9 @@ pub(super) fn raw_frame(
         *fit = [focal, principal];
     }
     let [[fx, cx], [fy, cy]] = fits;
-    Ok(RawFrame { width, height, depth, labels, intrinsics: Some([fx, fy, cx, cy]) })
+    Ok((depth, [fx, fy, cx, cy]))
+}
+
+fn is_seen(point: &[f64; 3]) -> bool {
+    point.iter().all(|value| value.is_finite()) && point[2] > 0.0
 }

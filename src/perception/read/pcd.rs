@@ -1,8 +1,9 @@
 //! PCD files of the Point Cloud Library: ASCII, binary, compressed; organised.
 
 use super::{
-    lzf, organised,
-    raw::{FrameProblem, RawFrame, pixel_count},
+    lzf,
+    raw::{Cloud, FrameProblem, pixel_count},
+    scalar::{Scalar, ScalarKind},
 };
 
 const ORGANISED: &str = "save the cloud organised, a point per pixel: WIDTH and HEIGHT those of the image";
@@ -10,41 +11,52 @@ const ORGANISED: &str = "save the cloud organised, a point per pixel: WIDTH and 
 /// One field of a point.
 struct Field {
     name: String,
-    /// Bytes per number.
-    size: usize,
-    /// F, I or U.
-    kind: u8,
+    scalar: Scalar,
+    /// Numbers per point.
     count: usize,
+}
+
+impl Field {
+    /// Bytes per point.
+    fn bytes(&self) -> usize {
+        self.scalar.size * self.count
+    }
 }
 
 struct Head {
     fields: Vec<Field>,
     width: usize,
     height: usize,
+    /// Count of points, where it is stated.
+    points: Option<usize>,
     data: String,
     /// First byte behind the head.
     end: usize,
 }
 
-/// Depths, labels and camera of an organised cloud.
-pub(super) fn parse(bytes: &[u8]) -> Result<RawFrame, FrameProblem> {
+/// Points and labels of an organised cloud.
+pub(super) fn parse(bytes: &[u8]) -> Result<Cloud, FrameProblem> {
     let head = parse_head(bytes)?;
     let count = pixel_count(head.width, head.height, "WIDTH and HEIGHT")?;
     if head.height < 2 {
         return Err(FrameProblem::content("HEIGHT", head.height, ORGANISED));
     }
+    if let Some(points) = head.points.filter(|points| *points != count) {
+        let found = format!("{points} for {} x {} pixels", head.width, head.height);
+        return Err(FrameProblem::content("POINTS", found, ORGANISED));
+    }
     let columns = match head.data.as_str() {
         "ascii" => ascii_columns(&bytes[head.end..], &head.fields, count)?,
         "binary" => {
-            let stride: usize = head.fields.iter().map(|field| field.size * field.count).sum();
+            let stride: usize = head.fields.iter().map(Field::bytes).sum();
             let data = sized(&bytes[head.end..], stride.saturating_mul(count))?;
             packed_columns(data, &head.fields, count, |before, _| (before, stride))
         }
         "binary_compressed" => {
-            let stride: usize = head.fields.iter().map(|field| field.size * field.count).sum();
+            let stride: usize = head.fields.iter().map(Field::bytes).sum();
             let data = unpacked(&bytes[head.end..], stride.saturating_mul(count))?;
             // Field by field, not point by point.
-            packed_columns(&data, &head.fields, count, |before, field| (before * count, field.size * field.count))
+            packed_columns(&data, &head.fields, count, |before, field| (before * count, field.bytes()))
         }
         other => return Err(FrameProblem::content("DATA", other, "it is ascii, binary or binary_compressed")),
     };
@@ -52,15 +64,14 @@ pub(super) fn parse(bytes: &[u8]) -> Result<RawFrame, FrameProblem> {
     let [Some(x), Some(y), Some(z)] = ["x", "y", "z"].map(column) else {
         return Err(FrameProblem::content("FIELDS", "no x, y and z", "a cloud has the fields x, y and z"));
     };
-    let points: Vec<[f32; 3]> =
-        (0..count).map(|index| [x[index], y[index], z[index]].map(|value| value as f32)).collect();
+    let points = (0..count).map(|index| [x[index], y[index], z[index]]).collect();
     let labels = column("label").map(|labels| labels.iter().map(|label| *label as u32).collect());
-    organised::raw_frame(head.width as u32, head.height as u32, &points, labels)
+    Ok(Cloud { width: head.width as u32, height: head.height as u32, points, labels })
 }
 
 fn parse_head(bytes: &[u8]) -> Result<Head, FrameProblem> {
     let (mut names, mut sizes, mut kinds, mut counts) = (Vec::new(), Vec::new(), Vec::new(), None);
-    let (mut width, mut height, mut end, mut number) = (0, 0, 0, 0);
+    let (mut width, mut height, mut points, mut end, mut number) = (0, 0, None, 0, 0);
     let data = loop {
         let line = bytes[end..].split(|byte| *byte == b'\n').next().unwrap_or_default();
         number += 1;
@@ -87,17 +98,22 @@ fn parse_head(bytes: &[u8]) -> Result<Head, FrameProblem> {
             "COUNT" => counts = Some(numbers(&mut words)?),
             "WIDTH" => width = numbers(&mut words)?.first().copied().ok_or_else(wrong)?,
             "HEIGHT" => height = numbers(&mut words)?.first().copied().ok_or_else(wrong)?,
+            "POINTS" => points = numbers(&mut words)?.first().copied(),
             "DATA" => break words.next().unwrap_or_default().to_owned(),
-            _ => {}
+            // The points themselves show where their camera is.
+            "VERSION" | "VIEWPOINT" => {}
+            comment if comment.starts_with('#') => {}
+            other => {
+                let remedy =
+                    "a PCD's head has VERSION, FIELDS, SIZE, TYPE, COUNT, WIDTH, HEIGHT, VIEWPOINT, POINTS and DATA";
+                return Err(FrameProblem::content(place, other, remedy));
+            }
         }
     };
     let counts = counts.unwrap_or_else(|| vec![1; names.len()]);
-    let is_known = sizes
-        .iter()
-        .zip(&kinds)
-        .all(|(size, kind)| matches!((size, kind), (4 | 8, b'F') | (1 | 2 | 4 | 8, b'I' | b'U')));
+    let scalars: Vec<Option<Scalar>> = sizes.iter().zip(&kinds).map(|(size, kind)| scalar_of(*size, *kind)).collect();
     if [sizes.len(), kinds.len(), counts.len()] != [names.len(); 3]
-        || !is_known
+        || scalars.contains(&None)
         || names.len() > 64
         || counts.iter().any(|count| !(1..=4096).contains(count))
     {
@@ -107,9 +123,20 @@ fn parse_head(bytes: &[u8]) -> Result<Head, FrameProblem> {
             "each of at most 64 fields has a size (1, 2, 4, 8), a type (F, I, U) and a count from 1",
         ));
     }
-    let fields = names.into_iter().zip(sizes).zip(kinds).zip(counts);
-    let fields = fields.map(|(((name, size), kind), count)| Field { name, size, kind, count }).collect();
-    Ok(Head { fields, width, height, data, end })
+    let fields = names.into_iter().zip(scalars.into_iter().flatten()).zip(counts);
+    let fields = fields.map(|((name, scalar), count)| Field { name, scalar, count }).collect();
+    Ok(Head { fields, width, height, points, data, end })
+}
+
+/// A number by its bytes and its letter.
+fn scalar_of(size: usize, letter: u8) -> Option<Scalar> {
+    let kind = match (size, letter) {
+        (4 | 8, b'F') => ScalarKind::Float,
+        (1 | 2 | 4 | 8, b'I') => ScalarKind::Signed,
+        (1 | 2 | 4 | 8, b'U') => ScalarKind::Unsigned,
+        _ => return None,
+    };
+    Some(Scalar { kind, size })
 }
 
 /// The first `size` bytes.
@@ -152,25 +179,11 @@ fn packed_columns(
     let mut before = 0;
     let columns = fields.iter().map(|field| {
         let (start, stride) = layout(before, field);
-        before += field.size * field.count;
-        let value = |index: usize| number(&data[start + index * stride..], field);
+        before += field.bytes();
+        let value = |index: usize| field.scalar.read(&data[start + index * stride..], false);
         (0..count).map(value).collect()
     });
     columns.collect()
-}
-
-fn number(bytes: &[u8], field: &Field) -> f64 {
-    let mut eight = [0; 8];
-    eight[..field.size].copy_from_slice(&bytes[..field.size]);
-    let unsigned = u64::from_le_bytes(eight);
-    let bits = 8 * field.size as u32;
-    match (field.kind, field.size) {
-        (b'F', 4) => f64::from(f32::from_bits(unsigned as u32)),
-        (b'F', _) => f64::from_bits(unsigned),
-        // The sign comes in from above.
-        (b'I', _) => ((unsigned << (64 - bits)) as i64 >> (64 - bits)) as f64,
-        _ => unsigned as f64,
-    }
 }
 
 fn ascii_columns(bytes: &[u8], fields: &[Field], count: usize) -> Result<Vec<Vec<f64>>, FrameProblem> {

@@ -2,10 +2,10 @@
 
 use std::io::Cursor;
 
-use super::raw::{FrameProblem, RawFrame, pixel_count};
+use super::raw::{FrameProblem, Image, Values, pixel_count};
 
-/// Depth of a grey PNG of 16 bits; 0 is no return.
-pub(super) fn parse(bytes: &[u8], scale: f64) -> Result<RawFrame, FrameProblem> {
+/// Numbers of a grey PNG of 16 bits.
+pub(super) fn parse(bytes: &[u8]) -> Result<Image, FrameProblem> {
     let damaged = |error: png::DecodingError| FrameProblem::content("the PNG", error, "save the picture again");
     let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(damaged)?;
     let info = reader.info();
@@ -17,6 +17,6 @@ pub(super) fn parse(bytes: &[u8], scale: f64) -> Result<RawFrame, FrameProblem> 
     let count = pixel_count(width as usize, height as usize, "the PNG's head")?;
     let mut data = vec![0; 2 * count];
     reader.next_frame(&mut data).map_err(damaged)?;
-    let depth = data.as_chunks::<2>().0.iter().map(|pair| (f64::from(u16::from_be_bytes(*pair)) * scale) as f32);
-    Ok(RawFrame { width, height, depth: depth.collect(), labels: None, intrinsics: None })
+    let values = data.as_chunks::<2>().0.iter().map(|pair| u16::from_be_bytes(*pair)).collect();
+    Ok(Image { width, height, values: Values::Whole(values) })
 }

@@ -1,6 +1,8 @@
-//! The result of every reader, and the reasons for refusing a file.
+//! The results of the readers, and the reasons for refusing a file.
 
 use kernel::geom::InvalidIntrinsics;
+
+use crate::camera::DEPTH_SCALES;
 
 /// Most pixels of a picture: 4096 x 4096.
 const MAX_PIXELS: usize = 1 << 24;
@@ -28,11 +30,12 @@ pub enum FrameProblem {
     #[error("an image says nothing of its camera: give its intrinsics (fx, fy, cx, cy)")]
     NoIntrinsics,
     /// Intrinsics that are none.
-    #[error("intrinsics: {0}")]
+    #[error("intrinsics: {0}; give the numbers of this image's camera, in pixels")]
     Intrinsics(#[from] InvalidIntrinsics),
-    /// The principal point lies outside of the image.
+    /// The principal point lies outside of the image, and no size is stated that the intrinsics belong to.
     #[error(
-        "the principal point ({cx}, {cy}) lies outside of the image of {width} x {height} px: are the intrinsics of another image size?"
+        "the principal point ({cx:?}, {cy:?}) lies outside of the image of {width} x {height} px: are the intrinsics of another image \
+         size? Give those of this one; for a part of a larger picture, give a file with this width and height"
     )]
     OtherImageSize {
         /// Principal point, x [px].
@@ -61,15 +64,33 @@ pub enum FrameProblem {
     /// Intrinsics or ranges for a cloud, whose points say where its camera is.
     #[error("the points of a cloud say what its camera is: leave intrinsics and ranges out")]
     CameraOfCloud,
+    /// Axes to mirror in an image, which has none.
+    #[error("an image has no axes to mirror, only clouds do: leave --flip out")]
+    FlipOfImage,
+    /// A unit of depth that no file has.
+    #[error("a depth scale of {0} m: give one from {low} to {high} m per unit", low = DEPTH_SCALES[0], high = DEPTH_SCALES[1])]
+    Scale(f64),
     /// No pixel has a depth.
-    #[error("no pixel has a depth: all are 0, NaN or behind the camera, which looks along +z (x right, y down)")]
+    #[error("no pixel has a depth: all are 0, NaN, infinite or saturated; give a picture with depths")]
     Empty,
+    /// All depths are negative.
+    #[error(
+        "all depths are behind the camera, which looks along +z (x right, y down): z is {:.3} to {:.3} m; {remedy}",
+        range[0],
+        range[1]
+    )]
+    Behind {
+        /// Smallest and largest depth [m].
+        range: [f64; 2],
+        /// Remedy, as an instruction.
+        remedy: &'static str,
+    },
     /// The depths are no table's.
     #[error("the median depth is {median} m, not between 0.1 and 10 m; {remedy}")]
     Median {
         /// The median [m].
         median: f64,
-        /// A scale that would fit, in words.
+        /// A change that makes it fit, as an instruction.
         remedy: String,
     },
 }
@@ -80,15 +101,38 @@ impl FrameProblem {
     }
 }
 
-/// Depths and labels as a file has them, before they are checked.
-pub(super) struct RawFrame {
+/// Numbers of an image as a file has them, row by row.
+pub(super) enum Values {
+    /// Whole numbers of some unit; 0 and the largest one are no return.
+    Whole(Vec<u16>),
+    /// Metres, unless a unit is given; what is not above 0 and finite is no return.
+    Real(Vec<f32>),
+}
+
+impl Values {
+    pub(super) fn len(&self) -> usize {
+        match self {
+            Self::Whole(values) => values.len(),
+            Self::Real(values) => values.len(),
+        }
+    }
+}
+
+/// An image as a file has it, before it is checked.
+pub(super) struct Image {
     pub(super) width: u32,
     pub(super) height: u32,
-    /// Depth [m]; what is not above 0 is no return.
-    pub(super) depth: Vec<f32>,
+    pub(super) values: Values,
+}
+
+/// An organised cloud as a file has it, before it is checked.
+pub(super) struct Cloud {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    /// A point per pixel, row by row; in metres, unless a unit is given.
+    pub(super) points: Vec<[f64; 3]>,
+    /// A label per pixel, where the file has them.
     pub(super) labels: Option<Vec<u32>>,
-    /// fx, fy, cx, cy that the points themselves obey.
-    pub(super) intrinsics: Option<[f64; 4]>,
 }
 
 /// Width times height, within bounds.

@@ -148,8 +148,9 @@ pub(super) fn transform<To: Frame, From: Frame>(
     }
 }
 
+/// A camera as Foxglove has it: as in ROS, whole columns and rows are pixel centres.
 pub(super) fn calibration(time: Option<Timestamp>, camera: &Intrinsics) -> CameraCalibration {
-    let (fx, fy, cx, cy) = (camera.fx, camera.fy, camera.cx, camera.cy);
+    let (fx, fy, cx, cy) = (camera.fx, camera.fy, camera.cx - 0.5, camera.cy - 0.5);
     CameraCalibration {
         timestamp: time,
         width: camera.width,
@@ -199,5 +200,23 @@ pub(super) fn arrow(
         head_length: 0.35 * length,
         head_diameter: 0.22 * length,
         color: Some(color),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_viewer_s_ray_through_a_whole_pixel_is_that_of_its_centre() {
+        let camera = Intrinsics { width: 64, height: 48, fx: 60.0, fy: 61.0, cx: 31.5, cy: 24.25, near: 0.1 };
+        let CameraCalibration { k, p, .. } = calibration(None, &camera);
+        for [column, row] in [[0.0, 0.0], [63.0, 0.0], [17.0, 40.0]] {
+            // As image_geometry of ROS makes rays of pixels.
+            let ray = [(column - k[2]) / k[0], (row - k[5]) / k[4]];
+            let point = camera.unproject(column + 0.5, row + 0.5, 1.0);
+            assert!((ray[0] - point.x).abs() < 1e-12 && (ray[1] - point.y).abs() < 1e-12, "{ray:?} {point}");
+        }
+        assert_eq!([p[0], p[2], p[5], p[6]], [k[0], k[2], k[4], k[5]]);
     }
 }

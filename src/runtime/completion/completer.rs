@@ -6,7 +6,7 @@ use infer::{CompletionModel, InputName, Inputs, Prediction};
 use kernel::geom::{GridPlacement, OccupancyGrid, SimdLevel, TriMesh};
 use measure::{Baseline, SeenCells, SeenPoint};
 use perception::{Cluster, DepthFrame, NetworkInput, Refusal, Scene, SceneRule, visible_sheet};
-use surface::{CubeField, LaplacianRule, SeenObject};
+use surface::{CubeField, LaplacianRule, LooseBodies, SeenObject};
 
 use super::{
     answer::{Answer, Detail},
@@ -49,6 +49,8 @@ pub struct Completed {
     pub mesh: TriMesh,
     /// Pieces under 1 % of the volume that were dropped.
     pub dropped: usize,
+    /// Bodies of the mesh, and how much of it is loose.
+    pub bodies: LooseBodies,
     /// Pixels left out as outliers.
     pub outliers: usize,
     /// Cells that were touched.
@@ -206,6 +208,7 @@ impl Completer {
         let timings =
             Timings { input: after_input - began, network: after_network - after_input, mesh: after_network.elapsed() };
         Ok(Completed {
+            bodies: LooseBodies::of(&completed.mesh),
             placement: input.placement,
             partial: input.partial,
             free: input.free,
@@ -247,7 +250,7 @@ impl Completer {
 
 /// The object as the camera saw it; outliers say nothing.
 fn seen_object(scene: &Scene, input: &NetworkInput) -> SeenObject {
-    let DepthFrame { camera, depth } = &scene.frame;
+    let DepthFrame { camera, depth, .. } = &scene.frame;
     SeenObject::new(camera, depth, &input.pixels, &input.outliers)
 }
 

@@ -4,6 +4,8 @@ mod answer;
 mod completer;
 mod error;
 
+use format::{Channel, Product};
+
 pub use answer::{Answer, Detail};
 pub use completer::{Completed, Completer, Timings, seen_points};
 pub use error::CompletionError;
@@ -13,7 +15,12 @@ pub use infer::{
 };
 pub use measure::{Baseline, SeenCells, SeenPoint};
 pub use perception::{
-    CameraDescription, CameraError, Cluster, ClusterRule, DepthFrame, FrameError, FrameRule, Plane, PlaneChoice,
-    PlaneRule, Refusal, Scene, SceneRule, read_frame,
+    CameraDescription, CameraError, CameraRule, Cluster, ClusterRule, DepthFrame, Distortion, FrameError, FrameRule,
+    LabelImage, Plane, PlaneChoice, PlaneRule, Refusal, RosImage, Scene, SceneRule, read_frame,
 };
-pub use surface::{LaplacianRule, NeighbourWeights};
+pub use surface::{LaplacianRule, LooseBodies, NeighbourWeights};
+
+/// Products whose samples can be completed: those with pairs.
+pub fn completable_products() -> Vec<Product> {
+    Channel::PAIR.products().collect()
+}

@@ -2,15 +2,23 @@
 
 use super::{ReachabilityMap, ReachabilityParts, RobotFacts};
 use format::{
-    FieldHeader, ReachabilityField,
+    FieldHeader, Product, ReachabilityField,
     dataset::{DatasetError, DatasetReader, Selection},
-    products::reachability::read_field,
+    products::reachability::{FIELD, read_field},
 };
 use kernel::{files::Folder, geom::PoseLabel};
 
 const REMEDY: &str = "`graspmill verify` finds the damaged file; `run` the job again";
 
 impl ReachabilityMap {
+    /// The product whose datasets have maps.
+    pub const PRODUCT: Product = Product::REACHABILITY;
+
+    /// Whether a folder has the file of a map, sound or not.
+    pub fn is_in(folder: &Folder) -> bool {
+        folder.contains(FIELD)
+    }
+
     /// The map of a reachability dataset, without witnesses: reads `field.mcap` and no other file, so that a robot needs
     /// no more than that one.
     ///

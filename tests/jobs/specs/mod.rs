@@ -60,6 +60,7 @@ fn asset(name: &str) -> AssetRecord {
         scale: 1.0,
         repairs: Vec::new(),
         inside: InsideMethod::Crossings,
+        solid_effort: None,
         warnings: Vec::new(),
         licence: None,
         citation: None,

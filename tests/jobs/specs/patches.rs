@@ -454,6 +454,12 @@ fn mistakes_are_told_with_their_places() {
         (&["patches.tips=[\"a\", \"b\", \"a\"]".to_owned()], "patches.tips", "twice"),
         (&["patches.side=500".to_owned()], "patches.side", "480 px"),
         (&["camera.near=3.0".to_owned()], "camera.near", "nothing would be seen"),
+        (&["camera.horizontal_fov=1e-9".to_owned()], "camera.horizontal_fov", "must lie between 6.4 and 64000 px"),
+        (
+            &["camera.point_focal_length=1e9".to_owned()],
+            "camera.point_focal_length",
+            "must lie between 6.4 and 64000 px",
+        ),
         (&["render.colour=false".to_owned(), "render.randomise=true".to_owned()], "render.randomise", "lights"),
         (&["patches.tip=3".to_owned()], "patches.tip", "did you mean `tips`"),
         (&["objects=[]".to_owned()], "objects", "unknown key"),

@@ -16,7 +16,10 @@ use crate::{
 use form::{Checker, Path};
 use format::Product;
 use kernel::{
-    geom::{Intrinsics, ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, rotation_from_rpy},
+    geom::{
+        Intrinsics, InvalidIntrinsics, ViewSet, closed_linspace, open_linspace, rotation_from_quaternion,
+        rotation_from_rpy,
+    },
     words::Show,
 };
 use sim::scene_camera as camera_of_scene;
@@ -160,7 +163,15 @@ fn camera(checker: &mut Checker, spec: &CameraSpec, folder: &FilePath) -> (Intri
     match camera {
         Ok(camera) => (camera, None),
         Err(error) => {
-            checker.invalid("camera", "a camera", error.to_string());
+            let key = match &error {
+                InvalidIntrinsics::OutOfRange { name: "fx" | "fy", .. } if focal.is_empty() => "horizontal_fov",
+                InvalidIntrinsics::OutOfRange { name: "fy", .. } if focal == ["fx"] => "fx",
+                InvalidIntrinsics::OutOfRange { name, .. } => name,
+                InvalidIntrinsics::Near(_) => "near",
+                InvalidIntrinsics::FieldOfView(_) => "horizontal_fov",
+                InvalidIntrinsics::Size { .. } => "width",
+            };
+            checker.invalid(format!("camera.{key}").as_str(), "a camera", error.to_string());
             (placeholder_camera(), None)
         }
     }

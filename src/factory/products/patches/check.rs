@@ -73,10 +73,13 @@ fn settings(checker: &mut Checker, spec: &PatchesSpec) -> Option<PatchSettings> 
     let camera = match Intrinsics::from_horizontal_fov(width, height, horizontal_fov, near) {
         Ok(camera) => camera,
         Err(error) => {
-            checker.invalid("camera", "a camera", error.to_string());
+            checker.invalid("camera.horizontal_fov", "a camera", error.to_string());
             return None;
         }
     };
+    if let Err(error) = camera.with_focal_length(point_focal_length).checked() {
+        checker.invalid("camera.point_focal_length", "a focal length", error.to_string());
+    }
     if near >= distance && checker.has("camera") {
         let expected = format!("below the distance, {distance} m");
         checker.invalid("camera.near", expected, format!("{near} m: nothing would be seen"));

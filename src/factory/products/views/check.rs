@@ -17,7 +17,7 @@ use form::{Checker, Path};
 use format::SceneImage;
 use kernel::{
     files::{self, Bound},
-    geom::Intrinsics,
+    geom::{Intrinsics, InvalidIntrinsics},
     words::Show,
 };
 
@@ -137,7 +137,13 @@ fn intrinsics(checker: &mut Checker, path: &Path, entry: &ViewCameraSpec) -> Opt
     match camera.checked() {
         Ok(camera) => Some(camera),
         Err(error) => {
-            checker.invalid(path.key("fx"), "a camera", error.to_string());
+            let key = match &error {
+                InvalidIntrinsics::OutOfRange { name: "fy", .. } if entry.fy.is_none() => "fx",
+                InvalidIntrinsics::OutOfRange { name, .. } => name,
+                InvalidIntrinsics::Near(_) => "near",
+                InvalidIntrinsics::Size { .. } | InvalidIntrinsics::FieldOfView(_) => "width",
+            };
+            checker.invalid(path.key(key), "a camera", error.to_string());
             None
         }
     }

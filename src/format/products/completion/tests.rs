@@ -126,6 +126,33 @@ fn beside(sample: SampleId) -> VoxelPair {
     }
 }
 
+#[test]
+fn a_pair_whose_camera_none_has_is_refused_by_the_field() {
+    let sample = SampleId { subject: ObjectId(Digest([7; 32])), instance: 0, item: ItemId(1), camera: 0 };
+    let mut payload = Vec::new();
+    beside(sample).encode(&mut payload);
+    let sound = proto::VoxelPair::decode(payload.as_slice()).expect("a message");
+    assert!(VoxelPair::decode(&sound.encode_to_vec()).is_ok());
+    type Lie = fn(&mut proto::Camera);
+    let lies: [(Lie, &str); 9] = [
+        (|camera| camera.width = 0, "camera.width"),
+        (|camera| camera.height = 16385, "camera.height"),
+        (|camera| camera.fx = 1e-300, "camera.fx"),
+        (|camera| camera.fy = 1e300, "camera.fy"),
+        (|camera| camera.fx = f64::NAN, "camera.fx"),
+        (|camera| camera.cx = 1e300, "camera.cx"),
+        (|camera| camera.cy = f64::NEG_INFINITY, "camera.cy"),
+        (|camera| camera.near = 0.0, "camera.near"),
+        (|camera| camera.near = f64::INFINITY, "camera.near"),
+    ];
+    for (lie, field) in lies {
+        let mut lying = sound.clone();
+        lie(lying.camera.as_mut().expect("a camera"));
+        let words = VoxelPair::decode(&lying.encode_to_vec()).expect_err(field).to_string();
+        assert!(words.contains(field), "{field}: {words}");
+    }
+}
+
 proptest! {
     #[test]
     fn a_pair_reads_back_and_has_the_generated_encoders_bytes(pair in pair()) {

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::codec::{
     Depth, RecordError,
-    fields::{broken, intrinsics, lengthy, named, pose, ranged},
+    fields::{FOCAL_LENGTHS, broken, intrinsics, lengthy, named, pose, ranged},
     proto, sample_from_proto, wire,
 };
 use crate::products::grasps::{FORCE, WRENCH};
@@ -203,8 +203,9 @@ impl HeatmapPatch {
         named(MESSAGE, "label", &raw.label, &LABELS)?;
         let value = value_of(&raw)?;
         let focal = raw.point_focal_length;
-        ranged(MESSAGE, "point_focal_length", focal, focal >= 0.0 && focal.is_finite(), "positive, or absent")?;
-        let point_focal_length = (focal > 0.0).then_some(focal);
+        let point_focal_length = (focal != 0.0).then_some(focal);
+        let is_focal = camera.with_focal_length(point_focal_length).checked().is_ok();
+        ranged(MESSAGE, "point_focal_length", focal, is_focal, FOCAL_LENGTHS)?;
         Ok(Self {
             sample,
             grasps: digest("grasps", &raw.grasps)?,

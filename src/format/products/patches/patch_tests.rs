@@ -166,7 +166,7 @@ fn changed(change: impl FnOnce(&mut proto::HeatmapPatch)) -> Result<HeatmapPatch
 fn what_contradicts_itself_is_no_patch() {
     assert!(changed(|_| ()).is_ok());
     type Change = fn(&mut proto::HeatmapPatch);
-    let refused: [(&str, Change); 13] = [
+    let refused: [(&str, Change); 15] = [
         ("sample", |raw| raw.sample = None),
         ("grasps", |raw| raw.grasps.truncate(31)),
         ("type", |raw| raw.r#type += 1),
@@ -177,6 +177,8 @@ fn what_contradicts_itself_is_no_patch() {
         ("corners", |raw| raw.corners[0] += 1),
         ("points", |raw| raw.points[2] = f64::NAN),
         ("point_focal_length", |raw| raw.point_focal_length = -1.0),
+        ("point_focal_length", |raw| raw.point_focal_length = 1e300),
+        ("point_focal_length", |raw| raw.point_focal_length = f64::NAN),
         ("depth", |raw| raw.depth[..4].copy_from_slice(&(-1.0f32).to_le_bytes())),
         ("labels", |raw| {
             // The palm's label at another point as well.

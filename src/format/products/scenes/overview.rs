@@ -4,7 +4,7 @@ use prost::Message;
 
 use crate::codec::{
     RecordError,
-    fields::{broken, lengthy, ranged},
+    fields::{FOCAL_LENGTHS, broken, lengthy, ranged},
     proto, sample_from_proto, wire,
 };
 use kernel::{
@@ -85,20 +85,21 @@ impl SceneOverview {
         for (field, side) in [("width", raw.width), ("height", raw.height)] {
             ranged(MESSAGE, field, f64::from(side), (1..=4096).contains(&side), "1 to 4096")?;
         }
-        for (field, value) in [("focal", raw.focal), ("camera_z", raw.camera_z)] {
-            ranged(MESSAGE, field, value, value > 0.0 && value.is_finite(), "positive and finite")?;
-        }
+        let height = raw.camera_z;
+        ranged(MESSAGE, "camera_z", height, height > 0.0 && height.is_finite(), "positive and finite")?;
         let pixels = raw.width as usize * raw.height as usize;
         lengthy(MESSAGE, "instances", pixels, raw.instances.len())?;
         lengthy(MESSAGE, "depths", 2 * pixels, raw.depths.len())?;
         let depths = raw.depths.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect();
-        Ok(Self {
+        let overview = Self {
             sample,
             size: [raw.width, raw.height],
             focal: raw.focal,
             camera_z: raw.camera_z,
             instances: raw.instances,
             depths,
-        })
+        };
+        ranged(MESSAGE, "focal", overview.focal, overview.camera().checked().is_ok(), FOCAL_LENGTHS)?;
+        Ok(overview)
     }
 }

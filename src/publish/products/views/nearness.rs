@@ -53,7 +53,7 @@ fn measures_from(reader: &DatasetReader) -> Result<f64, DatasetError> {
     let job = job_table(reader)?;
     let constant = job.get("sensor").and_then(|sensor| sensor.get("constants")?.get("min_range_m")?.as_float());
     constant.ok_or_else(|| DatasetError::Invalid {
-        path: reader.folder().join(JOB),
+        path: reader.folder().path_of(JOB),
         problem: "it has no `sensor.constants.min_range_m`".to_owned(),
         remedy: "`verify` the dataset, and make it again",
     })
