@@ -22,7 +22,7 @@ pub fn counted_parts(manifest: &Manifest) -> Option<CountedParts> {
     Some(CountedParts { noun: parts.noun, count: (parts.count)(manifest) })
 }
 
-/// What a user of a finished dataset should know that its samples show, beside the warnings of its manifest.
+/// Warnings of what the samples of a finished dataset show, beside those of its manifest.
 ///
 /// # Errors
 /// When a file of the dataset is missing or damaged.

@@ -33,7 +33,7 @@ pub struct ProductPages {
     pub(super) parts: Option<SampleParts>,
     /// Lines with the counts that only this product has.
     pub(super) counts_in_words: fn(&Folder, &Manifest) -> Result<Vec<String>, DatasetError>,
-    /// What a user should know that the samples show, each with its remedy.
+    /// Warnings of what the samples show, each with its remedy.
     pub(super) warnings: fn(&DatasetReader) -> Result<Vec<String>, DatasetError>,
     /// Writes the preview.
     pub(super) write_preview: WritePreview,

@@ -50,7 +50,7 @@ pub struct SimModel {
     pub(super) shadows: Option<Shadowed>,
 }
 
-/// What the lights of a scene have to see for its shadows [m].
+/// Distances that the lights of a scene have to cover for its shadows [m].
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shadowed {
     /// Distance from the world's origin within which there are shadows.

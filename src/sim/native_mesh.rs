@@ -78,7 +78,7 @@ fn triangles_memory(model: &HandModel, object: &TriMesh) -> usize {
     BASE_MEMORY + bytes_per_triangle(model) * object.triangles.len()
 }
 
-/// The same of one triangle.
+/// Memory that MuJoCo may ask for per triangle [bytes].
 fn bytes_per_triangle(model: &HandModel) -> usize {
     let geoms = model.robot.model.body_geomnum().iter().max().map_or(0, |number| index(*number));
     BYTES_PER_PAIR * geoms

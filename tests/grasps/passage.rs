@@ -71,8 +71,8 @@ fn clearances_of_a_gripper_among_blocks_are_those_of_its_measures() {
     let free = |clearance: f64| Passage { blocked: None, clearance };
     let blocked = |stage, thing, clearance| Passage { blocked: Some((stage, thing)), clearance };
     for (beside, ground, expected) in [
-        // From finger to neighbour; beyond what is told; too near.
-        (0.080, 0.0, free(0.008)),
+        // From the palm's edge, 5 mm beside the neighbour's and 6 mm above it; beyond what is told; too near a finger.
+        (0.080, 0.0, free(0.005_f64.hypot(0.006))),
         (0.200, 0.0, free(Passage::FAR)),
         (0.073, 0.0, blocked(PathStage::Pregrasp, InTheWay::Neighbour(1), 0.001)),
         // The plane under the fingertips, which are 25 mm above the bottom of the target.

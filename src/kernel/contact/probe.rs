@@ -39,8 +39,8 @@ impl Probe {
         })
     }
 
-    /// A box or a cylinder with its edges, a ball or a capsule: for distances, where a contact needs no direction. `None` for a
-    /// mesh.
+    /// A box or a cylinder with its edges, a ball or a capsule: for distances, where a contact needs no direction. A surface that cuts
+    /// such a box may be told too far: ask with [rounded](Self::new) edges as well, the lesser counts. `None` for a mesh.
     pub fn sharp(shape: &Shape) -> Option<Self> {
         match shape {
             Shape::Box { half } => Some(Self { half: *half, round: false, thickness: 0.0 }),
@@ -51,14 +51,14 @@ impl Probe {
         }
     }
 
-    /// A [sharp](Self::sharp) solid whose surface is drawn in by a length all around [m]; what is thinner than that becomes a
+    /// The solid with its surface drawn in by a length all around [m]; what is thinner than that becomes a
     /// rectangle, a disc, a line or a point.
     #[must_use]
     pub fn drawn_in(&self, by: f64) -> Self {
-        if self.thickness > 0.0 {
-            return Self { thickness: (self.thickness - by).max(0.0), ..*self };
-        }
-        Self { half: self.half.map(|side| (side - by).max(0.0)), ..*self }
+        // What is thicker is drawn in first.
+        let of_core = (by - self.thickness).max(0.0);
+        let half = self.half.map(|side| (side - of_core).max(0.0));
+        Self { half, round: self.round, thickness: (self.thickness - by).max(0.0) }
     }
 
     /// Widens its faces to those of a box or cylinder with sharp edges: what touches a face next to its edge is pressed

@@ -1,4 +1,4 @@
-//! The same surface in smaller triangles.
+//! Meshes in smaller triangles.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ pub const TOUCHED_EDGE: f64 = 0.006;
 const COARSER: f64 = 1.5;
 
 impl TriMesh {
-    /// The same surface with no edge longer than `longest` [m]: longer edges are halved, over and over, those that two triangles
+    /// Returns this surface with no edge longer than `longest` [m]: longer edges are halved, over and over, those that two triangles
     /// share at one vertex, so that a closed surface stays closed. The vertices of the mesh stay and come first. Where that takes
     /// more than `max_triangles`, edges may be longer by half, and again; the mesh itself where it has more.
     ///

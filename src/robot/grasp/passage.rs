@@ -108,10 +108,10 @@ pub struct ClosingGrasp {
 pub struct HandPassage {
     closing: Closing,
     table: TableWatch,
-    /// The hand's solids as they are.
-    solids: Vec<Probe>,
-    /// The same, drawn in by what they may overlap the object.
-    drawn_in: Vec<Probe>,
+    /// The hand's solids as they are, with their edges and with rounded ones.
+    solids: Vec<[Probe; 2]>,
+    /// The hand's solids, drawn in by what they may overlap the object.
+    drawn_in: Vec<[Probe; 2]>,
     margin: f64,
 }
 
@@ -158,12 +158,15 @@ impl HandPassage {
     /// When the margin is not at least 0 and below [`Passage::FAR`].
     pub fn new(search: &HandSearch, margin: f64) -> Self {
         assert!((0.0..FAR).contains(&margin), "a margin of {margin} m");
-        let probe = |solid: &Solid| Probe::sharp(&solid.shape).expect("no mesh is a solid of a hand");
-        let solids: Vec<Probe> = search.solids.solids.iter().map(probe).collect();
+        let probe = |solid: &Solid| {
+            [Probe::sharp(&solid.shape), Probe::new(&solid.shape)]
+                .map(|probe| probe.expect("no mesh is a solid of a hand"))
+        };
+        let solids: Vec<[Probe; 2]> = search.solids.solids.iter().map(probe).collect();
         Self {
             closing: Closing::new(&search.hand, &search.solids),
             table: TableWatch::new(&search.hand, &search.solids),
-            drawn_in: solids.iter().map(|solid| solid.drawn_in(DRAWN_IN)).collect(),
+            drawn_in: solids.iter().map(|solid| solid.each_ref().map(|probe| probe.drawn_in(DRAWN_IN))).collect(),
             solids,
             margin,
         }
@@ -397,15 +400,21 @@ impl HandPassage {
         let placed = self.closing.object_from_solid(obstacle_from_base, frames, solid);
         let Self { closing: Closing { scratch, .. }, solids, drawn_in, .. } = self;
         let surface = &thing.obstacle.surface;
-        let probe = if thing.what == InTheWay::Target { &drawn_in[solid] } else { &solids[solid] };
-        // The start of the range is told of what touches.
-        let told = surface.distance_within(probe, &placed, &(0.0..=reach.max(TOLERANCE)), scratch);
+        let probes = if thing.what == InTheWay::Target { &drawn_in[solid] } else { &solids[solid] };
+        // The start of the range is told of what touches. A surface that cuts a sharp solid may be told too far: the rounded one counts
+        // where it is nearer.
+        let mut least = |probes: &[Probe; 2], reach: f64| {
+            let distances =
+                probes.each_ref().map(|probe| surface.distance_within(probe, &placed, &(0.0..=reach), scratch));
+            distances[0].min(distances[1])
+        };
+        let told = least(probes, reach.max(TOLERANCE));
         if told > 0.0 {
             return told;
         }
         let touches = |by: f64| {
-            let drawn_in = solids[solid].drawn_in(by);
-            surface.distance_within(&drawn_in, &placed, &(0.0..=TOLERANCE), scratch) == 0.0
+            let drawn_in = solids[solid].each_ref().map(|probe| probe.drawn_in(by));
+            least(&drawn_in, TOLERANCE) == 0.0
         };
         0.0 - overlap(touches)
     }

@@ -140,7 +140,7 @@ impl ImageMaker {
     }
 }
 
-/// How near each of some bodies is to a sensor that measures from a depth on [m]: by what each pixel sees, and its true depth [m].
+/// Nearness of each body to a sensor that measures from a depth on [m]: by what each pixel sees, and its true depth [m].
 fn nearness(instances: &[u8], depths: &[f32], bodies: usize, measures_from: f32) -> Vec<NearBody> {
     let mut near = vec![NearBody::default(); bodies];
     for (instance, depth) in instances.iter().zip(depths) {

@@ -149,7 +149,7 @@ pub struct Grasp {
     pub object_in_way: Option<BothWays<Option<PathStage>>>,
 }
 
-/// What is in the way of a hand that comes to a grasp.
+/// Obstacles in the way of a hand that comes to a grasp.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WayObstacles {
     /// The object itself, before the hand closes on it.
@@ -186,7 +186,7 @@ impl Grasp {
         (0..self.clearances.len()).find(|pose| self.is_above_table(*pose))
     }
 
-    /// What is in the way of the hand on either way: without a table, or on that of a resting pose. `None` where the verdict is
+    /// Obstacles on either way of the hand: without a table, or on that of a resting pose. `None` where the verdict is
     /// [`GraspVerdict::Penetrates`], or there is no such pose.
     pub fn obstacles(&self, pose: Option<usize>) -> Option<BothWays<WayObstacles>> {
         let BothWays { shaped, opened } = self.object_in_way?.map(|stage| stage.is_some());

@@ -62,7 +62,7 @@ pub struct SceneInstance {
     pub visible_box: [u32; 4],
     /// Silhouette alone, in the image.
     pub mask: PixelMask,
-    /// How near it is, with a sensor.
+    /// Nearness to the sensor; `None` without one.
     pub near: Option<NearBody>,
 }
 

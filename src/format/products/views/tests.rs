@@ -35,7 +35,7 @@ fn image() -> SceneImage {
     }
 }
 
-/// The same before a sensor, of whose two bodies the first has one pixel of two too near, the second none.
+/// An image before a sensor: one of two pixels of the first body is too near, none of the second.
 fn measured() -> SceneImage {
     let mut image = image();
     image.point_instances = Some(vec![2, 253, 1, 254, 0, 0, 255, 255, 0, 0, 0, 0]);

@@ -337,7 +337,7 @@ fn per_pose(row: &GraspRow<'_>, text: impl Fn(&Grasp, usize) -> &'static str) ->
     (0..row.grasp.clearances.len()).map(|pose| text(row.grasp, pose)).collect()
 }
 
-/// What is in the way of a hand on the table of a resting pose.
+/// Obstacles in the way of a hand on the table of a resting pose.
 fn obstacles(grasp: &Grasp, pose: usize, way: fn(BothWays<WayObstacles>) -> WayObstacles) -> &'static str {
     grasp.obstacles(Some(pose)).map_or("", |ways| way(ways).words())
 }

@@ -11,7 +11,7 @@ use kernel::words::{FreeWays, GraspVerdict};
 pub struct WayFacts {
     /// Closed grasps by the ways that are free of the object, in the order of [`FreeWays::ALL`].
     pub in_the_air: [u64; FreeWays::ALL.len()],
-    /// Those of objects that rest on a table, by the ways that are free of the object and of the table of its most likely pose.
+    /// Closed grasps of objects that rest on a table, by the ways that are free of the object and of the table of its most likely pose.
     pub on_a_table: [u64; FreeWays::ALL.len()],
 }
 
@@ -59,7 +59,7 @@ pub(super) struct WayRow {
     pub name: &'static str,
     /// Count and share, the object alone in the way.
     pub in_the_air: (u64, String),
-    /// The same with the table of the most likely pose.
+    /// Count and share with the table of the most likely pose in the way as well.
     pub on_a_table: (u64, String),
 }
 
