@@ -7,7 +7,8 @@ use std::{
 };
 
 use graspmill::{
-    assets::{Description, MeshSource, Repair, built_in_names, prepare, read_triangles},
+    assets::{MeshSource, Repair, built_in_names, prepare, read_triangles},
+    description::Description,
     factory::{
         job::{JobContext, JobDraft, JobSet, JobText},
         plan::Plan,

@@ -63,6 +63,7 @@ pub fn run_failure(error: RunError) -> Failure {
         RunError::Interrupted => Exit::Interrupted,
         RunError::Dataset(error) if error.is_io() => Exit::InputOutput,
         RunError::Dataset(error) if error.is_foreign() => Exit::BadSpec,
+        RunError::WrongJob(_) => Exit::BadSpec,
         RunError::Dataset(_)
         | RunError::Produce(_)
         | RunError::Panicked { .. }

@@ -14,10 +14,11 @@ use super::{
     error::{HandError, RobotError},
     ffi::drop_free_joints,
     robot::RobotModel,
+    statements::{Usage, condition_of},
 };
 use robot::{
     collision::{Bodies, Body, Shape},
-    grasp::has_opposition,
+    grasp::{HandSearch, OwnOverlaps, has_opposition},
     hand::{Coupling, Hand, HandTable, Mount, Skeleton},
     kinematics::{JointTree, TreeJoint},
 };
@@ -36,7 +37,7 @@ impl HandModel {
     pub fn open(path: &Path) -> Result<Self, HandError> {
         let description = description_of(path);
         // A hand that floats in its file stands still here: grasps move the object against it.
-        let robot = RobotModel::open_edited(&description, drop_free_joints)?;
+        let robot = RobotModel::open_edited(&description, Usage::Hand, drop_free_joints)?;
         let table = HandTable::read(&HandTable::beside(&description))?;
         let hand = table.hand(robot.skeleton()?)?;
         Ok(Self { robot, hand: Arc::new(hand) })
@@ -68,21 +69,40 @@ impl HandModel {
         Ok((carried.bodies, carried.rules))
     }
 
-    /// Whether grasps of true meshes can be searched with it: it has eigengrasps and contacts that may touch, and what can
-    /// touch is simple.
+    /// Whether grasps of true meshes can be searched with it: it has eigengrasps and contacts that may touch, what can touch is
+    /// simple, and in some posture it does not overlap itself.
     ///
     /// # Errors
     /// When it can't.
     pub fn check_grasping(&self) -> Result<(), HandError> {
+        self.search().map(drop)
+    }
+
+    /// The hand prepared for a search of grasps, and how often it overlaps itself.
+    ///
+    /// # Errors
+    /// Errors of [`HandModel::check_grasping`].
+    pub fn search(&self) -> Result<(HandSearch, OwnOverlaps), HandError> {
+        let table = || HandTable::beside(&self.robot.path);
         let missing = match self.hand.eigengrasps() {
             None => Some("eigengrasps, in which its postures are searched: `[eigengrasps]`"),
             Some(_) if self.hand.contacts().len() < 3 => Some("three points that may touch: `[[contacts]]`"),
             Some(_) => None,
         };
-        match missing {
-            Some(what) => Err(HandError::NoGrasps { path: HandTable::beside(&self.robot.path), what }),
-            None => self.check_solids(),
+        if let Some(what) = missing {
+            return Err(HandError::NoGrasps { path: table(), what });
         }
+        self.check_solids()?;
+        let (bodies, _) = self.bodies()?;
+        let search = HandSearch::new(&self.hand, &bodies)
+            .map_err(|source| HandError::Unsearchable { path: self.robot.path.clone(), source })?;
+        let overlaps = search.own_overlaps();
+        if overlaps.clear == 0 {
+            let name = |body: usize| bodies.bodies[body].name.clone();
+            let pairs = overlaps.pairs.iter().map(|(pair, count)| (pair.map(name), *count)).collect();
+            return Err(HandError::NeverClear { path: self.robot.path.clone(), postures: overlaps.postures, pairs });
+        }
+        Ok((search, overlaps))
     }
 
     /// Whether the middles of its pads can be placed on pairs of points.
@@ -103,15 +123,28 @@ impl HandModel {
         if has_opposition(&self.hand) { Ok(()) } else { Err(HandError::NoOpposition { path: path() }) }
     }
 
-    /// Whether all that can touch is a box, a ball, a capsule or a cylinder: only these touch true meshes.
+    /// Whether all that can touch is a box, a ball, a capsule or a cylinder, and touches objects: only these touch true meshes.
     ///
     /// # Errors
     /// When something else can.
     pub fn check_solids(&self) -> Result<(), HandError> {
         let (bodies, _) = self.bodies()?;
         let mesh = |body: &&Body| body.geometries.iter().any(|part| matches!(part.shape, Shape::Mesh(_)));
-        match bodies.bodies.iter().find(mesh) {
-            Some(body) => Err(HandError::Geom { path: self.robot.path.clone(), body: body.name.clone() }),
+        if let Some(body) = bodies.bodies.iter().find(mesh) {
+            return Err(HandError::Geom { path: self.robot.path.clone(), body: body.name.clone() });
+        }
+        let model = &self.robot.model;
+        // Objects have contype 1 and conaffinity 1.
+        let misses = |geom: &usize| {
+            let kinds = model.geom_contype()[*geom] | model.geom_conaffinity()[*geom];
+            kinds != 0 && kinds & 1 == 0
+        };
+        match (0..model.geom_type().len()).find(misses) {
+            Some(geom) => {
+                let (when, remedy) = condition_of("body/geom", Some("contype"), Usage::Hand);
+                let body = self.robot.body_name(index(model.geom_bodyid()[geom]));
+                Err(HandError::MissesObjects { path: self.robot.path.clone(), body, when, remedy })
+            }
             None => Ok(()),
         }
     }
@@ -134,6 +167,7 @@ impl RobotModel {
     pub(super) fn skeleton(&self) -> Result<Skeleton, HandError> {
         let model = &self.model;
         let table = self.all_links()?;
+        self.check_ties(&table)?;
         let couplings = self.couplings(&table)?;
         let mount = |body: i32, body_from_frame| {
             let (link, link_from_body) = table.of_body[index(body)];

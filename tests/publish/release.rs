@@ -7,7 +7,7 @@ use std::{
     sync::LazyLock,
 };
 
-use graspmill::assets::Description;
+use graspmill::description::Description;
 
 use crate::support::{
     files::{ROOT, copy_folder, list_names, read_json, read_text, read_tree},

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use graspmill::{
-    assets::Description,
     collision::{Bodies, TouchTest},
+    description::Description,
     geom::{Shape, Triangles},
     seed::Stream,
     sim::{RobotError, RobotModel},

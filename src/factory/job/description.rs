@@ -4,7 +4,7 @@ use std::path::Path as FilePath;
 
 use form::{Checker, Path};
 use kernel::{
-    assets::{Description, DescriptionError},
+    description::{Description, DescriptionError},
     ids::Digest,
 };
 

@@ -144,10 +144,13 @@ impl Producer for GraspWorker<'_> {
         self.record.resting_poses = object.search.resting().poses.len() as u32;
         let mut facts = self.record.facts();
         if run.grasps.is_empty() {
-            let detail = run.losses.as_ref().map_or_else(
+            let mut detail = run.losses.as_ref().map_or_else(
                 || format!("{} of {} steps had no legal neighbour", run.failed, run.steps),
                 ToString::to_string,
             );
+            if let Some(own) = self.hand.own_obstacle() {
+                detail += &format!("; {own}");
+            }
             return out.reject(sample, facts, NO_LEGAL_STATE, &detail);
         }
         if let Some(payload) = out.payload(Channel::GRASP_RUN) {
