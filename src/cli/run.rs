@@ -2,6 +2,7 @@
 
 use std::{
     collections::BTreeMap,
+    io::{BufRead, BufReader},
     path::{Path, PathBuf},
     time::Instant,
 };
@@ -98,11 +99,21 @@ pub fn exit_of(manifest: &Manifest) -> Exit {
 }
 
 /// A warning where no sample was kept, with the reason of most rejects.
-fn no_sample(manifest: &Manifest) -> Option<String> {
+fn no_sample(folder: &Path, manifest: &Manifest) -> Option<String> {
     let Counts { samples, kept: 0, rejected, .. } = &manifest.counts else { return None };
     let Noun { one, .. } = manifest.product.samples;
     let reasons: Vec<String> = rejected.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
-    Some(format!("no {one} was kept: of {samples}, all were rejected ({}); change the job", reasons.join(", ")))
+    let first = first_reject(folder).map(|detail| format!("; the first: {detail}")).unwrap_or_default();
+    Some(format!("no {one} was kept: of {samples}, all were rejected ({}); change the job{first}", reasons.join(", ")))
+}
+
+/// Detail of the first rejected sample.
+fn first_reject(folder: &Path) -> Option<String> {
+    let file = kernel::files::open(&folder.join(layout::REJECTS)).ok()?;
+    let mut line = String::new();
+    BufReader::new(file).read_line(&mut line).ok()?;
+    let row: serde_json::Value = serde_json::from_str(&line).ok()?;
+    row["detail"].as_str().filter(|detail| !detail.is_empty()).map(str::to_owned)
 }
 
 /// Makes the dataset of a job in a folder, or the shards that are missing of it, and measures how long that took [s]. `inputs`:
@@ -237,7 +248,7 @@ pub fn text(path: &Path, parallelism: &Parallelism, summary: &RunSummary, second
         let were = if counts.refused_meshes == 1 { "was" } else { "were" };
         lines.push(format!("{} {were} refused:", counted(counts.refused_meshes, "mesh")));
     }
-    let warnings = manifest.warnings.iter().cloned().chain(no_sample(manifest));
+    let warnings = manifest.warnings.iter().cloned().chain(no_sample(path, manifest));
     lines.extend(warnings.map(|warning| format!("warning: {warning}")));
     // Of one class alone, the root over all says it.
     if manifest.classes.len() > 1 {

@@ -141,7 +141,7 @@ impl HandModel {
         };
         match (0..model.geom_type().len()).find(misses) {
             Some(geom) => {
-                let (when, remedy) = condition_of("body/geom", Some("contype"), Usage::Hand);
+                let (when, remedy) = condition_of("body/geom", Some("conaffinity"), Usage::Hand);
                 let body = self.robot.body_name(index(model.geom_bodyid()[geom]));
                 Err(HandError::MissesObjects { path: self.robot.path.clone(), body, when, remedy })
             }

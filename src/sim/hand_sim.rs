@@ -318,6 +318,11 @@ impl HandSim {
     pub fn hand(&self) -> &Hand {
         &self.hand
     }
+
+    /// Names of the description's touch sensors, whose values trials record.
+    pub fn touch_sensors(&self) -> impl Iterator<Item = &str> {
+        self.touch_sensors.iter().map(|(name, _)| name.as_str())
+    }
 }
 
 impl std::fmt::Debug for HandSim {
@@ -346,9 +351,15 @@ pub(super) fn hand_spec(model: &HandModel) -> Result<(MjSpec, Vec<f64>), HandErr
     for equality in spec.equality_iter_mut().filter(|equality| equality.type_() == MjtEq::mjEQ_JOINT) {
         equality.set_active(false);
     }
-    // Their controls would be of the wrong length.
+    // The object's mount alone is placed from outside.
+    for body in spec.world_body_mut().body_iter_mut() {
+        body.set_mocap(false);
+    }
+    // Their controls and places would be of the wrong length.
     for key in spec.key_iter_mut() {
         key.set_ctrl(&[]);
+        key.set_mpos(&[]);
+        key.set_mquat(&[]);
     }
     let gains = add_servos(&mut spec, &model.hand).map_err(refused)?;
     Ok((spec, gains))

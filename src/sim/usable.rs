@@ -7,7 +7,7 @@ use kernel::{
     geom::{MassProperties, TriMesh},
     voxel::InsideTest,
 };
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Point3};
 
 use super::{error::HandError, hand::HandModel, hand_sim::HandSim, trial::TrialSim};
 
@@ -28,14 +28,21 @@ impl HandModel {
     /// # Errors
     /// Errors of [`TrialSim::on_table`].
     pub fn check_trials(&self) -> Result<(), HandError> {
-        let side = f64::from(2.0 * HALF);
-        let inertia = Matrix3::identity() * (side * side / 6.0);
-        let mass = MassProperties { volume: side.powi(3), centre: nalgebra::Point3::origin(), inertia };
-        TrialSim::on_table(self, small_box(), &mass).map(drop)
+        TrialSim::on_table(self, small_box(), &mass_of_small_box()).map(drop)
     }
 }
 
-fn small_box() -> &'static Arc<ContactSurface> {
+/// Volume and moments of inertia of the box, in closed form.
+pub(super) fn mass_of_small_box() -> MassProperties {
+    let side = f64::from(2.0 * HALF);
+    MassProperties {
+        volume: side.powi(3),
+        centre: Point3::origin(),
+        inertia: Matrix3::identity() * (side * side / 6.0),
+    }
+}
+
+pub(super) fn small_box() -> &'static Arc<ContactSurface> {
     static BOX: OnceLock<Arc<ContactSurface>> = OnceLock::new();
     BOX.get_or_init(|| {
         let corner = |index: usize| [0, 1, 2].map(|axis| if index >> axis & 1 == 1 { HALF } else { -HALF });

@@ -7,6 +7,7 @@ mod commands;
 mod links;
 mod programs;
 mod running;
+mod statements;
 #[path = "../support/mod.rs"]
 mod support;
 mod threats;

@@ -105,6 +105,7 @@ pub const BOUNDS: &[Bound] = &[
     count("keyframe/key", 1000.0),
     count("body/joint", 1000.0),
     count("body/freejoint", 1000.0),
+    count("body/geom", 5000.0),
     count("equality/*", 1000.0),
     count("contact/pair", 10_000.0),
     count("default/default", 1000.0),

@@ -5,9 +5,13 @@
 
 mod mjcf;
 mod page;
+#[cfg(test)]
+mod row_tests;
+#[cfg(test)]
+mod tests;
 mod urdf;
 
-use kernel::description::{DescriptionText, Format, Statement, section_of};
+use kernel::description::{DescriptionText, Format, Statement};
 
 pub use page::reference;
 
@@ -76,7 +80,8 @@ pub enum Decision {
 pub struct Row {
     /// The element, as `section/element`; `body` stands for all that holds bodies.
     pub element: &'static str,
-    /// Its attributes, each with a value that makes a difference; empty: the element with all attributes that no other row names.
+    /// Its attributes, each with a value that makes a difference, or none where it makes none alone; empty: the element with all
+    /// attributes that no other row names.
     pub attributes: &'static str,
     /// Attributes without which these make no difference, or for a whole element an example of it.
     pub example: &'static str,
@@ -173,10 +178,13 @@ pub(super) fn condition_of(element: &str, attribute: Option<&str>, usage: Usage)
         let names_it = attribute.map_or(row.attributes.is_empty(), |name| row.values().any(|(known, _)| known == name));
         row.element == element && names_it
     };
-    match mjcf::ROWS.iter().find(is_it).expect("the table has the statement").decision(usage) {
-        Decision::HonouredUnless { when, remedy } | Decision::IgnoredUnless { when, remedy, .. } => (when, remedy),
-        other => unreachable!("{element} is {other:?}"),
-    }
+    let condition = |row: &Row| match row.decision(usage) {
+        Decision::HonouredUnless { when, remedy } | Decision::IgnoredUnless { when, remedy, .. } => {
+            Some((when, remedy))
+        }
+        _ => None,
+    };
+    mjcf::ROWS.iter().filter(is_it).find_map(condition).expect("the table has a condition for the statement")
 }
 
 /// Whether a value is one of those that are taken.
@@ -198,10 +206,4 @@ fn is_in_another_program(text: &DescriptionText, statement: usize) -> bool {
         next = text.statements[parent].parent;
     }
     false
-}
-
-/// The element of a row in full: that of a default is the one in its own section.
-pub fn element_in_section(within: &str, element: &str) -> String {
-    let section = if within == "default" && element != "default" { section_of(element) } else { within };
-    format!("{section}/{element}")
 }

@@ -6,7 +6,7 @@ use super::{
 };
 
 const FORCES: Decision = Ignored { reason: "no force and no mass decides which poses are reached" };
-const TABLE: Decision = Ignored { reason: "the hand's table has speeds and torques" };
+const TABLE: Decision = Ignored { reason: "the hand's table has speeds and gains" };
 const STILL: Decision = Ignored { reason: "a container stands still" };
 const CAMERA: Decision = Ignored { reason: "the camera alone is read" };
 const SHOWN: Decision = Ignored { reason: "it is only drawn" };
@@ -59,13 +59,23 @@ pub(super) const ROWS: &[Row] = &[
     element("joint/parent", "", READ),
     element("joint/child", "", READ),
     element("joint/axis", "", MOVES),
-    attributes("joint/limit", r#"effort="1" velocity="1""#, [FORCES, TABLE, STILL, CAMERA]),
+    attributes("joint/limit", r#"effort="0.01""#, [FORCES, Honoured, STILL, CAMERA]),
+    attributes("joint/limit", r#"velocity="1""#, [FORCES, TABLE, STILL, CAMERA]),
     element("joint/limit", r#"<limit lower="-0.5" upper="0.5"/>"#, MOVES),
-    attributes("joint/safety_controller", r#"k_position="1" k_velocity="1""#, [FORCES, TABLE, STILL, CAMERA]),
-    element("joint/safety_controller", r#"<safety_controller soft_lower_limit="-0.3" soft_upper_limit="0.3"/>"#, MOVES),
+    Row {
+        element: "joint/safety_controller",
+        attributes: r#"k_position="1" k_velocity="1""#,
+        example: r#"<safety_controller soft_lower_limit="-0.3" soft_upper_limit="1.35"/>"#,
+        decisions: [FORCES, TABLE, STILL, CAMERA],
+    },
+    element(
+        "joint/safety_controller",
+        r#"<safety_controller soft_lower_limit="-0.3" soft_upper_limit="1.35"/>"#,
+        MOVES,
+    ),
     element(
         "joint/mimic",
-        r#"<mimic joint="j1"/>"#,
+        r#"<mimic joint="right"/>"#,
         [
             HonouredUnless {
                 when: "a joint of the planning group is one of the two",
