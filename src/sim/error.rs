@@ -100,12 +100,9 @@ impl RefusedStatement {
 
 impl fmt::Display for RefusedStatement {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { place, statement, when, remedy } = self;
+        let Self { place, statement, when, .. } = self;
         write!(f, "{place}: {statement} is refused")?;
-        if !when.is_empty() {
-            write!(f, ", for {when}")?;
-        }
-        write!(f, "; {remedy}")
+        if when.is_empty() { Ok(()) } else { write!(f, ", because {when}") }
     }
 }
 
@@ -118,12 +115,21 @@ fn shortened(text: &str) -> String {
     }
 }
 
-/// Refused statements, a line each.
+/// Refused statements, a line each; the remedy follows the last of those that share it.
 fn lines(refused: &[RefusedStatement]) -> String {
     const MOST: usize = 10;
-    let mut lines: Vec<String> = refused.iter().take(MOST).map(ToString::to_string).collect();
-    lines.extend(refused.len().checked_sub(MOST + 1).map(|more| format!("and {} more", more + 1)));
-    lines.join("\n")
+    let mut out = String::new();
+    for (index, statement) in refused.iter().take(MOST).enumerate() {
+        let next = refused.get(index + 1).filter(|_| index + 1 < MOST);
+        let is_last = next.is_none_or(|next| next.remedy != statement.remedy);
+        let remedy = if is_last { format!("; {}", statement.remedy) } else { String::new() };
+        let line_break = if index > 0 { "\n" } else { "" };
+        out += &format!("{line_break}{statement}{remedy}");
+    }
+    if refused.len() > MOST {
+        out += &format!("\nand {} more", refused.len() - MOST);
+    }
+    out
 }
 
 /// Why a robot's description gives no planning group.
@@ -356,7 +362,7 @@ pub enum HandError {
         body: String,
     },
     /// A geom of the hand that can touch, but no object.
-    #[error("{}: body {body:?} has a geom that is refused, for {when}; {remedy}", path.display())]
+    #[error("{}: body {body:?} has a geom that is refused, because {when}; {remedy}", path.display())]
     MissesObjects {
         /// The hand.
         path: PathBuf,

@@ -1,5 +1,6 @@
 //! Damage, forgery, differences and full disks are found and reported; kept inputs of the fuzzer are taken.
 
+mod descriptions;
 mod difference;
 mod disk;
 mod evil_input;

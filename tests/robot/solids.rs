@@ -161,13 +161,13 @@ fn maps_and_their_check_at_rest_agree_with_robot_check() {
     let line =
         refused.split_once("put ").and_then(|(_, rest)| rest.split_once(" into")).expect("a remedy").0.to_owned();
     write_gantry(&workspace, "always", "0.2 0 0", "-0.03 0.03", &line);
-    let map = workspace.run_job("always", "free").args(["--json"]).read_json();
+    let map = workspace.run_job("always", "free").read_json();
     assert_eq!((&map["kept"], &map["facts"]["reachable"]), (&27.into(), &27.into()), "{map}");
     // Beside the block: poses whose ball is in it collide, all others are reached.
     write_gantry(&workspace, "outside", "0.2 0 0.4", "-0.5 0.5", "");
     let wide = "{ from = -0.12, to = 0.13, step = 0.04 }";
     workspace.write("outside.toml", job("outside", "{ from = 0.08, to = 0.33, step = 0.04 }", wide));
-    let map = workspace.run_job("outside", "outside").args(["--json"]).read_json();
+    let map = workspace.run_job("outside", "outside").read_json();
     let steps = |from: f64| (0..7).map(move |step| from + 0.04 * f64::from(step));
     // Distance of the ball's centre from the block, in closed form.
     let apart = |x: f64, y: f64, z: f64| {

@@ -67,7 +67,7 @@ fn a_urdf_of_a_package_is_checked_and_mapped_as_it_is() {
          target = \"tool0\"\n[poses]\nx = { from = 0.0, to = 0.6, step = 0.2 }\ny = { from = 0.0, to = 0.2, step = 0.2 }\n\
          z = { from = 0.4, to = 0.8, step = 0.2 }\nroll = 2\npitch = 2\nyaw = 2\n",
     );
-    let map = workspace.run_job("map", "map").args(["--json"]).read_json();
+    let map = workspace.run_job("map", "map").read_json();
     assert_eq!(map["samples"], 6, "{map}");
     Program::on("verify", &workspace.path("map")).option("--regenerate", "2").succeed();
 }
@@ -163,6 +163,6 @@ fn what_a_urdf_does_not_find_or_understand_is_named() {
         ("<loop_joint link1=\"l1\" link2=\"l3\"/>", "<loop_joint"),
     ] {
         let error = refused("<transmission", &format!("{unknown}<transmission"));
-        assert!(error.contains("arm.urdf:24") && error.contains(element) && error.contains("take it out"), "{error}");
+        assert!(error.contains("arm.urdf:21") && error.contains(element) && error.contains("take it out"), "{error}");
     }
 }

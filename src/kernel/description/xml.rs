@@ -33,6 +33,9 @@ pub(super) struct Malformed {
     pub(super) problem: String,
 }
 
+/// Largest number of attributes of an element. Those of MJCF have 40 at most, and MuJoCo's parser compares each with all before it.
+pub const MAX_ATTRIBUTES: usize = 100;
+
 /// What begins and ends a part of the text that holds no tag.
 const PASSED_OVER: [(&str, &str); 4] = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>"), ("<!", ">")];
 
@@ -104,6 +107,9 @@ impl<'t> Tags<'t> {
             let Some((key, value)) = attribute else {
                 return Err(self.malformed(format!("the tag of <{name}> is not understood")));
             };
+            if attributes.len() == MAX_ATTRIBUTES {
+                return Err(self.malformed(format!("<{name}> has more than {MAX_ATTRIBUTES} attributes")));
+            }
             if attributes.iter().any(|(known, _)| *known == key) {
                 return Err(self.malformed(format!("<{name}> has `{key}` twice")));
             }
@@ -254,11 +260,17 @@ mod tests {
             ("<m a/>", 1, "the tag of <m> is not understood"),
             ("<m a='1/>", 1, "the tag of <m> is not understood"),
             ("<m a='1' a='2'/>", 1, "<m> has `a` twice"),
+            ("<m MANY/>", 1, "<m> has more than 100 attributes"),
             ("<m><1/></m>", 1, "`<` is not followed by a name"),
             ("<m></m a='1'>", 1, "the tag of <m> is not understood"),
             ("<m><!-- ", 1, "`<!--` is not ended by `-->`"),
         ] {
-            assert_eq!(read(text), Err(Malformed { line, problem: problem.to_owned() }), "{text}");
+            let many: String = (0..=MAX_ATTRIBUTES).map(|index| format!("a{index}='' ")).collect();
+            assert_eq!(
+                read(&text.replace("MANY", &many)),
+                Err(Malformed { line, problem: problem.to_owned() }),
+                "{text}"
+            );
         }
     }
 }

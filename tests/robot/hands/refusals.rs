@@ -204,19 +204,19 @@ fn what_ties_joints_beside_the_table_is_the_cause_that_is_named() {
             "a chain",
             Case { coupling: "<connect name=\"bar\" body1=\"left_tip\" body2=\"palm\" anchor=\"0 0.01 0\"/>", ..SOUND },
             &[
-                "hand.xml:28: <connect name=\"bar\" body1=\"left_tip\" body2=\"palm\"",
+                "hand.xml:25: <connect name=\"bar\" body1=\"left_tip\" body2=\"palm\"",
                 "ties links that move against each other",
             ],
         ),
         (
             "a weld",
             Case { coupling: "<weld body1=\"left_tip\" body2=\"left\"/>", ..SOUND },
-            &["hand.xml:28: <weld body1=\"left_tip\" body2=\"left\">", "take out the joint that does not move"],
+            &["hand.xml:25: <weld body1=\"left_tip\" body2=\"left\">", "take out the joint that does not move"],
         ),
         (
             "a tendon with a motor",
             Case { coupling: "", more: tendon, ..SOUND },
-            &["hand.xml:31: <fixed name=\"cable\">", "moves, ties, limits or loads joints of the hand"],
+            &["hand.xml:28: <fixed name=\"cable\">", "moves, ties, limits or loads joints of the hand"],
         ),
     ];
     for (name, case, parts) in cases {
