@@ -49,6 +49,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("kernel/files", &[]),
     ("kernel/cancel", &[]),
     ("kernel/ids", &[]),
+    ("kernel/description", &["files", "ids"]),
     ("kernel/npy", &[]),
     ("kernel/remedy", &[]),
     ("kernel/seed", &["ids"]),

@@ -37,7 +37,7 @@ pub(super) struct Carried {
     pub(super) body_of_geom: Vec<Option<usize>>,
 }
 
-/// What of a robot can collide.
+/// Bodies of a robot that can collide, and its rest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collidable {
     /// The bodies.

@@ -60,7 +60,7 @@ pub struct RefusedStatement {
     pub statement: String,
     /// Why it is refused here, as a clause; empty where it always is.
     pub when: &'static str,
-    /// What to write instead.
+    /// Remedy: the statement to write instead.
     pub remedy: &'static str,
 }
 
@@ -84,7 +84,7 @@ impl RefusedStatement {
         Self { when, ..Self::new(statement, None, remedy) }
     }
 
-    /// The same of a statement whose place is not known.
+    /// An element whose place is not known, refused under a condition.
     pub(super) fn without_place(
         file: &Path,
         element: &str,
@@ -370,7 +370,7 @@ pub enum HandError {
         body: String,
         /// Condition under which such a geom is refused.
         when: &'static str,
-        /// What to write instead.
+        /// Remedy: the statement to write instead.
         remedy: &'static str,
     },
     /// A hand that a search has no room for.

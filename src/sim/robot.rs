@@ -35,9 +35,9 @@ pub struct RobotModel {
     /// The name that the description gives itself.
     pub(super) name: String,
     pub(super) model: Arc<MjModel>,
-    /// What it is read for.
+    /// Use that the description is read for.
     pub(super) usage: Usage,
-    /// Its elements as they are written.
+    /// Elements of the description as they are written.
     pub(super) text: DescriptionText,
     /// Mesh files in the model's order.
     pub(super) meshes: Vec<MeshFile>,

@@ -1,4 +1,4 @@
-//! What of a description ties its parts beyond the tree of bodies: equalities and tendons.
+//! Equalities and tendons: statements that tie parts of a description beside the tree of its bodies.
 
 use std::collections::{BTreeMap, BTreeSet};
 

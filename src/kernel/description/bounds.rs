@@ -29,11 +29,11 @@ pub const MAX_BYTES: f64 = 256.0 * 1024.0 * 1024.0;
 pub struct Bound {
     /// The element, as `section/element`, or `section/*` for all of a section.
     pub element: &'static str,
-    /// What is bounded.
+    /// Count, value or memory that is bounded.
     pub rule: Rule,
 }
 
-/// What a [`Bound`] bounds.
+/// Count, value or memory that a [`Bound`] limits.
 #[derive(Clone, Copy, Debug)]
 pub enum Rule {
     /// The number of such elements, copies included.
@@ -55,7 +55,7 @@ pub enum Rule {
         /// Largest product.
         most: f64,
     },
-    /// How many numbers an attribute holds.
+    /// Number of numbers in an attribute.
     Numbers {
         /// The attribute.
         attribute: &'static str,
@@ -71,7 +71,7 @@ pub enum Rule {
     },
 }
 
-/// Attributes from which the number of copies of an element's content follows, and of an element's own copies.
+/// The element that copies its content.
 const REPLICATE: &str = "body/replicate";
 
 const fn count(element: &'static str, most: f64) -> Bound {

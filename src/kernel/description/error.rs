@@ -33,7 +33,7 @@ pub enum DescriptionError {
     TooLarge {
         /// The element that is too much.
         place: Place,
-        /// What there is too much of.
+        /// Count, value or size that is too large.
         excess: TooLarge,
     },
     /// A file that includes or attaches itself, directly or through others.
@@ -63,7 +63,7 @@ pub enum DescriptionError {
     },
 }
 
-/// What a description has too much of.
+/// Count, value or size of a description that is too large.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TooLarge {
     /// Elements, copies included.

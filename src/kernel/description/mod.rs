@@ -100,7 +100,7 @@ fn add_digests(
 pub struct DescriptionText {
     /// Kind of the description.
     pub format: Format,
-    /// Its elements with those of the texts that it includes, parents before their children; then those of the models that it
+    /// Elements of the description with those of the texts that it includes, parents before their children; then those of the models that it
     /// attaches, each model once.
     pub statements: Vec<Statement>,
     /// Files that elements of the description itself name: as they are written, and where they are.

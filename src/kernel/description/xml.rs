@@ -36,7 +36,7 @@ pub(super) struct Malformed {
 /// Largest number of attributes of an element. Those of MJCF have 40 at most, and MuJoCo's parser compares each with all before it.
 pub const MAX_ATTRIBUTES: usize = 100;
 
-/// What begins and ends a part of the text that holds no tag.
+/// Marks around parts of the text that hold no tag.
 const PASSED_OVER: [(&str, &str); 4] = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>"), ("<!", ">")];
 
 /// Reads a text tag by tag, up to the end of its first element.

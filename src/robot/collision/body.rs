@@ -37,7 +37,7 @@ pub struct Bodies {
 }
 
 impl Bodies {
-    /// The same bodies, of which these pairs are checked.
+    /// Replaces the pairs that are checked.
     #[must_use]
     pub fn with_pairs(self, pairs: Vec<[usize; 2]>) -> Self {
         Self { pairs, ..self }

@@ -1,4 +1,4 @@
-//! How often a hand overlaps itself over the postures of its eigengrasps.
+//! Overlaps of a hand with itself, over the postures of its eigengrasps.
 
 use std::collections::{BTreeMap, BTreeSet};
 

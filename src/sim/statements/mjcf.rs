@@ -1,4 +1,4 @@
-//! What is done with each statement of MJCF.
+//! The table of MJCF.
 
 use super::{
     Decision::{self, Honoured, HonouredUnless, Ignored, IgnoredUnless, Only, Refused},
@@ -9,7 +9,7 @@ use super::{
 const FORCES: Decision = Ignored { reason: "no force and no mass decides which poses are reached" };
 /// Nothing in a container moves.
 const STILL: Decision = Ignored { reason: "a container stands still" };
-/// Of a scene with a camera the camera is read.
+/// The camera of a scene is read, nothing else.
 const CAMERA: Decision = Ignored { reason: "the camera alone is read" };
 const SHOWN: Decision = Ignored { reason: "it is only drawn" };
 const NAME: Decision = Ignored { reason: "a name alone" };
@@ -40,7 +40,7 @@ const fn attributes(element: &'static str, attributes: &'static str, decisions: 
     Row { element, attributes, example: "", decisions }
 }
 
-/// The same, beside attributes without which they make none.
+/// Attributes of an element beside others without which they make no difference.
 const fn attributes_beside(
     element: &'static str,
     attributes: &'static str,
@@ -260,7 +260,7 @@ pub(super) const ROWS: &[Row] = &[
     attributes(
         "body/body",
         r#"mocap="true""#,
-        all(Ignored { reason: "a body that others place stays where the file has it" }),
+        all(Ignored { reason: "a mocap body stays where the file has it" }),
     ),
     element("body/body", "", [Honoured, Honoured, Honoured, CAMERA]),
     element(

@@ -1,4 +1,4 @@
-//! What is done with each statement of a description: honoured, ignored with a reason, or refused with a remedy.
+//! The table of statements of descriptions: each is honoured, ignored with a reason, or refused with a remedy.
 //!
 //! [`ROWS`](mjcf::ROWS) and [`ROWS`](urdf::ROWS) are the only declaration. [`check`] follows them, the page `docs/mjcf.md` is
 //! [printed](reference) from them, and tests try every row and compare them with the schema of the linked MuJoCo.
@@ -17,7 +17,7 @@ pub use page::reference;
 
 use super::error::RefusedStatement;
 
-/// What a description is read for.
+/// Use that a description is read for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Usage {
     /// The map of a robot: joints, shapes that can collide, and which of them may meet.
@@ -35,42 +35,42 @@ impl Usage {
     pub const ALL: [Self; 4] = [Self::Robot, Self::Hand, Self::Container, Self::Camera];
 }
 
-/// What is done with a statement.
+/// Treatment of a statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decision {
-    /// It changes what is read, as MuJoCo has it.
+    /// Honoured: it changes what is read, as MuJoCo has it.
     Honoured,
-    /// It is honoured but under a condition, where it is refused.
+    /// Honoured, and refused under a condition.
     HonouredUnless {
         /// The condition, as a clause.
         when: &'static str,
-        /// What to write instead.
+        /// Remedy: the statement to write instead.
         remedy: &'static str,
     },
-    /// It changes nothing of what is read.
+    /// Ignored: it changes nothing of what is read.
     Ignored {
         /// Why that is safe.
         reason: &'static str,
     },
-    /// It changes nothing of what is read but under a condition, where it is refused.
+    /// Ignored, and refused under a condition.
     IgnoredUnless {
         /// Why that is safe.
         reason: &'static str,
         /// The condition, as a clause.
         when: &'static str,
-        /// What to write instead.
+        /// Remedy: the statement to write instead.
         remedy: &'static str,
     },
     /// Some values change nothing of what is read, all others are refused.
     Only {
         /// The values that are taken; numbers are compared as numbers, one by one.
         values: &'static [&'static str],
-        /// What to write instead.
+        /// Remedy: the statement to write instead.
         remedy: &'static str,
     },
-    /// It is refused.
+    /// Refused.
     Refused {
-        /// What to write instead.
+        /// Remedy: the statement to write instead.
         remedy: &'static str,
     },
 }
@@ -80,7 +80,7 @@ pub enum Decision {
 pub struct Row {
     /// The element, as `section/element`; `body` stands for all that holds bodies.
     pub element: &'static str,
-    /// Its attributes, each with a value that makes a difference, or none where it makes none alone; empty: the element with all
+    /// Attributes of the element, each with a value that makes a difference, or none where it makes none alone; empty: the element with all
     /// attributes that no other row names.
     pub attributes: &'static str,
     /// Attributes without which these make no difference, or for a whole element an example of it.
@@ -101,7 +101,7 @@ impl Row {
         })
     }
 
-    /// What is done with it.
+    /// Treatment of the statement by a use.
     pub fn decision(&self, usage: Usage) -> Decision {
         let index = Usage::ALL.iter().position(|known| *known == usage).expect("every use is listed");
         self.decisions[index]

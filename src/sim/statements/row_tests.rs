@@ -1,4 +1,4 @@
-//! What is done with each statement of a description: every row of the table is tried in a description that holds all else.
+//! Every row of the table of statements is tried, in a description that is the same otherwise.
 
 use std::{collections::BTreeMap, fs, path::Path, sync::Arc};
 
@@ -139,7 +139,7 @@ fn tetrahedron(height: f64) -> String {
     format!("v 0 0 0\nv 0.02 0 0\nv 0 0.03 0\nv 0 0 {height}\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
 }
 
-/// What is read of a description for a use, in full: two readings are equal when nothing in them differs.
+/// Everything that is read of a description for a use, as text: two readings are equal when nothing in them differs.
 fn read(format: Format, usage: Usage, text: &str) -> Result<String, String> {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, text: &str| {
@@ -335,7 +335,7 @@ fn statements(format: Format, row: &Row) -> Vec<(String, String, String)> {
     row.values().filter(|(_, value)| !value.is_empty()).map(stated).collect()
 }
 
-/// What is wrong with a row's decision for a use; `None` where it is true.
+/// Fault of a row's decision for a use; `None` where it is true.
 fn fault(
     before: &Result<String, String>,
     format: Format,

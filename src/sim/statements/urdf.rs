@@ -1,4 +1,4 @@
-//! What is done with each statement of URDF. MuJoCo drops what it does not know; nothing is dropped here without a row.
+//! The table of URDF. MuJoCo drops what it does not know; nothing is dropped here without a row.
 
 use super::{
     Decision::{self, Honoured, HonouredUnless, Ignored},

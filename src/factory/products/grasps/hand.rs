@@ -51,13 +51,13 @@ pub struct GraspHand {
     pub bodies: Arc<Bodies>,
     /// Prepared for annealing.
     pub search: Arc<HandSearch>,
-    /// How often the hand overlaps itself.
+    /// Postures in which the hand overlaps itself.
     overlaps: OwnOverlaps,
 }
 
 impl GraspHand {
-    /// What of its own stands in the way of legal states, for the ledger: the share of postures in which the hand overlaps itself, and the
-    /// pair of bodies that does so most often. `None` of a hand that never does.
+    /// Share of postures in which the hand overlaps itself, and the pair of bodies that does so most often, for the ledger; `None` for a
+    /// hand that never does.
     pub fn own_obstacle(&self) -> Option<String> {
         let OwnOverlaps { postures, clear, pairs } = &self.overlaps;
         let ([one, other], _) = pairs.first()?;

@@ -259,7 +259,7 @@ fn closed_form(group: &PlanningGroup, solver: Solver) -> Result<Option<ClosedFor
 struct ReadRobot {
     model: RobotModel,
     group: PlanningGroup,
-    /// What can collide, where our own test decides that.
+    /// Bodies that can collide, where our own test decides that.
     collidable: Option<Collidable>,
 }
 
