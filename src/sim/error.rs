@@ -341,10 +341,11 @@ pub enum HandError {
     #[error(transparent)]
     Table(#[from] robot::hand::HandTableError),
     /// A coupling that is not read.
-    #[error("{}: <equality>: joint {joint:?} {reason}", path.display())]
+    #[error("{place}: <equality>: joint {joint:?} {reason}")]
     Coupling {
-        /// The hand.
-        path: PathBuf,
+        /// File and line, or the file alone.
+        place: String,
+
         /// The joint that follows.
         joint: String,
         /// Problem with the coupling, and the remedy.

@@ -150,13 +150,13 @@ impl HandModel {
     }
 }
 
-/// The MJCF file that a path stands for.
+/// The description that a path means: that of a table is beside it, in MJCF or else in URDF.
 fn description_of(path: &Path) -> PathBuf {
-    if path.extension().is_some_and(|extension| extension == "toml") {
-        path.with_extension("xml")
-    } else {
-        path.to_owned()
+    if path.extension().is_none_or(|extension| extension != "toml") {
+        return path.to_owned();
     }
+    let [mjcf, urdf] = ["xml", "urdf"].map(|ending| path.with_extension(ending));
+    if urdf.exists() && !mjcf.exists() { urdf } else { mjcf }
 }
 
 impl RobotModel {
@@ -219,6 +219,12 @@ impl RobotModel {
         self.model.id_to_name(MjtObjBase::mjOBJ_JOINT, joint).unwrap_or_default()
     }
 
+    /// Error of the coupling by which a joint follows.
+    fn coupling_error(&self, joint: usize, reason: &'static str) -> HandError {
+        let joint = self.joint_name(joint).to_owned();
+        HandError::Coupling { place: self.place_of("equality/joint", "joint1", &joint), joint, reason }
+    }
+
     /// Couplings of `<equality><joint>`. MuJoCo's polynomial is about the joints' reference values.
     fn couplings(&self, links: &LinkTable) -> Result<Vec<Coupling>, HandError> {
         let model = &self.model;
@@ -228,11 +234,7 @@ impl RobotModel {
                 continue;
             }
             let joint = index(model.eq_obj1id()[equality]);
-            let refused = |reason| HandError::Coupling {
-                path: self.path.clone(),
-                joint: self.joint_name(joint).to_owned(),
-                reason,
-            };
+            let refused = |reason| self.coupling_error(joint, reason);
             let Ok(follows) = usize::try_from(model.eq_obj2id()[equality]) else {
                 return Err(refused("is held at a value; take the joint out instead"));
             };
@@ -248,11 +250,8 @@ impl RobotModel {
             found.push(Coupling { joint, follows, ratio, offset });
         }
         if let Some(chained) = found.iter().find(|one| found.iter().any(|other| other.joint == one.follows)) {
-            return Err(HandError::Coupling {
-                path: self.path.clone(),
-                joint: self.joint_name(chained.joint).to_owned(),
-                reason: "follows a joint that itself follows one; couple both to the one that is driven",
-            });
+            let reason = "follows a joint that itself follows one; couple both to the one that is driven";
+            return Err(self.coupling_error(chained.joint, reason));
         }
         // From MuJoCo's numbers of joints to indices in the tree.
         let index = |joint: usize| {

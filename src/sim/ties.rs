@@ -221,6 +221,16 @@ impl RobotModel {
         }
     }
 
+    /// File and line of the element with this attribute, or the file alone where it is not written so.
+    pub(super) fn place_of(&self, element: &str, attribute: &str, value: &str) -> String {
+        let found = self
+            .text
+            .statements
+            .iter()
+            .find(|statement| statement.is(element) && statement.get(attribute) == Some(value));
+        found.map_or_else(|| self.path.display().to_string(), |statement| statement.place.to_string())
+    }
+
     pub(super) fn name_of(&self, kind: MjtObjBase, id: usize) -> &str {
         self.model.id_to_name(kind, id).unwrap_or_default()
     }

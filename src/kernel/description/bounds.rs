@@ -157,6 +157,8 @@ pub const BOUNDS: &[Bound] = &[
 struct Sums {
     elements: f64,
     bytes: f64,
+    /// Elements within each other.
+    depth: usize,
     /// By the row of [`BOUNDS`].
     counts: BTreeMap<usize, f64>,
     /// The largest default of each attribute that takes memory, by element and attribute.
@@ -183,17 +185,20 @@ impl Check {
             return Ok(known.clone());
         }
         let mut sums = Sums { defaults: defaults(document), ..Sums::default() };
-        // Copies of each element's content: parents come before their children.
-        let mut copies_within: Vec<f64> = Vec::with_capacity(document.statements.len());
+        // Copies of each element's content, and elements around that: parents come before their children.
+        let mut within: Vec<(f64, usize)> = Vec::with_capacity(document.statements.len());
         for (index, statement) in document.statements.iter().enumerate() {
-            let times = statement.parent.map_or(1.0, |parent| copies_within[parent]);
-            copies_within.push(times * own_copies(statement));
+            let (times, depth) = statement.parent.map_or((1.0, 0), |parent| within[parent]);
+            within.push((times * own_copies(statement), depth + 1));
             sums.elements += times;
+            sums.depth = sums.depth.max(depth + 1);
             for (row, bound) in BOUNDS.iter().enumerate().filter(|(_, bound)| statement.is_or_defaults(bound.element)) {
                 sums.add(row, bound, statement, times).map_err(|error| error.at(&statement.place))?;
             }
             if let Some(model) = document.attached(index) {
-                sums.add_all(&self.document(model)?, times);
+                let attached = self.document(model)?;
+                sums.add_all(&attached, times);
+                sums.depth = sums.depth.max(depth + attached.depth);
             }
             sums.check().map_err(|error| error.at(&statement.place))?;
         }
@@ -264,6 +269,9 @@ impl Sums {
     fn check(&self) -> Result<(), TooLarge> {
         if self.elements > MAX_ELEMENTS {
             return Err(TooLarge::Elements { elements: self.elements, most: MAX_ELEMENTS });
+        }
+        if self.depth > MAX_DEPTH {
+            return Err(TooLarge::Depth);
         }
         if self.bytes > MAX_BYTES {
             return Err(TooLarge::Memory { bytes: self.bytes, most: MAX_BYTES });

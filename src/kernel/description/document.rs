@@ -12,7 +12,7 @@ use super::{
     error::{DescriptionError, TooLarge},
     packages,
     statement::{Place, Statement, kind_of},
-    xml::{Malformed, TagKind, Tags},
+    xml::{Malformed, Tag, TagKind, Tags},
 };
 use crate::ids::Digest;
 
@@ -200,14 +200,16 @@ impl Reader {
                 return Err(TooLarge::Depth.at(&place));
             }
             let is_root = around.is_empty();
-            if is_root && by_root(expansion, parent, &tag.attributes, tag.name) {
-                if tag.kind == TagKind::Start {
-                    around.push(parent);
-                }
+            if is_root && before > 0 {
+                // The root of a text that is included: its content stands in the place of the `include`.
+                around.extend((tag.kind == TagKind::Start).then_some(parent));
                 continue;
             }
+            if is_root {
+                expansion.take_root(&tag);
+            }
             let parent = around.last().copied().flatten().or(parent);
-            let index = expansion.push(place.clone(), parent, tag.name, &tag.attributes)?;
+            let index = expansion.push(place.clone(), parent, &tag)?;
             if tag.name == "include" && expansion.document.format == Format::Mjcf {
                 self.include(expansion, index, &place, parent)?;
             }
@@ -239,41 +241,26 @@ impl Reader {
     }
 }
 
-/// Takes the root of a text; whether it is no statement of its own, as that of a text that is included.
-fn by_root(
-    expansion: &mut Expansion<'_>,
-    parent: Option<usize>,
-    attributes: &[(&str, std::borrow::Cow<'_, str>)],
-    name: &str,
-) -> bool {
-    let is_main = parent.is_none() && expansion.document.statements.is_empty();
-    if is_main {
-        expansion.document.format = if name == "robot" { Format::Urdf } else { Format::Mjcf };
-        let key = if name == "robot" { "name" } else { "model" };
-        expansion.document.name =
-            attributes.iter().find(|(attribute, _)| *attribute == key).map(|(_, value)| value.clone().into_owned());
-    }
-    !is_main
-}
-
 impl Expansion<'_> {
+    /// Takes format and name from the root of the description.
+    fn take_root(&mut self, root: &Tag<'_>) {
+        let (format, key) = if root.name == "robot" { (Format::Urdf, "name") } else { (Format::Mjcf, "model") };
+        let name = root.attributes.iter().find(|(attribute, _)| *attribute == key);
+        self.document.format = format;
+        self.document.name = name.map(|(_, value)| value.clone().into_owned());
+    }
+
     /// Appends an element; its index.
-    fn push(
-        &mut self,
-        place: Place,
-        parent: Option<usize>,
-        element: &str,
-        attributes: &[(&str, std::borrow::Cow<'_, str>)],
-    ) -> Result<usize, DescriptionError> {
+    fn push(&mut self, place: Place, parent: Option<usize>, tag: &Tag<'_>) -> Result<usize, DescriptionError> {
         let statements = &mut self.document.statements;
         if statements.len() as f64 >= MAX_ELEMENTS {
             let elements = statements.len() as f64 + 1.0;
             return Err(TooLarge::Elements { elements, most: MAX_ELEMENTS }.at(&place));
         }
         let within = parent.map_or("", |parent| kind_of(&statements[parent].element)).to_owned();
-        let attributes =
-            attributes.iter().map(|(name, value)| ((*name).to_owned(), value.clone().into_owned())).collect();
-        statements.push(Statement { place, parent, within, element: element.to_owned(), attributes });
+        let attributes = tag.attributes.iter().map(|(name, value)| ((*name).to_owned(), value.clone().into_owned()));
+        let (element, attributes) = (tag.name.to_owned(), attributes.collect());
+        statements.push(Statement { place, parent, within, element, attributes });
         Ok(statements.len() - 1)
     }
 }

@@ -297,6 +297,13 @@ fn nesting_and_elements_are_bounded() {
         let error = read_text(&nested(count)).unwrap_err().to_string();
         assert!(error.contains("more than 200 elements within each other"), "{error}");
     }
+    // Through files as well.
+    let bodies = |inside: &str| format!("<mujoco>{}{inside}{}</mujoco>", "<body>".repeat(120), "</body>".repeat(120));
+    let attach = "<asset><model name='m' file='b.xml'/></asset><attach model='m' prefix='p'/>";
+    for outer in ["<include file='b.xml'/>", attach] {
+        let error = read_files(&[("a.xml", &bodies(outer)), ("b.xml", &bodies(""))]).unwrap_err().to_string();
+        assert!(error.contains("more than 200 elements within each other"), "{error}");
+    }
     let many = format!("<mujoco>{}</mujoco>", "<text/>".repeat(20_000));
     assert!(read_text(&many).unwrap_err().to_string().contains("20001 elements with all copies"));
 }

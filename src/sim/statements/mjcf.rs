@@ -257,11 +257,7 @@ pub(super) const ROWS: &[Row] = &[
     attributes("body/body", r#"name="renamed" childclass="thick""#, [Honoured, Honoured, Honoured, CAMERA]),
     attributes("body/body", r#"gravcomp="1""#, [FORCES, Honoured, STILL, CAMERA]),
     attributes("body/body", r#"fuse="false" simple="false" sleep="never" user="1""#, all(UNUSED)),
-    attributes(
-        "body/body",
-        r#"mocap="true""#,
-        all(Ignored { reason: "a mocap body stays where the file has it" }),
-    ),
+    attributes("body/body", r#"mocap="true""#, all(Ignored { reason: "a mocap body stays where the file has it" })),
     element("body/body", "", [Honoured, Honoured, Honoured, CAMERA]),
     element(
         "body/frame",
