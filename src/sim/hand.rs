@@ -222,7 +222,7 @@ impl RobotModel {
     /// Error of the coupling by which a joint follows.
     fn coupling_error(&self, joint: usize, reason: &'static str) -> HandError {
         let joint = self.joint_name(joint).to_owned();
-        HandError::Coupling { place: self.place_of("equality/joint", "joint1", &joint), joint, reason }
+        HandError::Coupling { place: self.follower_place(&joint), joint, reason }
     }
 
     /// Couplings of `<equality><joint>`. MuJoCo's polynomial is about the joints' reference values.

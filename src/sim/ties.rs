@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use kernel::description::Statement;
+use kernel::description::{Format, Statement};
 use mujoco_rs::wrappers::mj_model::{MjtEq, MjtObjBase, MjtTrn, MjtWrap};
 
 use super::{
@@ -138,7 +138,7 @@ impl RobotModel {
                 }
                 MjtEq::mjEQ_JOINT if self.usage == Usage::Hand => continue,
                 MjtEq::mjEQ_JOINT => Tie {
-                    element: "equality/joint",
+                    element: self.follower_element(),
                     names: named(MjtObjBase::mjOBJ_JOINT, ["joint1", "joint2"]),
                     bodies: Vec::new(),
                     joints: objects,
@@ -213,22 +213,46 @@ impl RobotModel {
             let mut known = tie.names.iter().filter(|(_, name)| !name.is_empty());
             statement.is(tie.element) && known.all(|(attribute, name)| statement.get(attribute) == Some(name))
         };
-        let element = tie.element.split_once('/').map_or(tie.element, |(_, element)| element);
-        match self.text.statements.iter().find(is_it) {
+        let follower = tie.names.iter().find(|(attribute, _)| *attribute == "joint1").map(|(_, name)| name.as_str());
+        let statement = match follower {
+            Some(joint) => self.follower_statement(joint),
+            None => self.text.statements.iter().find(is_it),
+        };
+        match statement {
             Some(statement) => RefusedStatement::when(statement, when, remedy),
-            // A URDF's `mimic`, or one that was copied under another name.
-            None => RefusedStatement::without_place(&self.path, element, &tie.names, when, remedy),
+            // One that was copied under another name.
+            None => {
+                let element = tie.element.split_once('/').map_or(tie.element, |(_, element)| element);
+                RefusedStatement::without_place(&self.path, element, &tie.names, when, remedy)
+            }
         }
     }
 
-    /// File and line of the element with this attribute, or the file alone where it is not written so.
-    pub(super) fn place_of(&self, element: &str, attribute: &str, value: &str) -> String {
-        let found = self
-            .text
-            .statements
-            .iter()
-            .find(|statement| statement.is(element) && statement.get(attribute) == Some(value));
-        found.map_or_else(|| self.path.display().to_string(), |statement| statement.place.to_string())
+    /// The element by which a joint follows another.
+    fn follower_element(&self) -> &'static str {
+        match self.text.format {
+            Format::Mjcf => "equality/joint",
+            Format::Urdf => "joint/mimic",
+        }
+    }
+
+    /// The statement by which a joint follows another.
+    fn follower_statement(&self, joint: &str) -> Option<&Statement> {
+        let statements = &self.text.statements;
+        statements.iter().filter(|statement| statement.is(self.follower_element())).find(|statement| {
+            let follower = match self.text.format {
+                Format::Mjcf => statement.get("joint1"),
+                // It stands in the joint that follows.
+                Format::Urdf => statement.parent.and_then(|parent| statements[parent].get("name")),
+            };
+            follower == Some(joint)
+        })
+    }
+
+    /// File and line of the statement by which a joint follows another, or the file alone where it is not written so.
+    pub(super) fn follower_place(&self, joint: &str) -> String {
+        self.follower_statement(joint)
+            .map_or_else(|| self.path.display().to_string(), |statement| statement.place.to_string())
     }
 
     pub(super) fn name_of(&self, kind: MjtObjBase, id: usize) -> &str {

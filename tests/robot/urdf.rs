@@ -8,6 +8,8 @@ use graspmill::{
 };
 
 use crate::support::{
+    jobs::NO_SPLIT,
+    meshes::{centred_block, off_of},
     program::Program,
     robots::{max_difference, open_robot, random_values},
     workspace::Workspace,
@@ -124,7 +126,8 @@ fn a_joint_that_mimics_another_follows_it_where_both_stand_still() {
     for joints in [&["j1", "j2"][..], &["j1", "j3"], &JOINTS] {
         let error = robot.planning_group(joints, "tool0", &BTreeMap::new()).expect_err("tied").to_string();
         assert!(
-            error.contains("a joint of the planning group is one of the two") && error.contains("joint1=\"j3\""),
+            error.contains("a joint of the planning group is one of the two")
+                && error.contains("arm.urdf:16: <mimic joint=\"j2\""),
             "{error}"
         );
     }
@@ -165,4 +168,61 @@ fn what_a_urdf_does_not_find_or_understand_is_named() {
         let error = refused("<transmission", &format!("{unknown}<transmission"));
         assert!(error.contains("arm.urdf:21") && error.contains(element) && error.contains("take it out"), "{error}");
     }
+}
+
+/// A gripper whose second finger follows the first.
+const GRIPPER: &str = r#"<robot name="gripper">
+  <link name="palm"><inertial><mass value="0.3"/><inertia ixx="1e-3" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="0 0 0.02"/><geometry><box size="0.06 0.1 0.04"/></geometry></collision></link>
+  <link name="left"><inertial><mass value="0.05"/><inertia ixx="1e-5" iyy="1e-5" izz="1e-5" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="0 0.006 0.035"/><geometry><box size="0.02 0.012 0.06"/></geometry></collision></link>
+  <link name="right"><inertial><mass value="0.05"/><inertia ixx="1e-5" iyy="1e-5" izz="1e-5" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="0 -0.006 0.035"/><geometry><box size="0.02 0.012 0.06"/></geometry></collision></link>
+  <joint name="left" type="prismatic"><parent link="palm"/><child link="left"/><origin xyz="0 0 0.042"/>
+    <axis xyz="0 1 0"/><limit lower="0" upper="0.04" effort="20" velocity="0.1"/></joint>
+  <joint name="right" type="prismatic"><parent link="palm"/><child link="right"/><origin xyz="0 0 0.042"/>
+    <axis xyz="0 -1 0"/><limit lower="0" upper="0.04" effort="20" velocity="0.1"/><mimic joint="left"/></joint>
+</robot>"#;
+
+const GRIPPER_TABLE: &str = r#"approach = { body = "palm", position = [0.0, 0.0, 0.07], z = [0.0, 0.0, 1.0], x = [1.0, 0.0, 0.0] }
+contacts = [
+  { name = "left", body = "left", position = [0.0, 0.0, 0.05], normal = [0.0, -1.0, 0.0] },
+  { name = "right", body = "right", position = [0.0, 0.0, 0.05], normal = [0.0, 1.0, 0.0] },
+  { name = "root", body = "right", position = [0.0, 0.0, 0.03], normal = [0.0, 1.0, 0.0] },
+]
+width = ["left", "right"]
+[[driven]]
+joint = "left"
+opened = 0.04
+closed = 0.0
+speed = 0.1
+torque = 20
+[eigengrasps]
+origin = [0.02]
+directions = [[1.0]]
+"#;
+
+/// The table is in body frames, which a URDF's links have; trials hold the object.
+#[test]
+fn a_hand_in_urdf_grasps() {
+    let workspace = Workspace::new();
+    let hand = workspace.write("gripper.urdf", GRIPPER);
+    let table = workspace.write("gripper.toml", GRIPPER_TABLE);
+    for path in [&hand, &table] {
+        let report = Program::new("hand").arg("check").arg(path).option("--samples", "200").read_json();
+        let uses = report["uses"].as_array().expect("uses");
+        assert!(!uses.is_empty() && uses.iter().all(|usage| usage["refusal"].is_null()), "{report}");
+        let followers = &report["driven"][0]["followers"];
+        assert!(followers.to_string().contains("right"), "{report}");
+    }
+    workspace.write("meshes/box.off", off_of(&centred_block([0.02, 0.02, 0.03])));
+    workspace.write(
+        "job.toml",
+        format!(
+            "product = \"grasps\"\n[hand]\nscene = \"gripper.urdf\"\n[[objects]]\nfolder = \"meshes\"\n[grasps]\nseeds = 1\n\
+             sampler = \"antipodal\"\n[antipodal]\ndepth = \"any\"\npairs = 20\nbest = 1\n[physics]\n{NO_SPLIT}"
+        ),
+    );
+    let run = workspace.run_job("job", "out").read_json();
+    assert_eq!((&run["kept"], &run["facts"]["grasps_held"]), (&1.into(), &1.into()), "{run}");
 }

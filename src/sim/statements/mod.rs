@@ -184,7 +184,12 @@ pub(super) fn condition_of(element: &str, attribute: Option<&str>, usage: Usage)
         }
         _ => None,
     };
-    mjcf::ROWS.iter().filter(is_it).find_map(condition).expect("the table has a condition for the statement")
+    mjcf::ROWS
+        .iter()
+        .chain(urdf::ROWS)
+        .filter(is_it)
+        .find_map(condition)
+        .expect("the table has a condition for the statement")
 }
 
 /// Whether a value is one of those that are taken.

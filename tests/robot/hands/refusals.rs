@@ -4,7 +4,12 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::support::{jobs::NO_SPLIT, program::Program, workspace::Workspace};
+use crate::support::{
+    jobs::NO_SPLIT,
+    meshes::{centred_block, off_of},
+    program::Program,
+    workspace::Workspace,
+};
 
 /// A gripper of two fingers of two links; `PALM`, `TIP`, `MORE` and `END` stand for what a case adds.
 const HAND: &str = r#"<mujoco model="fingers">
@@ -88,7 +93,7 @@ fn check(hand: &Path) -> Program {
     Program::new("hand").arg("check").arg(hand).option("--samples", "200")
 }
 
-/// So many small balls.
+/// Small balls in the palm.
 fn balls(count: usize) -> String {
     (0..count)
         .map(|index| format!("<geom size=\"0.001\" pos=\"0 {} 0.01\" mass=\"0.001\"/>", 1e-4 * index as f64))
@@ -103,16 +108,16 @@ const KNUCKLES: Case =
 fn jobs() -> Vec<(&'static str, String)> {
     let grasps = |sampler: &str, keys: &str| {
         format!(
-            "product = \"grasps\"\n[hand]\nscene = \"hand.xml\"\n[[objects]]\nbuilt_in = [\"can-01\"]\n[grasps]\nseeds = 1\n\
+            "product = \"grasps\"\n[hand]\nscene = \"hand.xml\"\n[[objects]]\nfolder = \"meshes\"\n[grasps]\nseeds = 1\n\
              sampler = \"{sampler}\"\n{keys}\n{NO_SPLIT}"
         )
     };
     let touch = |kind: &str| {
         format!(
-            "views = {{ even = 1 }}\n[[objects]]\nbuilt_in = [\"can-01\"]\n[touch]\n{kind}\nhand = {{ scene = \"hand.xml\" }}\n{NO_SPLIT}"
+            "views = {{ even = 1 }}\n[[objects]]\nfolder = \"meshes\"\n[touch]\n{kind}\nhand = {{ scene = \"hand.xml\" }}\n{NO_SPLIT}"
         )
     };
-    let antipodal = "[antipodal]\ndepth = \"any\"\npairs = 20\nbest = 1";
+    let antipodal = "[antipodal]\ndepth = \"any\"\npairs = 5\nbest = 1";
     vec![
         ("touch.exploration = true", touch("exploration = true\napproaches = 1")),
         ("touch.grasp = true", touch("grasp = true")),
@@ -140,6 +145,7 @@ fn hand_check_lists_the_jobs_that_run_and_no_others() {
         ("a finger that is only drawn", Case { tip: r#"contype="0" conaffinity="0""#, ..SOUND }, String::new(), 0),
     ];
     let workspace = Workspace::new();
+    workspace.write("meshes/box.off", off_of(&centred_block([0.02, 0.02, 0.03])));
     let mut tried = 0;
     for (name, case, shapes, refusals) in cases {
         let hand = case.write_with(&workspace, &shapes);
