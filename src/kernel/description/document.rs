@@ -88,15 +88,18 @@ impl Document {
 
     /// All models below, each once.
     pub(super) fn all_models(&self) -> Vec<Arc<Self>> {
-        let mut found: Vec<Arc<Self>> = Vec::new();
+        let mut found = Vec::new();
+        self.add_models(&mut found);
+        found
+    }
+
+    fn add_models(&self, found: &mut Vec<Arc<Self>>) {
         for model in self.models.values() {
-            for one in std::iter::once(Arc::clone(model)).chain(model.all_models()) {
-                if !found.iter().any(|known| Arc::ptr_eq(known, &one)) {
-                    found.push(one);
-                }
+            if !found.iter().any(|known| Arc::ptr_eq(known, model)) {
+                found.push(Arc::clone(model));
+                model.add_models(found);
             }
         }
-        found
     }
 }
 

@@ -6,6 +6,7 @@ use std::{
 };
 
 use super::{bounds::MAX_DEPTH, statement::Place};
+use crate::remedy;
 
 /// Reason why a description cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -197,7 +198,7 @@ impl DescriptionError {
                     "the table of a hand has the name of its description and ends in .toml: docs/hands.md"
                 }
                 (io::ErrorKind::NotFound, None) => "check the path: it starts at the job file's folder",
-                _ => "see that the file can be read",
+                _ => remedy::for_reading(source),
             },
             Self::Malformed { .. } => "correct the XML there",
             Self::TooLarge { excess, .. } => excess.remedy(),

@@ -9,6 +9,7 @@ mod document;
 mod error;
 mod packages;
 mod statement;
+mod sums;
 #[cfg(test)]
 mod tests;
 mod xml;
@@ -45,7 +46,7 @@ impl Description {
     /// When a file can't be read, is no XML, leads back to itself, or asks for too much.
     pub fn read(path: &Path) -> Result<Self, DescriptionError> {
         let document = Document::read(path)?;
-        bounds::check(&document)?;
+        sums::check(&document)?;
         let (mut seen, mut digests) = (BTreeSet::from([path.to_owned()]), Vec::new());
         add_digests(&document, &mut seen, &mut digests)?;
         let parts = digests.iter().map(|digest| digest.0.as_slice());
@@ -114,7 +115,7 @@ impl DescriptionText {
     /// Errors of [`Description::read`].
     pub fn read(path: &Path) -> Result<Self, DescriptionError> {
         let document = Document::read(path)?;
-        bounds::check(&document)?;
+        sums::check(&document)?;
         let mut statements = document.statements.clone();
         for model in document.all_models() {
             let first = statements.len();

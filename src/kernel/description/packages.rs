@@ -36,7 +36,8 @@ impl Uri<'_> {
             Self::File(path) => return Ok(PathBuf::from(path)),
             Self::Package { whole, name, path } => (whole, name, path),
         };
-        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+        // The folder of a bare file name is empty.
+        let folder = std::path::absolute(Path::new(".").join(folder)).unwrap_or_else(|_| folder.to_owned());
         let is_plain = matches!(Path::new(name).components().collect::<Vec<_>>()[..], [Component::Normal(_)]);
         let looked_in: Vec<PathBuf> = folder.ancestors().map(Path::to_owned).collect();
         let found = looked_in.iter().filter(|_| is_plain).find_map(|ancestor| package_at(ancestor, name));

@@ -276,17 +276,21 @@ fn copies_are_counted_through_replicates_includes_and_models() {
         let error = check(&bomb).unwrap_err();
         assert!(error.contains("elements with all copies"), "{error}");
     }
-    // Ten models, each attaching the next one ten times.
-    let attaching = |index: u32| {
-        let attach = "<attach model='m' prefix='a'/>".repeat(10);
-        let asset = format!("<asset><model name='m' file='{}.xml'/></asset>", index + 1);
-        (format!("{index}.xml"), format!("<mujoco>{asset}<worldbody><geom/>{attach}</worldbody></mujoco>"))
-    };
-    let mut files: Vec<_> = (0..10).map(attaching).collect();
-    files.push(("10.xml".to_owned(), "<mujoco><worldbody><geom/></worldbody></mujoco>".to_owned()));
-    let files: Vec<(&str, &str)> = files.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
-    let error = read_files(&files).unwrap_err().to_string();
-    assert!(error.contains("elements with all copies"), "{error}");
+    // Ten models: each attaches the next one ten times, or names it ten times without attaching it.
+    for (assets, attaches) in [(1, 10), (10, 0)] {
+        let model = |index: u32| {
+            let attach = "<attach model='m0' prefix='a'/>".repeat(attaches);
+            let name = |asset: u32| format!("<model name='m{asset}' file='{}.xml'/>", index + 1);
+            let assets: String = (0..assets).map(name).collect();
+            let text = format!("<mujoco><asset>{assets}</asset><worldbody><geom/>{attach}</worldbody></mujoco>");
+            (format!("{index}.xml"), text)
+        };
+        let mut files: Vec<_> = (0..10).map(model).collect();
+        files.push(("10.xml".to_owned(), "<mujoco><worldbody><geom/></worldbody></mujoco>".to_owned()));
+        let files: Vec<(&str, &str)> = files.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
+        let error = read_files(&files).unwrap_err().to_string();
+        assert!(error.contains("elements with all copies"), "{error}");
+    }
 }
 
 #[test]
@@ -351,6 +355,16 @@ fn files_of_packages_are_found_where_urdfs_name_them() {
     assert!(error.remedy().contains("relative to the description's folder"));
     assert!(matches!(read("package://../etc/x"), Err(DescriptionError::NoPackage { .. })));
     assert!(matches!(read("package://my_arm/gone.stl"), Err(DescriptionError::Unreadable { by: Some(_), .. })));
+}
+
+#[test]
+fn packages_are_found_from_a_bare_file_name() {
+    let here = std::env::current_dir().unwrap();
+    let package = here.file_name().and_then(|name| name.to_str()).expect("a folder with a name");
+    let written = format!("package://{package}/meshes/link.stl");
+    let found =
+        packages::uri(&written).expect("a package").find(Path::new(""), &Place::start_of(Path::new("arm.urdf")));
+    assert_eq!(found.unwrap(), here.join("meshes/link.stl"));
 }
 
 #[test]
