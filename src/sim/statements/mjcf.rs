@@ -1,6 +1,6 @@
 //! The table of MJCF.
 
-use super::{
+use super::row::{
     Decision::{self, Honoured, HonouredUnless, Ignored, IgnoredUnless, Only, Refused},
     Row,
 };
@@ -221,8 +221,12 @@ pub(super) const ROWS: &[Row] = &[
     ),
     attributes(
         "asset/mesh",
-        r#"content_type="model/obj""#,
-        all(Refused { remedy: "give the file the ending of its format, and leave this out" }),
+        r#"content_type="model/stl""#,
+        all(IgnoredUnless {
+            reason: "the file's ending is its format",
+            when: "it is another format than the file's ending",
+            remedy: "give the file the ending of its format, and leave this out",
+        }),
     ),
     attributes(
         "asset/mesh",

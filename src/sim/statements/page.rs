@@ -4,7 +4,10 @@ use std::fmt::Write;
 
 use kernel::description::{BOUNDS, Bound, Format, MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_FILES_DEEP, Rule};
 
-use super::{Decision, Row, Usage, rows};
+use super::{
+    row::{Decision, Row, Usage},
+    table::rows,
+};
 
 /// The table of statements and that of bounds, in Markdown.
 pub fn reference() -> String {

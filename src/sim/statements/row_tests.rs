@@ -18,7 +18,7 @@ use crate::{
 const MJCF: &str = r#"<mujoco model="base">
   <compiler angle="degree" autolimits="true"/>
   <option timestep="0.002"><flag energy="disable"/></option>
-    <size nkey="1"/>
+  <size nkey="1"/>
   <statistic extent="1"/>
   <visual><map zfar="50"/></visual>
   <default>
@@ -34,11 +34,10 @@ const MJCF: &str = r#"<mujoco model="base">
     <camera name="eye" pos="0.5 0 0.5" euler="10 20 0" resolution="64 48"/>
     <body name="palm" pos="0 0 0.01">
       <geom name="palm" type="box" size="0.03 0.05 0.01" mass="0.4"/>
-      
       <site name="approach" pos="0 0 0.02"/>
       <body name="left" pos="0 0.03 0.02">
         <joint name="left" axis="1 0 0" range="-20 80"/>
-                <geom name="left" type="capsule" size="0.008 0.02" pos="0 0 0.03"/>
+        <geom name="left" type="capsule" size="0.008 0.02" pos="0 0 0.03"/>
         <geom name="shown" type="mesh" mesh="wedge" pos="0.02 0 0.03" mass="0.1" SHOWN/>
         <site name="left_pad" pos="0 -0.008 0.04" zaxis="0 -1 0"/>
         <body name="left_tip" pos="0 0 0.06">
@@ -47,10 +46,10 @@ const MJCF: &str = r#"<mujoco model="base">
         </body>
       </body>
       <body name="right" pos="0 -0.03 0.02">
-                <joint name="right" axis="-1 0 0" range="-20 80" damping="0.02" stiffness="0.1" frictionloss="0.01"/>
+        <joint name="right" axis="-1 0 0" range="-20 80" damping="0.02" stiffness="0.1" frictionloss="0.01"/>
         <geom name="right" type="capsule" size="0.008 0.02" pos="0 0 0.03" euler="3 2 0"/>
         <site name="right_pad" pos="0 0.008 0.04" zaxis="0 1 0"/>
-            </body>
+      </body>
     </body>
     <body name="post" pos="0 0 0.7"><geom name="fitted" type="box" mesh="wedge"/></body>
   </worldbody>
@@ -224,7 +223,6 @@ fn anchor(element: &str, attribute: &str) -> &'static str {
         "body/geom" if attribute == "mesh" => "<geom name=\"shown\"",
         "body/geom" if attribute == "fitscale" => "<geom name=\"fitted\"",
         "mujoco/size" => "<size",
-
         "mujoco/compiler" => "<compiler",
         "mujoco/option" => "<option",
         "option/flag" => "<flag",
@@ -416,6 +414,15 @@ fn every_statement_of_mjcf_is_treated_as_its_row_tells() {
 #[test]
 fn every_statement_of_urdf_is_treated_as_its_row_tells() {
     try_rows(Format::Urdf);
+}
+
+/// MuJoCo writes content types where it saves a URDF as MJCF.
+#[test]
+fn a_content_type_that_is_the_ending_changes_nothing() {
+    let stated = with_attribute(MJCF, "<mesh name=\"wedge\"", "content_type", "model/obj");
+    for usage in Usage::ALL {
+        assert_eq!(read(Format::Mjcf, usage, &stated), read(Format::Mjcf, usage, MJCF), "{usage:?}");
+    }
 }
 
 /// Otherwise nothing of trials would be compared.

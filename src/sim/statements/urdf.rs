@@ -1,6 +1,6 @@
 //! The table of URDF. MuJoCo drops what it does not know; nothing is dropped here without a row.
 
-use super::{
+use super::row::{
     Decision::{self, Honoured, HonouredUnless, Ignored},
     Row,
 };
