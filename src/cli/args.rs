@@ -454,7 +454,7 @@ pub enum HandCommand {
 
 #[derive(Args, Debug)]
 pub struct HandCheckArgs {
-    /// The hand (MJCF); its table lies beside it, with the same name and `.toml`.
+    /// Description of the hand (MJCF or URDF); its table is beside it, with the same name and `.toml`.
     pub hand: PathBuf,
     /// Random postures to evaluate.
     #[arg(long, value_name = "N", default_value_t = 10_000)]

@@ -19,7 +19,7 @@ use super::{
 };
 use factory::{product::HandUse, products::PRODUCTS};
 use format::Product;
-use kernel::{geom::TouchShape, seed::Stream};
+use kernel::{description::Format, geom::TouchShape, seed::Stream};
 use publish::picture::{Colour, Picture, Solid, SolidView, solid_picture};
 use robot::{
     collision::{Bodies, Geometry, Shape},
@@ -38,6 +38,8 @@ const SIDE: u32 = 480;
 #[derive(Serialize)]
 struct Report {
     description: String,
+    #[serde(skip)]
+    format: Format,
     name: String,
     /// Sum of all masses [kg].
     mass: f64,
@@ -139,6 +141,7 @@ pub fn check(arguments: &HandCheckArgs, printer: &Printer) -> Result<Exit, Failu
     let pairs = PairRow::all(&bodies, &rules, &counts);
     let report = Report {
         description: model.path().display().to_string(),
+        format: model.format(),
         name: hand.name().to_owned(),
         mass: model.mass(),
         links: hand.links().to_vec(),
@@ -384,7 +387,7 @@ impl Display for Report {
                 writeln!(f, "\nopened, these touch: {}", pairs.join("; "))?;
             }
         }
-        pairs::write_excludes(f, &self.exclude)?;
+        pairs::write_excludes(f, self.format, &self.exclude)?;
         self.write_uses(f)?;
         if !self.pictures.is_empty() {
             writeln!(f)?;

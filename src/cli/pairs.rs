@@ -7,10 +7,10 @@ use std::{
 
 use serde::Serialize;
 
-use kernel::geom::NoSurface;
+use kernel::{description::Format, geom::NoSurface};
 use nalgebra::IsometryMatrix3;
 use robot::collision::{Bodies, Body, CollisionChecker, Shape};
-use sim::{HandError, PairRule, RobotError, exclude_line};
+use sim::{HandError, PairRule, RobotError, exclude_line, place_of_excludes};
 
 use super::exit::{Exit, Failure};
 
@@ -154,12 +154,12 @@ fn list(f: &mut fmt::Formatter<'_>, heading: &str, items: impl Iterator<Item = S
     if count == 0 { Ok(()) } else { write!(f, "  {heading}: {count}\n{text}") }
 }
 
-/// The lines that the scene should have.
-pub fn write_excludes(f: &mut fmt::Formatter<'_>, exclude: &[String]) -> fmt::Result {
+/// The lines that a description should have.
+pub fn write_excludes(f: &mut fmt::Formatter<'_>, format: Format, exclude: &[String]) -> fmt::Result {
     if exclude.is_empty() {
         return Ok(());
     }
-    writeln!(f, "\nto check only what matters, put this into the scene:\n  <contact>")?;
+    writeln!(f, "\nto check only what matters, put this into {}:\n  <contact>", place_of_excludes(format))?;
     exclude.iter().try_for_each(|line| writeln!(f, "    {line}"))?;
     writeln!(f, "  </contact>")
 }

@@ -15,7 +15,10 @@ use super::{
     pairs::{self, PairRow},
     printer::Printer,
 };
-use kernel::{description::Description, seed::Stream};
+use kernel::{
+    description::{Description, Format},
+    seed::Stream,
+};
 use robot::{
     collision::Body,
     kinematics::{ClosedForm, Joint, JointKind, PlanningGroup},
@@ -26,6 +29,8 @@ use sim::{Collidable, RobotModel};
 #[derive(Serialize)]
 struct Report {
     scene: String,
+    #[serde(skip)]
+    format: Format,
     digest: String,
     target: String,
     joints: Vec<JointRow>,
@@ -78,6 +83,7 @@ pub fn check(arguments: &RobotCheckArgs, printer: &Printer) -> Result<Exit, Fail
     let idle = |pair: &&PairRow| pair.always_touches(samples) || pair.never_touches(samples);
     let report = Report {
         scene: arguments.scene.display().to_string(),
+        format: robot.format(),
         digest: digest.to_string(),
         target: arguments.target.clone(),
         joints: group.joints().iter().map(joint_row).collect(),
@@ -170,6 +176,6 @@ impl Display for Report {
                 writeln!(f, "\nat rest these touch, and a job would be refused: {}", pairs.join("; "))?;
             }
         }
-        pairs::write_excludes(f, &self.exclude)
+        pairs::write_excludes(f, self.format, &self.exclude)
     }
 }

@@ -1,4 +1,4 @@
-//! Bodies of a robot that can collide, out of MJCF.
+//! Bodies of a robot that can collide, out of MJCF and URDF.
 
 use std::{
     collections::{BTreeMap, BTreeSet},

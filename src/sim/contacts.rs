@@ -82,7 +82,7 @@ impl RobotModel {
     /// The error of two bodies (indices in the list of [`RobotModel::bodies`]) that touch while the robot rests.
     pub fn touching_at_rest(&self, bodies: &Bodies, pair: [usize; 2]) -> RobotError {
         let [first, second] = pair.map(|index| bodies.bodies[index].name.clone());
-        RobotError::Rest { path: self.path.clone(), first, second }
+        RobotError::Rest { path: self.path.clone(), format: self.text.format, first, second }
     }
 }
 

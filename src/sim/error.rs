@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use kernel::description::Statement;
+use kernel::description::{Format, Statement};
 
 /// Why a scene's camera could not be read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -158,7 +158,7 @@ pub enum RobotError {
         needed: usize,
     },
     /// A joint that stands still at a value that the description does not allow.
-    #[error("{}: joint {joint:?} is to stand at {given}, and <equality><joint> puts it at {value}{}; give it that value, or none", path.display(), follows(leader.as_deref()))]
+    #[error("{}: joint {joint:?} is set to {given}, but its coupling (<equality><joint>, <mimic> in a URDF) sets it to {value}{}; give it that value, or none", path.display(), follows(leader.as_deref()))]
     Contradicted {
         /// The robot.
         path: PathBuf,
@@ -206,10 +206,12 @@ pub enum RobotError {
         source: kernel::geom::NoSurface,
     },
     /// Two bodies touch while the robot rests.
-    #[error("{}: {first:?} touches {second:?} at rest; if they may touch, put <contact><exclude body1={first:?} body2={second:?}/></contact> into the description; `graspmill robot check` finds all such pairs", path.display())]
+    #[error("{}: {first:?} touches {second:?} at rest; if they may touch, put <contact><exclude body1={first:?} body2={second:?}/></contact> into {}; `graspmill robot check` finds all such pairs", path.display(), place_of_excludes(*format))]
     Rest {
         /// The robot.
         path: PathBuf,
+        /// Format of its description.
+        format: Format,
         /// A body.
         first: String,
         /// The other.
@@ -334,7 +336,7 @@ pub enum RobotError {
 /// Why a description and its table make no hand, or no hand that closes.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum HandError {
-    /// MJCF that cannot be read.
+    /// A description that cannot be read.
     #[error(transparent)]
     Robot(#[from] RobotError),
     /// A table that is wrong or does not fit.
@@ -345,7 +347,6 @@ pub enum HandError {
     Coupling {
         /// File and line, or the file alone.
         place: String,
-
         /// The joint that follows.
         joint: String,
         /// Problem with the coupling, and the remedy.
@@ -383,10 +384,12 @@ pub enum HandError {
         source: robot::grasp::UnsearchableHand,
     },
     /// A hand that overlaps itself in every posture.
-    #[error("{}: in each of {postures} postures of its eigengrasps bodies of the hand overlap, so that no state of it is legal: {}; if these may overlap, put this into the description:\n  <contact>\n{}  </contact>", path.display(), overlapping(pairs, *postures), excludes(pairs, *postures))]
+    #[error("{}: in each of {postures} postures of its eigengrasps bodies of the hand overlap, so that no state of it is legal: {}; if these may overlap, put this into {}:\n  <contact>\n{}  </contact>", path.display(), overlapping(pairs, *postures), place_of_excludes(*format), excludes(pairs, *postures))]
     NeverClear {
         /// The hand.
         path: PathBuf,
+        /// Format of its description.
+        format: Format,
         /// Postures that were tried.
         postures: u32,
         /// Names of bodies that overlap, and in how many postures, the most frequent ones first.
@@ -461,8 +464,16 @@ pub fn exclude_line(pair: &[String; 2]) -> String {
     format!("<exclude body1=\"{one}\" body2=\"{other}\"/>")
 }
 
+/// Place of such lines, as the end of "put them into". A URDF has none.
+pub fn place_of_excludes(format: Format) -> &'static str {
+    match format {
+        Format::Mjcf => "the description",
+        Format::Urdf => "the description after saving it as MJCF (docs/faq.md)",
+    }
+}
+
 fn follows(leader: Option<&str>) -> String {
-    leader.map(|leader| format!(", for it follows {leader:?}")).unwrap_or_default()
+    leader.map(|leader| format!(", because it follows {leader:?}")).unwrap_or_default()
 }
 
 fn list(names: &[String]) -> String {

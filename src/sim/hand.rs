@@ -1,4 +1,4 @@
-//! Hands out of MJCF and the table beside it.
+//! Hands out of a description and the table beside it.
 
 use std::{
     collections::BTreeMap,
@@ -16,6 +16,7 @@ use super::{
     robot::RobotModel,
     statements::{Usage, condition_of},
 };
+use kernel::description::Format;
 use robot::{
     collision::{Bodies, Body, Shape},
     grasp::{HandSearch, OwnOverlaps, has_opposition},
@@ -30,7 +31,7 @@ pub struct HandModel {
 }
 
 impl HandModel {
-    /// Reads an MJCF file and the table beside it: the same name with `.toml`. The table's own path does as well.
+    /// Reads a description, MJCF or URDF, and the table beside it: the same name with `.toml`. The table's own path does as well.
     ///
     /// # Errors
     /// When MuJoCo refuses the one, or the other is wrong or does not fit.
@@ -51,6 +52,11 @@ impl HandModel {
     /// The description.
     pub fn path(&self) -> &Path {
         &self.robot.path
+    }
+
+    /// Format of the description.
+    pub fn format(&self) -> Format {
+        self.robot.format()
     }
 
     /// Sum of all masses [kg].
@@ -100,7 +106,8 @@ impl HandModel {
         if overlaps.clear == 0 {
             let name = |body: usize| bodies.bodies[body].name.clone();
             let pairs = overlaps.pairs.iter().map(|(pair, count)| (pair.map(name), *count)).collect();
-            return Err(HandError::NeverClear { path: self.robot.path.clone(), postures: overlaps.postures, pairs });
+            let (path, format) = (self.robot.path.clone(), self.format());
+            return Err(HandError::NeverClear { path, format, postures: overlaps.postures, pairs });
         }
         Ok((search, overlaps))
     }

@@ -68,7 +68,9 @@ pub use colour::{Appearance, Light, Window};
 pub use contacts::{Contact, ContactWorker};
 pub use depth::SimWorker;
 pub use effort::{Command, Effort};
-pub use error::{GlError, HandError, RefusedStatement, RobotError, SceneError, SimError, exclude_line};
+pub use error::{
+    GlError, HandError, RefusedStatement, RobotError, SceneError, SimError, exclude_line, place_of_excludes,
+};
 pub use feeling::{ApproachEnd, Felt, HandApproach, MoveEnd, OVERLOAD};
 pub use hand::HandModel;
 pub use hand_sim::{HandSim, Numerics};

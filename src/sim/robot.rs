@@ -1,4 +1,4 @@
-//! Planning groups out of MJCF.
+//! Planning groups out of MJCF and URDF.
 
 use std::{
     collections::BTreeMap,
@@ -24,7 +24,7 @@ use super::{
     statements::Usage,
 };
 use kernel::{
-    description::DescriptionText,
+    description::{DescriptionText, Format},
     geom::{EndEffector, Pose, World},
 };
 use robot::kinematics::{Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts};
@@ -68,6 +68,11 @@ impl RobotModel {
     /// Errors of [`RobotModel::open`].
     pub fn open_container(path: &Path) -> Result<Self, RobotError> {
         Self::open_edited(path, Usage::Container, |_| Ok(()))
+    }
+
+    /// Format of the description.
+    pub fn format(&self) -> Format {
+        self.text.format
     }
 
     /// Opens a description that is edited before MuJoCo compiles it.

@@ -19,7 +19,7 @@ const AT_ONCE: Duration = Duration::from_secs(60);
 /// A hand that is sound, with `HEAD` before and `BODY`, `TAIL` in and after its world.
 const HAND: &str = r#"<mujoco>HEAD
 <worldbody><body name="palm"><geom name="palm" size="0.02"/><site name="s"/>
-<body name="finger" pos="0.1 0 0"><joint name="j" range="-1 1" limited="true"/><geom name="finger" size="0.01"/><site name="t"/></body></body>BODY
+<body name="finger" pos="0.1 0 0"><joint name="j" range="-60 60" limited="true"/><geom name="finger" size="0.01"/><site name="t"/></body></body>BODY
 </worldbody>TAIL
 </mujoco>"#;
 
@@ -225,7 +225,7 @@ fn descriptions_that_ask_for_much_are_refused_at_once() {
     for index in 0..12 {
         workspace.write(format!("twice{index}.xml"), attaching(&format!("twice{}.xml", index + 1)));
     }
-    let many = "<geom size=\"0.01\"/>".repeat(10);
+    let many = "<site size=\"0.01\"/>".repeat(10);
     workspace.write("twice12.xml", format!("<mujoco><worldbody>{many}</worldbody></mujoco>"));
     let attacks = attacks();
     for attack in &attacks {

@@ -63,6 +63,9 @@ fn a_urdf_of_a_package_is_checked_and_mapped_as_it_is() {
         report["bodies"].as_array().expect("bodies").iter().filter_map(|body| body["name"].as_str()).collect();
     assert_eq!(bodies, ["base_link", "l1", "l2", "l3"]);
     assert_eq!(report["joints"][0]["limits"], serde_json::Value::Null);
+    // By its bare name, from its own folder.
+    let bare = Program::new("robot").current_dir(path.parent().expect("a folder")).arg("check").arg("arm.urdf");
+    bare.option("--joints", "j1,j2,j3").option("--target", "tool0").option("--samples", "10").succeed();
     workspace.write(
         "map.toml",
         "product = \"reachability\"\n[robot]\nscene = \"src/arm_description/urdf/arm.urdf\"\njoints = [\"j1\", \"j2\", \"j3\"]\n\
@@ -137,7 +140,28 @@ fn a_joint_that_mimics_another_follows_it_where_both_stand_still() {
     assert!(max_difference(&group.forward(&[0.3]), &theirs) < 1e-12);
     let both = BTreeMap::from([("j2".to_owned(), 0.6), ("j3".to_owned(), 0.0)]);
     let error = robot.planning_group(&["j1"], "tool0", &both).expect_err("a contradiction").to_string();
-    assert!(error.contains("joint \"j3\" is to stand at 0") && error.contains("puts it at 0.4"), "{error}");
+    assert!(error.contains("joint \"j3\" is set to 0") && error.contains("sets it to 0.4"), "{error}");
+}
+
+/// A URDF has no place for `<exclude>`.
+#[test]
+fn pairs_of_a_urdf_are_excluded_in_its_mjcf() {
+    let workspace = Workspace::new();
+    let path = write_arm(&workspace, "", "");
+    let text = workspace.read("src/arm_description/urdf/arm.urdf");
+    let low = text.replacen(
+        "<origin xyz=\"0 0 0.1\"/><geometry><cylinder",
+        "<origin xyz=\"0 0 0.05\"/><geometry><cylinder",
+        1,
+    );
+    assert_ne!(low, text);
+    workspace.write("src/arm_description/urdf/arm.urdf", low);
+    let check =
+        Program::new("robot").arg("check").arg(&path).option("--joints", "j1,j2,j3").option("--target", "tool0");
+    let told = check.option("--samples", "50").succeed().stdout;
+    for words in ["after saving it as MJCF (docs/faq.md)", "<exclude body1=\"base_link\" body2=\"l1\"/>"] {
+        assert!(told.contains(words), "{words} is not in\n{told}");
+    }
 }
 
 #[test]

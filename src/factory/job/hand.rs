@@ -14,7 +14,7 @@ use sim::{HandError, HandModel, RobotError};
 /// A hand that a job names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobHand {
-    /// Description of the hand, an MJCF file; its table stands beside it.
+    /// Description of the hand, MJCF or URDF; its table is beside it.
     pub scene: PathBuf,
     /// Name in the description, for people.
     pub name: String,
@@ -47,7 +47,7 @@ pub fn read_hand(
     let before = checker.count();
     let scene = tidy(&folder.join(&spec.scene));
     if scene.extension().is_some_and(|ending| ending == "toml") {
-        let expected = "the hand's MJCF file: its table is found beside it";
+        let expected = "the hand's description: its table is found beside it";
         checker.invalid(&format!("{key}.scene"), expected, format!("a table, {}", scene.display()));
         return None;
     }

@@ -199,6 +199,50 @@ fn a_palm_that_overlaps_its_knuckles_is_mended_by_the_lines_that_are_printed() {
     assert!(said.contains("opened, nothing touches") && !said.contains("jobs that cannot"), "{said}");
 }
 
+/// A bar above the palm that the fingers pass through unless they are almost closed. What else overlaps then is excluded.
+const BAR: Case = Case {
+    palm: r#"<geom type="box" pos="0 0 0.06" size="0.01 0.06 0.01" mass="0.01"/>"#,
+    more: "\n<contact><exclude body1=\"left\" body2=\"right\"/><exclude body1=\"left_tip\" body2=\"right\"/>\
+           <exclude body1=\"palm\" body2=\"left_tip\"/></contact>",
+    ..SOUND
+};
+
+#[test]
+fn a_run_without_a_legal_state_names_the_overlap_and_the_line_that_excludes_it() {
+    let workspace = Workspace::new();
+    workspace.write("meshes/box.off", off_of(&centred_block([0.02, 0.02, 0.03])));
+    let (_, job) = jobs().swap_remove(2);
+    workspace.write("job.toml", job);
+    // The detail of the reject, with the job's one run.
+    let detail = |lines: &str| {
+        let hand = BAR.write(&workspace);
+        let text = workspace.read("hand.xml").replace("</mujoco>", &format!("{lines}</mujoco>"));
+        workspace.write("hand.xml", text);
+        // Some postures are clear: no refusal before the run.
+        assert!(!check(&hand).succeed().stdout.contains("jobs that cannot"));
+        _ = std::fs::remove_dir_all(workspace.path("out"));
+        let outcome = workspace.run_job("job", "out").finish();
+        let reject: Option<Value> = workspace.read("out/rejects.jsonl").lines().next().map(|line| {
+            assert!(outcome.stderr.contains("the first: ") || outcome.stdout.contains("the first: "), "{outcome:?}");
+            serde_json::from_str(line).expect("a row")
+        });
+        reject.map(|row| row["detail"].as_str().expect("a detail").to_owned()).unwrap_or_default()
+    };
+    let (mut lines, mut followed) = (String::new(), Vec::new());
+    let last = loop {
+        let detail = detail(&lines);
+        let Some((_, remedy)) = detail.split_once(" put ") else { break detail };
+        let line = remedy.split_once(" into the description").expect("a line").0.to_owned();
+        assert!(detail.contains("the hand overlaps itself in ") && !followed.contains(&line), "{detail}");
+        lines += &line;
+        followed.push(line);
+    };
+    followed.sort();
+    let line = |body: &str| format!("<contact><exclude body1=\"palm\" body2=\"{body}\"/></contact>");
+    assert_eq!(followed, [line("left"), line("right")]);
+    assert!(!last.contains("overlaps itself"), "{last}");
+}
+
 /// Refused with place, statement and remedy; the remedy works.
 #[test]
 fn what_ties_joints_beside_the_table_is_the_cause_that_is_named() {

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 
 use crate::{ProduceError, job::JobHand, objects::check_hand, product::HandUse};
+use kernel::description::Format;
 use robot::{
     collision::Bodies,
     grasp::{HandSearch, OwnOverlaps, PairHold, Sampler},
     hand::Hand,
 };
-use sim::{HandError, HandModel};
+use sim::{HandError, HandModel, exclude_line, place_of_excludes};
 
 /// Samplers, each with whether grasps can be found for a hand by it.
 pub const HAND_USES: &[HandUse] = &[
@@ -53,17 +54,26 @@ pub struct GraspHand {
     pub search: Arc<HandSearch>,
     /// Postures in which the hand overlaps itself.
     overlaps: OwnOverlaps,
+    /// Format of its description.
+    format: Format,
 }
 
 impl GraspHand {
-    /// Share of postures in which the hand overlaps itself, and the pair of bodies that does so most often, for the ledger; `None` for a
-    /// hand that never does.
+    /// Share of postures in which the hand overlaps itself, and the pair of bodies that does so most often with the remedy, for the ledger;
+    /// `None` for a hand that never does.
     pub fn own_obstacle(&self) -> Option<String> {
         let OwnOverlaps { postures, clear, pairs } = &self.overlaps;
         let ([one, other], _) = pairs.first()?;
-        let [one, other] = [one, other].map(|body| &self.bodies.bodies[*body].name);
+        let pair = [one, other].map(|body| self.bodies.bodies[*body].name.clone());
         let share = 100.0 * f64::from(postures - clear) / f64::from(*postures);
-        Some(format!("the hand overlaps itself in {share:.0} % of its postures, {one} and {other} most often"))
+        Some(format!(
+            "the hand overlaps itself in {share:.0} % of its postures, {} and {} most often: if these may overlap, put <contact>{}</contact> \
+             into {}, else move the origin of its eigengrasps",
+            pair[0],
+            pair[1],
+            exclude_line(&pair),
+            place_of_excludes(self.format)
+        ))
     }
 
     /// Reads the hand and checks that it is still the one of the job, and can do what the job asks.
@@ -77,6 +87,12 @@ impl GraspHand {
         can(&model).map_err(|error| ProduceError::unusable(name(), error))?;
         let (bodies, _) = model.bodies().map_err(|error| ProduceError::unusable(name(), error))?;
         let (search, overlaps) = model.search().map_err(|error| ProduceError::unusable(name(), error))?;
-        Ok(Self { hand: Arc::clone(model.hand()), bodies: Arc::new(bodies), search: Arc::new(search), overlaps })
+        Ok(Self {
+            hand: Arc::clone(model.hand()),
+            bodies: Arc::new(bodies),
+            search: Arc::new(search),
+            overlaps,
+            format: model.format(),
+        })
     }
 }

@@ -161,9 +161,7 @@ impl Producer for GraspWorker<'_> {
 
 /// Cause and remedy of a run without a legal state, for the ledger.
 fn no_state(run: &GraspSearchRun, hand: &GraspHand) -> String {
-    let own = hand
-        .own_obstacle()
-        .map(|own| format!("{own}: `graspmill hand check` prints the lines that exclude such pairs"));
+    let own = hand.own_obstacle();
     match &run.losses {
         // These counts have their own causes.
         Some(losses) => own.map_or_else(|| losses.to_string(), |own| format!("{losses}; {own}")),

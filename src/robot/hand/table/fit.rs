@@ -100,7 +100,7 @@ impl Fit<'_> {
             if !still.is_empty() {
                 let expected = format!("a motor for each joint that follows none: nothing moves {}", still.join(", "));
                 let report = self.checker.missing("driven", expected);
-                report.help("give it a [[driven]], or couple it by <equality><joint> in the MJCF");
+                report.help("give it a [[driven]], or couple it by <equality><joint> (<mimic> in a URDF)");
             }
         }
         driven
@@ -111,7 +111,7 @@ impl Fit<'_> {
         let Some(limits) = limits_of(joint) else {
             let found = format!("`{}`, which rotates without limits", spec.joint);
             let report = self.checker.invalid(path.key("joint"), "a joint with a range", found);
-            report.help("give it range=\"LOW HIGH\" in the MJCF");
+            report.help("give it range=\"LOW HIGH\" (<limit> in a URDF)");
             return None;
         };
         let following = self.skeleton.couplings.iter().filter(|coupling| coupling.follows == joint);
