@@ -171,7 +171,18 @@ fn every_bound_holds() {
             }
             Rule::Value { attribute: name, range: [least, most] } => {
                 let name = attribute(name);
-                let written = |value: f64| format!("{name}=\"{value}\"");
+                // What takes memory together with it is small.
+                let beside: String = BOUNDS
+                    .iter()
+                    .filter(|other| other.element == *element)
+                    .filter_map(
+                        |other| if let Rule::Memory { attributes, .. } = other.rule { Some(attributes) } else { None },
+                    )
+                    .flatten()
+                    .filter(|other| **other != name)
+                    .map(|other| format!(" {other}=\"1\""))
+                    .collect();
+                let written = |value: f64| format!("{name}=\"{value}\"{beside}");
                 assert_eq!(told(&written(most), 1), Ok(()), "{element} {name}");
                 assert_eq!(told(&written(least.max(-1.0)), 1), Ok(()), "{element} {name}");
                 for value in [
@@ -248,16 +259,16 @@ fn copies_are_counted_through_replicates_includes_and_models() {
             format!("<mujoco><asset><model name='m' file='model.xml'/></asset><worldbody>{body}</worldbody></mujoco>");
         read_files(&[
             ("scene.xml", &main),
-            ("part.xml", "<mujoco><replicate count='1000'><geom/></replicate></mujoco>"),
+            ("part.xml", "<mujoco><replicate count='1000'><site/></replicate></mujoco>"),
             ("model.xml", "<mujoco><worldbody><replicate count='1000'><site/></replicate></worldbody></mujoco>"),
         ])
         .map(drop)
         .map_err(|error| error.to_string())
     };
     for fine in [
-        nested(130, &nested(130, "<geom/>")),
+        nested(130, &nested(130, "<site/>")),
         // One after the other they add up, they do not multiply.
-        nested(1000, "<geom/>").repeat(4),
+        nested(1000, "<site/>").repeat(4),
         "<replicate count='9'/>".repeat(1000),
         nested(10, "<include file='part.xml'/>"),
         "<attach model='m' prefix='a'/>".repeat(19),
@@ -267,7 +278,7 @@ fn copies_are_counted_through_replicates_includes_and_models() {
         assert_eq!(check(&fine), Ok(()), "{fine}");
     }
     for bomb in [
-        nested(1000, &nested(1000, "<geom/>")),
+        nested(1000, &nested(1000, "<site/>")),
         nested(1000, "<site/>").repeat(20),
         nested(20, "<include file='part.xml'/>"),
         nested(20, "<attach model='m' prefix='a'/>"),
@@ -282,11 +293,11 @@ fn copies_are_counted_through_replicates_includes_and_models() {
             let attach = "<attach model='m0' prefix='a'/>".repeat(attaches);
             let name = |asset: u32| format!("<model name='m{asset}' file='{}.xml'/>", index + 1);
             let assets: String = (0..assets).map(name).collect();
-            let text = format!("<mujoco><asset>{assets}</asset><worldbody><geom/>{attach}</worldbody></mujoco>");
+            let text = format!("<mujoco><asset>{assets}</asset><worldbody><site/>{attach}</worldbody></mujoco>");
             (format!("{index}.xml"), text)
         };
         let mut files: Vec<_> = (0..10).map(model).collect();
-        files.push(("10.xml".to_owned(), "<mujoco><worldbody><geom/></worldbody></mujoco>".to_owned()));
+        files.push(("10.xml".to_owned(), "<mujoco><worldbody><site/></worldbody></mujoco>".to_owned()));
         let files: Vec<(&str, &str)> = files.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect();
         let error = read_files(&files).unwrap_err().to_string();
         assert!(error.contains("elements with all copies"), "{error}");
