@@ -51,7 +51,7 @@ pub use factory::{self, cluster};
 pub use form;
 pub use format;
 pub use infer;
-pub use kernel::{assets, contact, files, geom, ids, object, render, seed, voxel, words};
+pub use kernel::{assets, contact, description, files, geom, ids, object, render, seed, voxel, words};
 pub use measure;
 pub use perception;
 pub use publish::{self, export, preview};

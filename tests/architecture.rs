@@ -50,6 +50,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("kernel/ids", &[]),
     ("kernel/npy", &[]),
     ("kernel/remedy", &[]),
+    ("kernel/description", &["files", "ids", "remedy"]),
     ("kernel/seed", &["ids"]),
     ("kernel/words", &["ids"]),
     ("kernel/files", &["words"]),

@@ -7,7 +7,8 @@ use std::{
 };
 
 use graspmill::{
-    assets::{Description, MeshSource, Repair, built_in_names, prepare, read_triangles},
+    assets::{MeshSource, Repair, built_in_names, prepare, read_triangles},
+    description::{Description, DescriptionText},
     factory::{
         job::{JobContext, JobDraft, JobSet, JobText},
         plan::Plan,
@@ -120,7 +121,7 @@ pub fn hand(input: &[u8]) {
     }
 }
 
-/// An MJCF file, as far as the program itself reads it: which files it names.
+/// A description, as far as the program itself reads it: its elements and the files that it names.
 pub fn description(input: &[u8]) {
     static SCRATCH: LazyLock<tempfile::TempDir> = LazyLock::new(scratch);
     // Devices of this machine are none of the input.
@@ -129,7 +130,7 @@ pub fn description(input: &[u8]) {
     }
     let path = SCRATCH.path().join("robot.xml");
     fs::write(&path, input).expect("a file");
-    if let Err(error) = Description::read(&path) {
+    for error in [Description::read(&path).err(), DescriptionText::read(&path).err()].into_iter().flatten() {
         assert!(!error.to_string().is_empty() && !error.remedy().is_empty());
     }
 }

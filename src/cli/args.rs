@@ -439,12 +439,12 @@ pub enum RobotCommand {
 
 #[derive(Args, Debug)]
 pub struct RobotCheckArgs {
-    /// The robot (MJCF).
+    /// Description of the robot (MJCF or URDF).
     pub scene: PathBuf,
     /// The planning group's joints.
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', required = true)]
     pub joints: Vec<String>,
-    /// The site that is to reach.
+    /// Site that is brought to the poses, or a body: a link of a URDF.
     #[arg(long, value_name = "SITE")]
     pub target: String,
     /// Hold another joint at a value, radians or metres (repeatable); by default where the description has it.
@@ -466,7 +466,7 @@ pub enum HandCommand {
 
 #[derive(Args, Debug)]
 pub struct HandCheckArgs {
-    /// The hand (MJCF); its table lies beside it, with the same name and `.toml`.
+    /// Description of the hand (MJCF or URDF); its table is beside it, with the same name and `.toml`.
     pub hand: PathBuf,
     /// Random postures to evaluate.
     #[arg(long, value_name = "N", default_value_t = 10_000)]

@@ -19,6 +19,7 @@ use super::{
 use factory::{product::HandUse, products::PRODUCTS};
 use format::Product;
 use kernel::{
+    description::Format,
     files::{Folder, Temporary},
     geom::TouchShape,
     seed::Stream,
@@ -26,14 +27,14 @@ use kernel::{
 };
 use publish::picture::{Colour, Picture, Solid, SolidView, solid_picture};
 use robot::{
-    collision::{Bodies, Geometry, Shape, TouchTest},
+    collision::{Bodies, Geometry, Shape},
     hand::{Driven, Follower, Hand, Motor, Mount},
     kinematics::JointKind,
 };
 use sim::HandModel;
 
-/// A contact farther from its link's surface than this is a mistake of the description [m].
-const ON_SURFACE: f64 = 1e-6;
+/// A contact farther from its link's surface than this is a mistake of the description, nearer ones are rounding [m].
+const ON_SURFACE: f64 = 1e-4;
 
 /// Side of each view of a picture [px].
 const SIDE: u32 = 480;
@@ -42,6 +43,8 @@ const SIDE: u32 = 480;
 #[derive(Serialize)]
 struct Report {
     description: String,
+    #[serde(skip)]
+    format: Format,
     name: String,
     /// Sum of all masses [kg].
     mass: f64,
@@ -129,37 +132,31 @@ struct Shapes {
 
 /// Checks a hand.
 pub fn check(arguments: &HandCheckArgs, printer: &Printer) -> Result<Exit, Failure> {
-    let model = HandModel::open(&arguments.hand).map_err(|error| Failure::new(Exit::BadSpec, error))?;
+    let model = HandModel::open(&arguments.hand).map_err(pairs::wrong_hand)?;
     let hand = model.hand();
-    let (bodies, rules) = model.bodies().map_err(|error| Failure::new(Exit::BadSpec, error))?;
+    let (bodies, rules) = model.bodies().map_err(pairs::wrong_robot)?;
     let no_surface = |error| Failure::message(Exit::BadSpec, format!("{}: {error}", model.path().shown()));
-    let test = TouchTest::new(&bodies).map_err(no_surface)?;
+    let checker = pairs::checker(&bodies, &rules).map_err(no_surface)?;
     let shapes = Shapes::new(&bodies).map_err(no_surface)?;
     let mut stream = Stream::of_job(0, b"", "hand check");
-    let (mut counts, mut values) = (vec![0; rules.len()], vec![0.0; hand.tree().len()]);
-    for _ in 0..arguments.samples {
-        let motors: Vec<Motor> = hand.driven().iter().map(|driven| anywhere(driven, &mut stream)).collect();
-        hand.joint_values(&motors, &mut values);
-        let frames = hand.link_frames(&values);
-        for (count, (pair, _)) in counts.iter_mut().zip(&rules) {
-            *count += u64::from(test.touches(*pair, &frames));
-        }
-    }
-    let frames = hand.link_frames(&hand.posture_values(&hand.opened()));
-    let touching = bodies.pairs.iter().filter(|pair| test.touches(**pair, &frames));
+    let counts = checker.count((0..arguments.samples).map(|_| link_frames(hand, &anywhere_all(hand, &mut stream))));
+    let opened: Vec<Motor> = hand.opened().into_iter().map(Motor::engaged).collect();
+    let links = link_frames(hand, &opened);
+    let frames = &links[1..];
     let pairs = PairRow::all(&bodies, &rules, &counts);
     let report = Report {
         description: model.path().display().to_string(),
+        format: model.format(),
         name: hand.name().to_owned(),
         mass: model.mass(),
         links: hand.links().to_vec(),
         driven: hand.driven().iter().map(|driven| driven_row(hand, driven)).collect(),
-        approach: hand.approach_pose(&frames).to_rows(),
-        contacts: (0..hand.contacts().len()).map(|contact| contact_row(hand, contact, &frames, &shapes)).collect(),
+        approach: hand.approach_pose(frames).to_rows(),
+        contacts: (0..hand.contacts().len()).map(|contact| contact_row(hand, contact, frames, &shapes)).collect(),
         width: widths(hand),
         eigengrasps: eigengrasps(hand),
         samples: arguments.samples,
-        touch_opened: touching.map(|pair| pairs::names(&bodies, *pair)).collect(),
+        touch_opened: pairs::touching(&bodies, &rules, &checker, &links),
         exclude: pairs.iter().filter(|pair| pair.always_touches(arguments.samples)).map(PairRow::exclude).collect(),
         uses: uses(&model),
         pairs,
@@ -174,6 +171,18 @@ pub fn check(arguments: &HandCheckArgs, printer: &Printer) -> Result<Exit, Failu
         printer.result(&report.to_string())
     }
     Ok(Exit::Complete)
+}
+
+/// Frames of the links, the base first.
+fn link_frames(hand: &Hand, motors: &[Motor]) -> Vec<IsometryMatrix3<f64>> {
+    let mut values = vec![0.0; hand.tree().len()];
+    hand.joint_values(motors, &mut values);
+    std::iter::once(IsometryMatrix3::identity()).chain(hand.link_frames(&values)).collect()
+}
+
+/// Every motor somewhere in its range.
+fn anywhere_all(hand: &Hand, stream: &mut Stream) -> Vec<Motor> {
+    hand.driven().iter().map(|driven| anywhere(driven, stream)).collect()
 }
 
 /// A motor somewhere in its range; where there is a clutch, as often open as shut.
@@ -383,7 +392,7 @@ impl Display for Report {
                 writeln!(f, "\nopened, these touch: {}", pairs.join("; "))?;
             }
         }
-        pairs::write_excludes(f, &self.exclude)?;
+        pairs::write_excludes(f, self.format, &self.exclude)?;
         self.write_uses(f)?;
         if !self.pictures.is_empty() {
             writeln!(f)?;
@@ -411,7 +420,9 @@ impl Report {
         }
         let refusals: BTreeSet<&String> = self.uses.iter().filter_map(|row| row.refusal.as_ref()).collect();
         let mut refusals = refusals.into_iter();
-        refusals.try_for_each(|reason| writeln!(f, "jobs that cannot: {}\n  {reason}", settings(Some(reason))))
+        refusals.try_for_each(|reason| {
+            writeln!(f, "jobs that cannot: {}\n  {}", settings(Some(reason)), reason.replace('\n', "\n  "))
+        })
     }
 }
 

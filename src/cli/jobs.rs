@@ -69,6 +69,7 @@ pub fn run_failure(error: RunError) -> Failure {
         RunError::Dataset(source) | RunError::Produce(ProduceError::Store(source)) if source.is_foreign() => {
             Failure::new(Exit::BadSpec, error)
         }
+        RunError::WrongJob(_) => Failure::new(Exit::BadSpec, error),
         RunError::Dataset(_) | RunError::Produce(ProduceError::Store(_)) => Failure::from(error),
         RunError::Produce(_) | RunError::Panicked { .. } | RunError::Gap { .. } | RunError::Threads(_) => {
             Failure::new(Exit::Failed, error)

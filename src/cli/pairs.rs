@@ -7,8 +7,12 @@ use std::{
 
 use serde::Serialize;
 
-use robot::collision::{Bodies, Body, Shape};
-use sim::PairRule;
+use kernel::{description::Format, geom::NoSurface};
+use nalgebra::IsometryMatrix3;
+use robot::collision::{Bodies, Body, CollisionChecker, Shape};
+use sim::{HandError, PairRule, RobotError, exclude_line, place_of_excludes};
+
+use super::exit::{Exit, Failure};
 
 /// Two bodies and how often they touch.
 #[derive(Serialize)]
@@ -32,10 +36,9 @@ impl PairRow {
         rules.iter().zip(counts).map(row).collect()
     }
 
-    /// MJCF that keeps this pair from being checked. A body of several sorts of geoms is excluded by its plain name.
+    /// MJCF that keeps this pair from being checked.
     pub fn exclude(&self) -> String {
-        let [one, other] = self.bodies.each_ref().map(|name| name.split(" (contype").next().unwrap_or_default());
-        format!("<exclude body1=\"{one}\" body2=\"{other}\"/>")
+        exclude_line(&self.bodies)
     }
 
     /// Whether it is checked, and touches in all samples.
@@ -57,8 +60,41 @@ impl PairRow {
     }
 }
 
+/// The test of maps and trials, for all pairs that move against each other: in the order of their rules.
+///
+/// # Errors
+/// When a shape has no surface.
+pub fn checker(bodies: &Bodies, rules: &[([usize; 2], PairRule)]) -> Result<CollisionChecker, NoSurface> {
+    CollisionChecker::new(&bodies.clone().with_pairs(rules.iter().map(|(pair, _)| *pair).collect()))
+}
+
+/// Pairs that are checked and touch with the links at these frames, the world's first.
+pub fn touching(
+    bodies: &Bodies,
+    rules: &[([usize; 2], PairRule)],
+    checker: &CollisionChecker,
+    links: &[IsometryMatrix3<f64>],
+) -> Vec<[String; 2]> {
+    let checked = rules.iter().enumerate().filter(|(_, (_, rule))| *rule == PairRule::Checked);
+    checked.filter(|(index, _)| checker.pair(*index, links)).map(|(_, (pair, _))| names(bodies, *pair)).collect()
+}
+
+/// The failure of a robot that cannot be checked: a mistake of its description, or too little memory.
+pub fn wrong_robot(error: RobotError) -> Failure {
+    let exit = if matches!(error, RobotError::Memory { .. }) { Exit::Failed } else { Exit::BadSpec };
+    Failure::new(exit, error)
+}
+
+/// The failure of a hand that cannot be checked.
+pub fn wrong_hand(error: HandError) -> Failure {
+    match error {
+        HandError::Robot(error) => wrong_robot(error),
+        error => Failure::new(Exit::BadSpec, error),
+    }
+}
+
 /// Names of a pair's bodies.
-pub fn names(bodies: &Bodies, pair: [usize; 2]) -> [String; 2] {
+fn names(bodies: &Bodies, pair: [usize; 2]) -> [String; 2] {
     pair.map(|index| bodies.bodies[index].name.clone())
 }
 
@@ -118,12 +154,12 @@ fn list(f: &mut fmt::Formatter<'_>, heading: &str, items: impl Iterator<Item = S
     if count == 0 { Ok(()) } else { write!(f, "  {heading}: {count}\n{text}") }
 }
 
-/// The lines that the scene should have.
-pub fn write_excludes(f: &mut fmt::Formatter<'_>, exclude: &[String]) -> fmt::Result {
+/// The lines that a description should have.
+pub fn write_excludes(f: &mut fmt::Formatter<'_>, format: Format, exclude: &[String]) -> fmt::Result {
     if exclude.is_empty() {
         return Ok(());
     }
-    writeln!(f, "\nto check only what matters, put this into the scene:\n  <contact>")?;
+    writeln!(f, "\nto check only what matters, put this into {}:\n  <contact>", place_of_excludes(format))?;
     exclude.iter().try_for_each(|line| writeln!(f, "    {line}"))?;
     writeln!(f, "  </contact>")
 }

@@ -6,6 +6,7 @@ use std::{
     fmt::{self, Display},
 };
 
+use nalgebra::IsometryMatrix3;
 use serde::Serialize;
 
 use super::{
@@ -14,17 +15,23 @@ use super::{
     pairs::{self, PairRow},
     printer::Printer,
 };
-use kernel::{assets::Description, seed::Stream, words::Show};
+use kernel::{
+    description::{Description, Format},
+    seed::Stream,
+    words::Show,
+};
 use robot::{
-    collision::{Body, TouchTest},
+    collision::Body,
     kinematics::{ClosedForm, Joint, JointKind, PlanningGroup},
 };
-use sim::RobotModel;
+use sim::{Collidable, RobotModel};
 
 /// All that was found.
 #[derive(Serialize)]
 struct Report {
     scene: String,
+    #[serde(skip)]
+    format: Format,
     digest: String,
     target: String,
     joints: Vec<JointRow>,
@@ -59,27 +66,25 @@ struct BodyRow {
 
 /// Checks a robot.
 pub fn check(arguments: &RobotCheckArgs, printer: &Printer) -> Result<Exit, Failure> {
-    let wrong = |error| Failure::new(Exit::BadSpec, error);
+    let wrong = |error| pairs::wrong_robot(error);
     let fixed = fixed(&arguments.fixed)?;
     let joints: Vec<&str> = arguments.joints.iter().map(String::as_str).collect();
     let robot = RobotModel::open(&arguments.scene).map_err(wrong)?;
     let group = robot.planning_group(&joints, &arguments.target, &fixed).map_err(wrong)?;
-    let (bodies, rules) = robot.pairs(&joints, &fixed).map_err(wrong)?;
-    let rest = robot.rest(&joints, &fixed).map_err(wrong)?;
+    let Collidable { bodies, rules, rest } = robot.collidable(&joints, &fixed).map_err(wrong)?;
     let digest = Description::read(&arguments.scene).map_err(|error| Failure::new(Exit::BadSpec, error))?.digest;
-    let test = TouchTest::new(&bodies)
+    let checker = pairs::checker(&bodies, &rules)
         .map_err(|error| Failure::message(Exit::BadSpec, format!("{}: {error}", arguments.scene.shown())))?;
-    let pairs: Vec<[usize; 2]> = rules.iter().map(|(pair, _)| *pair).collect();
     let mut stream = Stream::of_job(0, b"", "robot check");
-    let counts = test.count(&group, &pairs, (0..arguments.samples).map(|_| anywhere(&group, &mut stream)));
-    let at_rest = test.count(&group, &bodies.pairs, [rest]);
-    let touching = bodies.pairs.iter().zip(at_rest).filter(|(_, count)| *count > 0);
-    let touch_at_rest = touching.map(|(pair, _)| pairs::names(&bodies, *pair)).collect();
+    let configurations = (0..arguments.samples).map(|_| link_frames(&group, &anywhere(&group, &mut stream)));
+    let counts = checker.count(configurations);
+    let touch_at_rest = pairs::touching(&bodies, &rules, &checker, &link_frames(&group, &rest));
     let pairs = PairRow::all(&bodies, &rules, &counts);
     let samples = arguments.samples;
     let idle = |pair: &&PairRow| pair.always_touches(samples) || pair.never_touches(samples);
     let report = Report {
         scene: arguments.scene.display().to_string(),
+        format: robot.format(),
         digest: digest.to_string(),
         target: arguments.target.clone(),
         joints: group.joints().iter().map(joint_row).collect(),
@@ -114,6 +119,13 @@ fn fixed(arguments: &[String]) -> Result<BTreeMap<String, f64>, Failure> {
         })
     };
     arguments.iter().map(pair).collect()
+}
+
+/// Frames of the links, the world's first.
+fn link_frames(group: &PlanningGroup, values: &[f64]) -> Vec<IsometryMatrix3<f64>> {
+    let mut frames = vec![IsometryMatrix3::identity(); group.len() + 1];
+    group.link_frames(values, &mut frames[1..]);
+    frames
 }
 
 /// Joint values, uniform within the limits; a joint that rotates without limits, all round.
@@ -165,6 +177,6 @@ impl Display for Report {
                 writeln!(f, "\nat rest these touch, and a job would be refused: {}", pairs.join("; "))?;
             }
         }
-        pairs::write_excludes(f, &self.exclude)
+        pairs::write_excludes(f, self.format, &self.exclude)
     }
 }

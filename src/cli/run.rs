@@ -23,7 +23,7 @@ use format::{
     dataset::{Counts, Manifest, layout},
 };
 use kernel::{
-    files::Folder,
+    files::{Bound, BoundedLines, Folder},
     ids::Digest,
     render::DepthSource,
     words::{NumberClass, Show, capped, counted, size_in_words},
@@ -98,11 +98,19 @@ pub fn exit_of(manifest: &Manifest) -> Exit {
 }
 
 /// A warning where no sample was kept, with the reason of most rejects.
-fn no_sample(manifest: &Manifest) -> Option<String> {
+fn no_sample(folder: &Folder, manifest: &Manifest) -> Option<String> {
     let Counts { samples, kept: 0, rejected, .. } = &manifest.counts else { return None };
     let Noun { one, .. } = manifest.product.samples;
     let reasons: Vec<String> = rejected.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
-    Some(format!("no {one} was kept: of {samples}, all were rejected ({}); change the job", reasons.join(", ")))
+    let first = first_reject(folder).map(|detail| format!("; the first: {detail}")).unwrap_or_default();
+    Some(format!("no {one} was kept: of {samples}, all were rejected ({}); change the job{first}", reasons.join(", ")))
+}
+
+/// Detail of the first rejected sample.
+fn first_reject(folder: &Folder) -> Option<String> {
+    let line = BoundedLines::new(folder.open(layout::REJECTS).ok()?, Bound::REJECTS_LINE).next()?.ok()?;
+    let row: serde_json::Value = serde_json::from_slice(&line).ok()?;
+    row["detail"].as_str().filter(|detail| !detail.is_empty()).map(str::to_owned)
 }
 
 /// Makes the dataset of a job in a folder, or the shards that are missing of it, and measures how long that took [s]. `inputs`:
@@ -243,7 +251,7 @@ pub fn text(
         lines.push(format!("{} {were} refused:", counted(counts.refused_meshes, "mesh")));
     }
     let found = publish::warnings(dataset)?;
-    let warnings = manifest.warnings.iter().cloned().chain(found).chain(no_sample(manifest));
+    let warnings = manifest.warnings.iter().cloned().chain(found).chain(no_sample(dataset, manifest));
     lines.extend(capped(warnings.map(|warning| format!("warning: {}", warning.shown())), MOST_WARNINGS, "warnings"));
     // Of one class alone, the root over all says it.
     if manifest.classes.len() > 1 {

@@ -4,6 +4,7 @@ use std::error::Error;
 
 use format::dataset::{BadShard, DatasetError};
 use kernel::{cancel::Cancelled, ids::ObjectId, words::number_ranges};
+use sim::{HandError, RobotError};
 
 /// Any error of a tool below, boxed: the message is what counts.
 pub type Cause = Box<dyn Error + Send + Sync>;
@@ -58,6 +59,23 @@ impl ProduceError {
         Self::Gone(cause.into())
     }
 
+    /// Whether too little memory was left to compile a robot or a hand.
+    fn lacks_memory(&self) -> bool {
+        let mut cause: Option<&(dyn Error + 'static)> = Some(self);
+        while let Some(error) = cause {
+            let of_robot = error.downcast_ref::<RobotError>();
+            let of_hand = error.downcast_ref::<HandError>().and_then(|error| match error {
+                HandError::Robot(error) => Some(error),
+                _ => None,
+            });
+            if matches!(of_robot.or(of_hand), Some(RobotError::Memory { .. })) {
+                return true;
+            }
+            cause = error.source();
+        }
+        false
+    }
+
     /// Makes [`ProduceError::Unusable`] of an error about `name`.
     pub fn unusable(name: impl Into<String>, cause: impl Into<Cause>) -> Self {
         Self::Unusable { name: name.into(), cause: cause.into() }
@@ -73,6 +91,9 @@ pub enum RunError {
     /// The dataset could not be read or written.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
+    /// The job cannot be worked with, as was found when what all samples share was opened, before any was made.
+    #[error(transparent)]
+    WrongJob(ProduceError),
     /// A sample could not be made.
     #[error(transparent)]
     Produce(ProduceError),
@@ -100,6 +121,16 @@ pub enum RunError {
     /// The threads could not be started.
     #[error("starting threads: {0}; try fewer with --threads")]
     Threads(String),
+}
+
+impl RunError {
+    /// The error of opening what all samples share: what is unusable then is a mistake of the job, unless this machine lacks memory.
+    pub(crate) fn of_opening(error: Self) -> Self {
+        match error {
+            Self::Produce(error @ ProduceError::Unusable { .. }) if !error.lacks_memory() => Self::WrongJob(error),
+            error => error,
+        }
+    }
 }
 
 impl From<ProduceError> for RunError {

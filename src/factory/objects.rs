@@ -13,7 +13,7 @@ use crate::{
 };
 use format::dataset::{ObjectFacts, add_symmetries};
 use kernel::{
-    assets::Description,
+    description::Description,
     ids::{Digest, ObjectId},
     object::PreparedObject,
     words::MassSource,

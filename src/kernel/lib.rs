@@ -6,6 +6,7 @@
 pub mod assets;
 pub mod cancel;
 pub mod contact;
+pub mod description;
 pub mod files;
 pub mod geom;
 pub mod ids;

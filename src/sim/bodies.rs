@@ -1,4 +1,4 @@
-//! Bodies of a robot that can collide, out of MJCF.
+//! Bodies of a robot that can collide, out of MJCF and URDF.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -15,6 +15,7 @@ use super::{
     convert::{index, isometry, solid},
     error::RobotError,
     robot::RobotModel,
+    statements::{Usage, condition_of},
 };
 use kernel::{
     assets::read_triangles,
@@ -34,6 +35,17 @@ pub(super) struct Carried {
     pub(super) chain: Vec<Joint>,
     /// Index in `bodies` of each geom of the model; `None` for geoms that are only drawn.
     pub(super) body_of_geom: Vec<Option<usize>>,
+}
+
+/// Bodies of a robot that can collide, and its rest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Collidable {
+    /// The bodies.
+    pub bodies: Bodies,
+    /// All pairs of bodies that move against each other, as indices in the list of bodies, and why each is checked or not.
+    pub rules: Vec<([usize; 2], PairRule)>,
+    /// Values of the group's joints at rest [rad or m].
+    pub rest: Vec<f64>,
 }
 
 /// Which link carries what, for some joints of a description.
@@ -85,28 +97,23 @@ impl RobotModel {
         self.carried(joints, fixed).map(|carried| carried.bodies)
     }
 
-    /// All pairs of bodies that move against each other, as indices in the list of [`RobotModel::bodies`], and why each is
-    /// checked or not.
+    /// Everything of [`RobotModel::bodies`] that a collision test needs, for one reading of the meshes.
     ///
     /// # Errors
     /// Errors of [`RobotModel::bodies`].
-    #[expect(clippy::type_complexity, reason = "a list of pairs")]
-    pub fn pairs(
-        &self,
-        joints: &[&str],
-        fixed: &BTreeMap<String, f64>,
-    ) -> Result<(Bodies, Vec<([usize; 2], PairRule)>), RobotError> {
-        self.carried(joints, fixed).map(|carried| (carried.bodies, carried.rules))
+    pub fn collidable(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<Collidable, RobotError> {
+        let carried = self.carried(joints, fixed)?;
+        let rest = self.rest_of(&carried)?;
+        let Carried { bodies, rules, .. } = carried;
+        Ok(Collidable { bodies, rules, rest })
     }
 
     pub(super) fn carried(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<Carried, RobotError> {
         for name in joints.iter().copied().chain(fixed.keys().map(String::as_str)) {
             self.joint(name)?;
         }
-        if !self.model.pair_geom1().is_empty() {
-            return Err(RobotError::Pairs { path: self.path.clone() });
-        }
-        let links = self.link_table(joints, fixed)?;
+        let links = self.link_table(joints, &self.still_values(joints, fixed)?)?;
+        self.check_ties(&links)?;
         if let Some(branch) = (1..links.chain.len()).find(|joint| links.carried_by[*joint] != *joint) {
             let [joint, before] = [branch, branch - 1].map(|joint| links.chain[joint].name.clone());
             return Err(RobotError::Branches { path: self.path.clone(), joint, before });
@@ -233,13 +240,14 @@ impl RobotModel {
                 Ok((Shape::Mesh(triangles), as_written(body_from_geom * file_from_geom.inverse())))
             }
             kind => {
-                let (kind, remedy) = match kind {
-                    MjtGeomBase::mjGEOM_PLANE => ("a plane", "use a box"),
-                    MjtGeomBase::mjGEOM_ELLIPSOID => ("an ellipsoid", "use a sphere, a capsule or a mesh"),
-                    MjtGeomBase::mjGEOM_HFIELD => ("a height field", "use boxes or a mesh"),
-                    MjtGeomBase::mjGEOM_SDF => ("a distance field", "use a mesh"),
-                    _ => ("of a kind that is not read", "use a box, a sphere, a capsule, a cylinder or a mesh"),
+                let kind = match kind {
+                    MjtGeomBase::mjGEOM_PLANE => "a plane",
+                    MjtGeomBase::mjGEOM_ELLIPSOID => "an ellipsoid",
+                    MjtGeomBase::mjGEOM_HFIELD => "a height field",
+                    MjtGeomBase::mjGEOM_SDF => "a distance field",
+                    _ => "of a kind that is not read",
                 };
+                let (_, remedy) = condition_of("body/geom", Some("type"), self.usage);
                 let body = self.body_name(index(model.geom_bodyid()[geom]));
                 Err(RobotError::Geom { path: self.path.clone(), geom: self.geom_name(geom), body, kind, remedy })
             }
@@ -251,7 +259,11 @@ impl RobotModel {
         let source = &self.meshes[mesh];
         let Some(file) = &source.file else {
             let mesh = self.model.id_to_name(MjtObjBase::mjOBJ_MESH, mesh).unwrap_or_default().to_owned();
-            return Err(RobotError::MeshInline { path: self.path.clone(), geom: self.geom_name(geom), mesh });
+            // A hand's meshes are refused wherever they could touch something, in a file or not.
+            let usage = if self.usage == Usage::Hand { Usage::Robot } else { self.usage };
+            let (_, remedy) = condition_of("asset/mesh", Some("vertex"), usage);
+            let (path, geom) = (self.path.clone(), self.geom_name(geom));
+            return Err(RobotError::MeshInline { path, geom, mesh, remedy });
         };
         let mut triangles = read_triangles(file).map_err(|source| RobotError::Mesh {
             path: self.path.clone(),

@@ -1,4 +1,4 @@
-//! MuJoCo's own verdict on which bodies of a robot touch, and what touches at rest.
+//! MuJoCo's own verdict on which bodies of a robot touch, and where a robot rests.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -6,10 +6,9 @@ use mujoco_rs::wrappers::{
     mj_data::MjData,
     mj_model::{MjModel, MjtObjBase},
 };
-use nalgebra::IsometryMatrix3;
 
 use super::{bodies::Carried, convert::index, error::RobotError, robot::RobotModel};
-use robot::collision::{Bodies, TouchTest};
+use robot::collision::Bodies;
 
 /// Two bodies that MuJoCo finds in contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,8 +39,8 @@ impl RobotModel {
         let carried = self.carried(joints, fixed)?;
         let mut data = MjData::new(Arc::clone(&self.model));
         let address = |name: &str| Ok(index(self.model.jnt_qposadr()[self.joint(name)?]));
-        for (name, value) in fixed {
-            data.qpos_mut()[address(name)?] = *value;
+        for (name, value) in self.still_values(joints, fixed)? {
+            data.qpos_mut()[address(&name)?] = value;
         }
         let addresses = carried.chain.iter().map(|joint| address(&joint.name)).collect::<Result<_, _>>()?;
         Ok(ContactWorker { data, carried, addresses })
@@ -56,7 +55,7 @@ impl RobotModel {
         self.rest_of(&self.carried(joints, fixed)?)
     }
 
-    fn rest_of(&self, carried: &Carried) -> Result<Vec<f64>, RobotError> {
+    pub(super) fn rest_of(&self, carried: &Carried) -> Result<Vec<f64>, RobotError> {
         let model = &self.model;
         let home = model.name_to_id(MjtObjBase::mjOBJ_KEY, "home");
         let home = home.map_or(model.qpos0(), |key| &model.key_qpos()[key * model.qpos0().len()..]);
@@ -67,14 +66,6 @@ impl RobotModel {
         carried.chain.iter().map(value).collect()
     }
 
-    /// Whether the robot stands free at rest: the pairs of [`RobotModel::bodies`] by their exact shapes.
-    ///
-    /// # Errors
-    /// When a pair touches, and as [`RobotModel::bodies`].
-    pub fn check_rest(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<(), RobotError> {
-        self.bodies_at_rest(joints, fixed).map(drop)
-    }
-
     /// Whether MuJoCo finds the robot free at rest, its meshes as convex hulls.
     ///
     /// # Errors
@@ -83,40 +74,15 @@ impl RobotModel {
         let rest = self.rest(joints, fixed)?;
         let mut worker = self.contact_worker(joints, fixed)?;
         match worker.contacts(&rest).into_iter().find(|contact| contact.distance <= 0.0) {
-            Some(contact) => {
-                let [first, second] = contact.bodies.map(|index| worker.carried.bodies.bodies[index].name.clone());
-                Err(RobotError::Rest { path: self.path.clone(), first, second })
-            }
+            Some(contact) => Err(self.touching_at_rest(&worker.carried.bodies, contact.bodies)),
             None => Ok(()),
         }
     }
 
-    /// [`RobotModel::bodies`] of a robot that stands free at rest: both for one reading of the meshes.
-    ///
-    /// # Errors
-    /// Errors of [`RobotModel::check_rest`].
-    pub fn bodies_at_rest(&self, joints: &[&str], fixed: &BTreeMap<String, f64>) -> Result<Bodies, RobotError> {
-        let carried = self.carried(joints, fixed)?;
-        let rest = self.rest_of(&carried)?;
-        let mut frame = IsometryMatrix3::identity();
-        let frames: Vec<_> = carried
-            .chain
-            .iter()
-            .zip(&rest)
-            .map(|(joint, value)| {
-                frame = frame * joint.origin * joint.motion(*value);
-                frame
-            })
-            .collect();
-        let test = TouchTest::new(&carried.bodies)
-            .map_err(|source| RobotError::Surface { path: self.path.clone(), source })?;
-        match carried.bodies.pairs.iter().find(|pair| test.touches(**pair, &frames)) {
-            Some(pair) => {
-                let [first, second] = pair.map(|index| carried.bodies.bodies[index].name.clone());
-                Err(RobotError::Rest { path: self.path.clone(), first, second })
-            }
-            None => Ok(carried.bodies),
-        }
+    /// The error of two bodies (indices in the list of [`RobotModel::bodies`]) that touch while the robot rests.
+    pub fn touching_at_rest(&self, bodies: &Bodies, pair: [usize; 2]) -> RobotError {
+        let [first, second] = pair.map(|index| bodies.bodies[index].name.clone());
+        RobotError::Rest { path: self.path.clone(), format: self.text.format, first, second }
     }
 }
 

@@ -1,19 +1,21 @@
 //! Errors while a model is handed to MuJoCo.
 
-use kernel::words::Show;
-use std::path::PathBuf;
+use std::{
+    fmt,
+    path::{Path, PathBuf},
+};
+
+use kernel::{
+    description::{Format, Statement},
+    words::Show,
+};
 
 /// Why a scene's camera could not be read.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SceneError {
-    /// MuJoCo cannot read or compile the file.
-    #[error("{}: MuJoCo refuses this scene: {message}", path.shown())]
-    Refused {
-        /// The scene.
-        path: PathBuf,
-        /// MuJoCo's words, with line and column where it knows them.
-        message: String,
-    },
+    /// The file cannot be read or compiled.
+    #[error(transparent)]
+    Unreadable(#[from] RobotError),
     /// No camera has that name.
     #[error("{}: no camera is named {name:?}; the scene has {}", path.shown(), list(present))]
     NoCamera {
@@ -52,11 +54,128 @@ pub enum SceneError {
     },
 }
 
+/// A statement of a description that is not understood.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RefusedStatement {
+    /// File and line, or the file alone.
+    pub place: String,
+    /// The statement, as it is written.
+    pub statement: String,
+    /// Why it is refused here, as a clause; empty where it always is.
+    pub when: &'static str,
+    /// Remedy: the statement to write instead.
+    pub remedy: &'static str,
+}
+
+impl RefusedStatement {
+    /// An element, or one of its attributes.
+    pub(super) fn new(statement: &Statement, attribute: Option<&str>, remedy: &'static str) -> Self {
+        let element = shortened(&statement.to_string());
+        let written = attribute.map_or(element.clone(), |attribute| {
+            format!("{attribute}=\"{}\" of {element}", shortened(statement.get(attribute).unwrap_or_default()))
+        });
+        Self { place: statement.place.to_string(), statement: written, when: "", remedy }
+    }
+
+    /// An element that no table knows, or with an attribute that none knows.
+    pub(super) fn unknown(statement: &Statement, attribute: Option<&str>) -> Self {
+        Self::new(statement, attribute, "take it out if it changes no shape and no motion")
+    }
+
+    /// An element that is refused under a condition.
+    pub(super) fn when(statement: &Statement, when: &'static str, remedy: &'static str) -> Self {
+        Self { when, ..Self::new(statement, None, remedy) }
+    }
+
+    /// An element whose place is not known, refused under a condition.
+    pub(super) fn without_place(
+        file: &Path,
+        element: &str,
+        names: &[(&'static str, String)],
+        when: &'static str,
+        remedy: &'static str,
+    ) -> Self {
+        let known = names.iter().filter(|(_, name)| !name.is_empty());
+        let attributes: String = known.map(|(attribute, name)| format!(" {attribute}=\"{name}\"")).collect();
+        Self { place: file.shown().to_string(), statement: format!("<{element}{attributes}>"), when, remedy }
+    }
+}
+
+impl fmt::Display for RefusedStatement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { place, statement, when, .. } = self;
+        write!(f, "{place}: {statement} is refused")?;
+        if when.is_empty() { Ok(()) } else { write!(f, ", because {when}") }
+    }
+}
+
+/// The beginning of a text that may be long.
+fn shortened(text: &str) -> String {
+    const MOST: usize = 100;
+    match text.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
+/// Refused statements, a line each; the remedy follows the last of those that share it.
+fn lines(refused: &[RefusedStatement]) -> String {
+    const MOST: usize = 10;
+    let mut out = String::new();
+    for (index, statement) in refused.iter().take(MOST).enumerate() {
+        let next = refused.get(index + 1).filter(|_| index + 1 < MOST);
+        let is_last = next.is_none_or(|next| next.remedy != statement.remedy);
+        let remedy = if is_last { format!("; {}", statement.remedy) } else { String::new() };
+        let line_break = if index > 0 { "\n" } else { "" };
+        out += &format!("{line_break}{statement}{remedy}");
+    }
+    if refused.len() > MOST {
+        out += &format!("\nand {} more", refused.len() - MOST);
+    }
+    out
+}
+
 /// Why a robot's description gives no planning group.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RobotError {
+    /// A text that cannot be read, or that asks for too much.
+    #[error("{message}; {remedy}")]
+    Text {
+        /// File, place and problem.
+        message: String,
+        /// Remedy for it.
+        remedy: &'static str,
+    },
+    /// Statements that are not understood.
+    #[error("{}", lines(refused))]
+    Statements {
+        /// Every one.
+        refused: Vec<RefusedStatement>,
+    },
+    /// Too little memory to compile anything.
+    #[error("{}: not compiled: less than {} MiB of memory are left; raise the limit (ulimit -v), or end other programs", path.shown(), needed >> 20)]
+    Memory {
+        /// The robot.
+        path: PathBuf,
+        /// Memory that has to be left [bytes].
+        needed: usize,
+    },
+    /// A joint that stands still at a value that the description does not allow.
+    #[error("{}: joint {joint:?} is set to {given}, but its coupling (<equality><joint>, <mimic> in a URDF) sets it to {value}{}; give it that value, or none", path.shown(), follows(leader.as_deref()))]
+    Contradicted {
+        /// The robot.
+        path: PathBuf,
+        /// The joint that follows.
+        joint: String,
+        /// The value that the job gives [rad or m].
+        given: f64,
+        /// The joint that it follows.
+        leader: Option<String>,
+        /// The value that follows from the description [rad or m].
+        value: f64,
+    },
     /// MuJoCo cannot read or compile the file.
-    #[error("{}: MuJoCo refuses this robot: {message}", path.shown())]
+    #[error("{}: MuJoCo refuses it: {message}", path.shown())]
     Refused {
         /// The robot.
         path: PathBuf,
@@ -64,7 +183,7 @@ pub enum RobotError {
         message: String,
     },
     /// A file that the description names is not there.
-    #[error("{}: {} is not there; {}", path.shown(), file.shown(), kernel::assets::missing_remedy(file))]
+    #[error("{}: {} is not there; {}", path.shown(), file.shown(), kernel::description::missing_remedy(file))]
     Missing {
         /// The robot.
         path: PathBuf,
@@ -90,17 +209,19 @@ pub enum RobotError {
         source: kernel::geom::NoSurface,
     },
     /// Two bodies touch while the robot rests.
-    #[error("{}: {first:?} touches {second:?} at rest; if they may touch, <contact><exclude body1={first:?} body2={second:?}/></contact> says so; `graspmill robot check` finds all such pairs", path.shown())]
+    #[error("{}: {first:?} touches {second:?} at rest; if they may touch, put <contact><exclude body1={first:?} body2={second:?}/></contact> into {}; `graspmill robot check` finds all such pairs", path.shown(), place_of_excludes(*format))]
     Rest {
         /// The robot.
         path: PathBuf,
+        /// Format of its description.
+        format: Format,
         /// A body.
         first: String,
         /// The other.
         second: String,
     },
     /// A mesh that is in no file.
-    #[error("{}: geom {geom}: its mesh {mesh:?} is in no file; write it to an STL, OBJ, PLY or OFF file and name that", path.shown())]
+    #[error("{}: geom {geom}: its mesh {mesh:?} is in no file; {remedy}", path.shown())]
     MeshInline {
         /// The robot.
         path: PathBuf,
@@ -108,6 +229,8 @@ pub enum RobotError {
         geom: String,
         /// The mesh.
         mesh: String,
+        /// Remedy: what to write instead.
+        remedy: &'static str,
     },
     /// A geom whose kind collision checking does not know.
     #[error("{}: geom {geom} of body {body:?} is {kind}; {remedy}, or give it contype=\"0\" conaffinity=\"0\" if nothing can hit it", path.shown())]
@@ -122,12 +245,6 @@ pub enum RobotError {
         kind: &'static str,
         /// Remedy: what to use instead.
         remedy: &'static str,
-    },
-    /// Contacts that are listed one by one.
-    #[error("{}: <contact><pair> says which geoms may touch; say it by contype, conaffinity and <contact><exclude>", path.shown())]
-    Pairs {
-        /// The robot.
-        path: PathBuf,
     },
     /// The joints of a group move different branches.
     #[error("{}: joint {joint:?} does not hang on joint {before:?}; a planning group is one chain", path.shown())]
@@ -149,9 +266,9 @@ pub enum RobotError {
         /// The names that there are.
         present: Vec<String>,
     },
-    /// No site has that name.
-    #[error("{}: no site is named {name:?}; the robot has {}; put <site name={name:?}/> into the body that is to reach", path.shown(), list(present))]
-    NoSite {
+    /// No site and no body has that name.
+    #[error("{}: no site or body is named {name:?}; the robot has {}; name one of them, or in MJCF put <site name={name:?}/> into the body that is to reach", path.shown(), list(present))]
+    NoTarget {
         /// The robot.
         path: PathBuf,
         /// The name asked for.
@@ -180,15 +297,15 @@ pub enum RobotError {
         joint: String,
     },
     /// A joint of the group is not between the world and the target.
-    #[error("{}: joint {joint:?} does not move site {site:?}; those that do: {}", path.shown(), list(moving))]
+    #[error("{}: joint {joint:?} does not move {target:?}; those that do: {}", path.shown(), list(moving))]
     NotMoved {
         /// The robot.
         path: PathBuf,
         /// The joint.
         joint: String,
-        /// The target site.
-        site: String,
-        /// The joints between the world and the site.
+        /// The target.
+        target: String,
+        /// The joints between the world and the target.
         moving: Vec<String>,
     },
     /// A ball or free joint stands between the world and the target.
@@ -222,17 +339,17 @@ pub enum RobotError {
 /// Why a description and its table make no hand, or no hand that closes.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum HandError {
-    /// MJCF that cannot be read.
+    /// A description that cannot be read.
     #[error(transparent)]
     Robot(#[from] RobotError),
     /// A table that is wrong or does not fit.
     #[error(transparent)]
     Table(#[from] robot::hand::HandTableError),
     /// A coupling that is not read.
-    #[error("{}: <equality>: joint {joint:?} {reason}", path.shown())]
+    #[error("{place}: <equality>: joint {joint:?} {reason}")]
     Coupling {
-        /// The hand.
-        path: PathBuf,
+        /// File and line, or the file alone.
+        place: String,
         /// The joint that follows.
         joint: String,
         /// Problem with the coupling, and the remedy.
@@ -248,6 +365,38 @@ pub enum HandError {
         path: PathBuf,
         /// The body that has it.
         body: String,
+    },
+    /// A geom of the hand that can touch, but no object.
+    #[error("{}: body {body:?} has a geom that is refused, because {when}; {remedy}", path.shown())]
+    MissesObjects {
+        /// The hand.
+        path: PathBuf,
+        /// The body that has it.
+        body: String,
+        /// Condition under which such a geom is refused.
+        when: &'static str,
+        /// Remedy: the statement to write instead.
+        remedy: &'static str,
+    },
+    /// A hand that a search has no room for.
+    #[error("{}: grasps cannot be searched for with this hand: {source}", path.shown())]
+    Unsearchable {
+        /// The hand.
+        path: PathBuf,
+        /// Part that there is no room for, and the remedy.
+        source: robot::grasp::UnsearchableHand,
+    },
+    /// A hand that overlaps itself in every posture.
+    #[error("{}: in each of {postures} postures of its eigengrasps bodies of the hand overlap, so that no state of it is legal: {}; if these may overlap, put this into {}:\n  <contact>\n{}  </contact>", path.shown(), overlapping(pairs, *postures), place_of_excludes(*format), excludes(pairs, *postures))]
+    NeverClear {
+        /// The hand.
+        path: PathBuf,
+        /// Format of its description.
+        format: Format,
+        /// Postures that were tried.
+        postures: u32,
+        /// Names of bodies that overlap, and in how many postures, the most frequent ones first.
+        pairs: Vec<([String; 2], u32)>,
     },
     /// A hand with which grasps cannot be searched for.
     #[error("{}: grasps are searched for with a hand that has {what}; docs/hands.md says how to give it some", path.shown())]
@@ -295,6 +444,39 @@ pub enum HandError {
         /// The driven joints' ranges.
         ranges: Vec<[f64; 2]>,
     },
+}
+
+/// Pairs that overlap, with their shares.
+fn overlapping(pairs: &[([String; 2], u32)], postures: u32) -> String {
+    let share = |([one, other], count): &([String; 2], u32)| {
+        format!("{one} and {other} in {:.0} %", 100.0 * f64::from(*count) / f64::from(postures))
+    };
+    pairs.iter().map(share).collect::<Vec<_>>().join(", ")
+}
+
+/// Lines of MJCF for the pairs that overlap in every posture; of a hand that has none, for all pairs.
+fn excludes(pairs: &[([String; 2], u32)], postures: u32) -> String {
+    let always = pairs.iter().filter(|(_, count)| *count == postures);
+    let chosen: Vec<_> = if always.clone().next().is_some() { always.collect() } else { pairs.iter().collect() };
+    chosen.iter().map(|(pair, _)| format!("    {}\n", exclude_line(pair))).collect()
+}
+
+/// MJCF that keeps two bodies from being checked. A body of several sorts of geoms is excluded by its plain name.
+pub fn exclude_line(pair: &[String; 2]) -> String {
+    let [one, other] = pair.each_ref().map(|name| name.split(" (contype").next().unwrap_or_default());
+    format!("<exclude body1=\"{one}\" body2=\"{other}\"/>")
+}
+
+/// Place of such lines, as the end of "put them into". A URDF has none.
+pub fn place_of_excludes(format: Format) -> &'static str {
+    match format {
+        Format::Mjcf => "the description",
+        Format::Urdf => "the description after saving it as MJCF (docs/faq.md)",
+    }
+}
+
+fn follows(leader: Option<&str>) -> String {
+    leader.map(|leader| format!(", because it follows {leader:?}")).unwrap_or_default()
 }
 
 fn list(names: &[String]) -> String {

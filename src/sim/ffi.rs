@@ -92,6 +92,35 @@ pub(super) fn drop_free_joints(spec: &mut MjSpec) -> Result<(), MjEditError> {
     Ok(())
 }
 
+/// Lets MuJoCo size its memory by what a model holds, whatever the description asks for: too little would drop contacts in silence,
+/// too much would end the process.
+pub(super) fn size_memory_by_content(spec: &mut MjSpec) {
+    spec.set_memory(-1);
+    spec.set_nuserdata(0);
+    spec.set_nkey(0);
+    // SAFETY: these are counts that MuJoCo reads when it compiles; -1 is its own default for each.
+    #[expect(unsafe_code, reason = "the counts have no safe setter")]
+    unsafe {
+        let sizes = spec.ffi_mut();
+        (sizes.njmax, sizes.nconmax, sizes.nstack) = (-1, -1, -1);
+        (sizes.nuser_body, sizes.nuser_jnt, sizes.nuser_geom, sizes.nuser_site) = (-1, -1, -1, -1);
+        (sizes.nuser_cam, sizes.nuser_tendon, sizes.nuser_actuator, sizes.nuser_sensor) = (-1, -1, -1, -1);
+    }
+}
+
+/// MuJoCo's own list of the elements and attributes of MJCF.
+#[cfg(test)]
+pub(super) fn schema() -> String {
+    let mut buffer = vec![0u8; 1 << 20];
+    // SAFETY: MuJoCo writes no more than the buffer's length, a terminating null included.
+    #[expect(unsafe_code, reason = "a C string")]
+    let written = unsafe {
+        mujoco_rs::mujoco_c::mj_printSchema(std::ptr::null(), buffer.as_mut_ptr().cast(), buffer.len() as c_int, 0, 0)
+    };
+    buffer.truncate(usize::try_from(written).expect("a length"));
+    String::from_utf8(buffer).expect("ASCII")
+}
+
 /// Takes all meshes out of a description that was compiled to this model, whose bodies weigh what they did; `false` where a
 /// body without a name cannot be reached.
 pub(super) fn drop_meshes(spec: &mut MjSpec, model: &MjModel) -> Result<bool, MjEditError> {

@@ -1,4 +1,4 @@
-//! Hands out of MJCF and the table beside it.
+//! Hands out of a description and the table beside it.
 
 use std::{
     collections::BTreeMap,
@@ -14,10 +14,12 @@ use super::{
     error::{HandError, RobotError},
     ffi::drop_free_joints,
     robot::RobotModel,
+    statements::{Usage, condition_of},
 };
+use kernel::description::Format;
 use robot::{
     collision::{Bodies, Body, Shape},
-    grasp::has_opposition,
+    grasp::{HandSearch, OwnOverlaps, has_opposition},
     hand::{Coupling, Hand, HandTable, Mount, Skeleton},
     kinematics::{JointTree, TreeJoint},
 };
@@ -29,14 +31,14 @@ pub struct HandModel {
 }
 
 impl HandModel {
-    /// Reads an MJCF file and the table beside it: the same name with `.toml`. The table's own path does as well.
+    /// Reads a description, MJCF or URDF, and the table beside it: the same name with `.toml`. The table's own path does as well.
     ///
     /// # Errors
     /// When MuJoCo refuses the one, or the other is wrong or does not fit.
     pub fn open(path: &Path) -> Result<Self, HandError> {
         let description = description_of(path);
         // A hand that floats in its file stands still here: grasps move the object against it.
-        let robot = RobotModel::open_edited(&description, drop_free_joints)?;
+        let robot = RobotModel::open_edited(&description, Usage::Hand, drop_free_joints)?;
         let table = HandTable::read(&HandTable::beside(&description))?;
         let hand = table.hand(robot.skeleton()?)?;
         Ok(Self { robot, hand: Arc::new(hand) })
@@ -50,6 +52,11 @@ impl HandModel {
     /// The description.
     pub fn path(&self) -> &Path {
         &self.robot.path
+    }
+
+    /// Format of the description.
+    pub fn format(&self) -> Format {
+        self.robot.format()
     }
 
     /// Sum of all masses [kg].
@@ -68,21 +75,41 @@ impl HandModel {
         Ok((carried.bodies, carried.rules))
     }
 
-    /// Whether grasps of true meshes can be searched with it: it has eigengrasps and contacts that may touch, and what can
-    /// touch is simple.
+    /// Whether grasps of true meshes can be searched with it: it has eigengrasps and contacts that may touch, what can touch is
+    /// simple, and in some posture it does not overlap itself.
     ///
     /// # Errors
     /// When it can't.
     pub fn check_grasping(&self) -> Result<(), HandError> {
+        self.search().map(drop)
+    }
+
+    /// The hand prepared for a search of grasps, and how often it overlaps itself.
+    ///
+    /// # Errors
+    /// Errors of [`HandModel::check_grasping`].
+    pub fn search(&self) -> Result<(HandSearch, OwnOverlaps), HandError> {
+        let table = || HandTable::beside(&self.robot.path);
         let missing = match self.hand.eigengrasps() {
             None => Some("eigengrasps, in which its postures are searched: `[eigengrasps]`"),
             Some(_) if self.hand.contacts().len() < 3 => Some("three points that may touch: `[[contacts]]`"),
             Some(_) => None,
         };
-        match missing {
-            Some(what) => Err(HandError::NoGrasps { path: HandTable::beside(&self.robot.path), what }),
-            None => self.check_solids(),
+        if let Some(what) = missing {
+            return Err(HandError::NoGrasps { path: table(), what });
         }
+        self.check_solids()?;
+        let (bodies, _) = self.bodies()?;
+        let search = HandSearch::new(&self.hand, &bodies)
+            .map_err(|source| HandError::Unsearchable { path: self.robot.path.clone(), source })?;
+        let overlaps = search.own_overlaps();
+        if overlaps.clear == 0 {
+            let name = |body: usize| bodies.bodies[body].name.clone();
+            let pairs = overlaps.pairs.iter().map(|(pair, count)| (pair.map(name), *count)).collect();
+            let (path, format) = (self.robot.path.clone(), self.format());
+            return Err(HandError::NeverClear { path, format, postures: overlaps.postures, pairs });
+        }
+        Ok((search, overlaps))
     }
 
     /// Whether the middles of its pads can be placed on pairs of points.
@@ -103,27 +130,40 @@ impl HandModel {
         if has_opposition(&self.hand) { Ok(()) } else { Err(HandError::NoOpposition { path: path() }) }
     }
 
-    /// Whether all that can touch is a box, a ball, a capsule or a cylinder: only these touch true meshes.
+    /// Whether all that can touch is a box, a ball, a capsule or a cylinder, and touches objects: only these touch true meshes.
     ///
     /// # Errors
     /// When something else can.
     pub fn check_solids(&self) -> Result<(), HandError> {
         let (bodies, _) = self.bodies()?;
         let mesh = |body: &&Body| body.geometries.iter().any(|part| matches!(part.shape, Shape::Mesh(_)));
-        match bodies.bodies.iter().find(mesh) {
-            Some(body) => Err(HandError::Geom { path: self.robot.path.clone(), body: body.name.clone() }),
+        if let Some(body) = bodies.bodies.iter().find(mesh) {
+            return Err(HandError::Geom { path: self.robot.path.clone(), body: body.name.clone() });
+        }
+        let model = &self.robot.model;
+        // Objects have contype 1 and conaffinity 1.
+        let misses = |geom: &usize| {
+            let kinds = model.geom_contype()[*geom] | model.geom_conaffinity()[*geom];
+            kinds != 0 && kinds & 1 == 0
+        };
+        match (0..model.geom_type().len()).find(misses) {
+            Some(geom) => {
+                let (when, remedy) = condition_of("body/geom", Some("conaffinity"), Usage::Hand);
+                let body = self.robot.body_name(index(model.geom_bodyid()[geom]));
+                Err(HandError::MissesObjects { path: self.robot.path.clone(), body, when, remedy })
+            }
             None => Ok(()),
         }
     }
 }
 
-/// The MJCF file that a path stands for.
+/// The description that a path means: that of a table is beside it, in MJCF or else in URDF.
 fn description_of(path: &Path) -> PathBuf {
-    if path.extension().is_some_and(|extension| extension == "toml") {
-        path.with_extension("xml")
-    } else {
-        path.to_owned()
+    if path.extension().is_none_or(|extension| extension != "toml") {
+        return path.to_owned();
     }
+    let [mjcf, urdf] = ["xml", "urdf"].map(|ending| path.with_extension(ending));
+    if urdf.exists() && !mjcf.exists() { urdf } else { mjcf }
 }
 
 impl RobotModel {
@@ -134,6 +174,7 @@ impl RobotModel {
     pub(super) fn skeleton(&self) -> Result<Skeleton, HandError> {
         let model = &self.model;
         let table = self.all_links()?;
+        self.check_ties(&table)?;
         let couplings = self.couplings(&table)?;
         let mount = |body: i32, body_from_frame| {
             let (link, link_from_body) = table.of_body[index(body)];
@@ -185,6 +226,12 @@ impl RobotModel {
         self.model.id_to_name(MjtObjBase::mjOBJ_JOINT, joint).unwrap_or_default()
     }
 
+    /// Error of the coupling by which a joint follows.
+    fn coupling_error(&self, joint: usize, reason: &'static str) -> HandError {
+        let joint = self.joint_name(joint).to_owned();
+        HandError::Coupling { place: self.follower_place(&joint), joint, reason }
+    }
+
     /// Couplings of `<equality><joint>`. MuJoCo's polynomial is about the joints' reference values.
     fn couplings(&self, links: &LinkTable) -> Result<Vec<Coupling>, HandError> {
         let model = &self.model;
@@ -194,11 +241,7 @@ impl RobotModel {
                 continue;
             }
             let joint = index(model.eq_obj1id()[equality]);
-            let refused = |reason| HandError::Coupling {
-                path: self.path.clone(),
-                joint: self.joint_name(joint).to_owned(),
-                reason,
-            };
+            let refused = |reason| self.coupling_error(joint, reason);
             let Ok(follows) = usize::try_from(model.eq_obj2id()[equality]) else {
                 return Err(refused("is held at a value; take the joint out instead"));
             };
@@ -214,11 +257,8 @@ impl RobotModel {
             found.push(Coupling { joint, follows, ratio, offset });
         }
         if let Some(chained) = found.iter().find(|one| found.iter().any(|other| other.joint == one.follows)) {
-            return Err(HandError::Coupling {
-                path: self.path.clone(),
-                joint: self.joint_name(chained.joint).to_owned(),
-                reason: "follows a joint that itself follows one; couple both to the one that is driven",
-            });
+            let reason = "follows a joint that itself follows one; couple both to the one that is driven";
+            return Err(self.coupling_error(chained.joint, reason));
         }
         // From MuJoCo's numbers of joints to indices in the tree.
         let index = |joint: usize| {

@@ -20,12 +20,15 @@ use mujoco_rs::{
 use nalgebra::{IsometryMatrix3, Point3};
 
 use super::{
+    added_geom::drop_defaults,
     convert::{index, isometry, quaternion},
-    error::{HandError, RobotError},
+    error::HandError,
     ffi::drop_free_joints,
     free_object::{FreeObject, Touched},
     hand::HandModel,
     native_mesh::NativeContacts,
+    open::{OpenedSpec, open_spec, refused_by_mujoco},
+    statements::Usage,
     table::{self, Table},
     thing::StillThing,
     true_mesh::{self, TrueMesh},
@@ -315,6 +318,11 @@ impl HandSim {
     pub fn hand(&self) -> &Hand {
         &self.hand
     }
+
+    /// Names of the description's touch sensors, whose values trials record.
+    pub fn touch_sensors(&self) -> impl Iterator<Item = &str> {
+        self.touch_sensors.iter().map(|(name, _)| name.as_str())
+    }
 }
 
 impl std::fmt::Debug for HandSim {
@@ -325,23 +333,33 @@ impl std::fmt::Debug for HandSim {
 
 /// Error for a hand's description that MuJoCo refuses.
 pub(super) fn refused_by(model: &HandModel) -> impl Fn(mujoco_rs::error::MjEditError) -> HandError + Copy {
-    |error| HandError::from(RobotError::Refused { path: model.robot.path.clone(), message: error.to_string() })
+    |error| HandError::from(refused_by_mujoco(&model.robot.path, &error))
 }
 
 /// The hand alone, its own actuators and couplings switched off, with a servo for each joint; their stiffness, by joint.
 pub(super) fn hand_spec(model: &HandModel) -> Result<(MjSpec, Vec<f64>), HandError> {
     let refused = refused_by(model);
-    let mut spec = MjSpec::from_xml(&model.robot.path).map_err(refused)?;
+    let OpenedSpec { mut spec, .. } = open_spec(&model.robot.path, Usage::Hand)?;
     drop_free_joints(&mut spec).map_err(refused)?;
     for actuator in spec.actuator_iter_mut() {
         actuator.set_group(OWN_ACTUATORS);
     }
+    // The object's friction counts.
+    for geom in spec.geom_iter_mut() {
+        geom.set_priority(geom.priority().min(0));
+    }
     for equality in spec.equality_iter_mut().filter(|equality| equality.type_() == MjtEq::mjEQ_JOINT) {
         equality.set_active(false);
     }
-    // Their controls would be of the wrong length.
+    // The object's mount alone is placed from outside.
+    for body in spec.world_body_mut().body_iter_mut() {
+        body.set_mocap(false);
+    }
+    // Their controls and places would be of the wrong length.
     for key in spec.key_iter_mut() {
         key.set_ctrl(&[]);
+        key.set_mpos(&[]);
+        key.set_mquat(&[]);
     }
     let gains = add_servos(&mut spec, &model.hand).map_err(refused)?;
     Ok((spec, gains))
@@ -493,6 +511,7 @@ pub(super) fn object_body(spec: &mut MjSpec) -> &mut MjsBody {
 fn add_shapes(body: &mut MjsBody, object: &[Geometry]) {
     for Geometry { shape, link_from_shape } in object {
         let geom = body.add_geom();
+        drop_defaults(geom);
         let (kind, size) = match shape {
             Shape::Box { half } => (MjtGeomBase::mjGEOM_BOX, *half),
             Shape::Sphere { radius } => (MjtGeomBase::mjGEOM_SPHERE, [*radius, 0.0, 0.0]),

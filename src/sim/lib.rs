@@ -23,6 +23,7 @@
 /// stand before the process starts: the command line runs itself again with it.
 pub const GL_ENVIRONMENT: (&str, &str) = ("LP_NUM_THREADS", "0");
 
+mod added_geom;
 mod bodies;
 mod clearance;
 mod closing;
@@ -35,7 +36,6 @@ mod effort;
 mod error;
 mod feeling;
 mod ffi;
-mod files;
 mod free_object;
 mod gl;
 mod hand;
@@ -44,20 +44,24 @@ mod link_touch;
 mod model;
 mod moved;
 mod native_mesh;
+mod open;
 mod placed_table;
 mod probe;
 mod robot;
 mod scene;
 mod settle;
+pub mod statements;
 mod still;
 mod table;
 mod thing;
+mod ties;
 mod touches;
 mod trial;
 mod true_mesh;
 mod unstable;
+mod usable;
 
-pub use bodies::PairRule;
+pub use bodies::{Collidable, PairRule};
 pub use closing::{HandWorker, Run, RunEnd};
 pub use clutter::{
     ClutterOutcome, ClutterPhase, ClutterProtocol, ClutterScene, ClutterSim, ClutterVerdict, ClutterWorker,
@@ -67,7 +71,9 @@ pub use colour::{Appearance, Light, Window};
 pub use contacts::{Contact, ContactWorker};
 pub use depth::SimWorker;
 pub use effort::{Command, Effort};
-pub use error::{GlError, HandError, RobotError, SceneError, SimError};
+pub use error::{
+    GlError, HandError, RefusedStatement, RobotError, SceneError, SimError, exclude_line, place_of_excludes,
+};
 pub use feeling::{ApproachEnd, Felt, HandApproach, MoveEnd, OVERLOAD};
 pub use hand::HandModel;
 pub use hand_sim::{HandSim, Numerics};

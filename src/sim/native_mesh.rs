@@ -6,6 +6,7 @@ use mujoco_rs::wrappers::{
 };
 
 use super::{
+    added_geom::drop_defaults,
     convert::index,
     error::HandError,
     hand::HandModel,
@@ -67,6 +68,7 @@ impl NativeContacts {
         };
         add_mesh(spec, body, object, Inertia::Shell).set_octree_maxdepth(OCTREE_DEPTH);
         let geom = spec.body_mut(body).expect("the body was added").add_geom();
+        drop_defaults(geom);
         geom.set_type(kind);
         geom.set_meshname(body);
     }

@@ -1,4 +1,4 @@
-//! Planning groups out of MJCF.
+//! Planning groups out of MJCF and URDF.
 
 use std::{
     collections::BTreeMap,
@@ -18,12 +18,15 @@ use mujoco_rs::{
 use nalgebra::{IsometryMatrix3, Translation3, Unit, Vector3};
 
 use super::{
-    convert::{index, isometry, pose_from},
+    convert::{index, isometry, placement},
     error::RobotError,
-    ffi,
-    files::refuse_unsafe,
+    open::{OpenedSpec, open_spec, refused_by_mujoco},
+    statements::Usage,
 };
-use kernel::geom::{EndEffector, Pose, World};
+use kernel::{
+    description::{DescriptionText, Format},
+    geom::{EndEffector, Pose, World},
+};
 use robot::kinematics::{Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts};
 
 /// A robot's description, compiled by MuJoCo.
@@ -32,6 +35,10 @@ pub struct RobotModel {
     /// The name that the description gives itself.
     pub(super) name: String,
     pub(super) model: Arc<MjModel>,
+    /// Use that the description is read for.
+    pub(super) usage: Usage,
+    /// Elements of the description as they are written.
+    pub(super) text: DescriptionText,
     /// Mesh files in the model's order.
     pub(super) meshes: Vec<MeshFile>,
 }
@@ -47,56 +54,68 @@ pub(super) struct MeshFile {
 }
 
 impl RobotModel {
-    /// Reads an MJCF file.
+    /// Reads the description of a robot, MJCF or URDF.
     ///
     /// # Errors
-    /// When MuJoCo refuses it.
+    /// When its text is refused, or MuJoCo refuses it.
     pub fn open(path: &Path) -> Result<Self, RobotError> {
-        Self::open_edited(path, |_| Ok(()))
+        Self::open_edited(path, Usage::Robot, |_| Ok(()))
+    }
+
+    /// Reads the description of something of which the shapes alone count.
+    ///
+    /// # Errors
+    /// Errors of [`RobotModel::open`].
+    pub fn open_container(path: &Path) -> Result<Self, RobotError> {
+        Self::open_edited(path, Usage::Container, |_| Ok(()))
+    }
+
+    /// Format of the description.
+    pub fn format(&self) -> Format {
+        self.text.format
     }
 
     /// Opens a description that is edited before MuJoCo compiles it.
     ///
     /// # Errors
-    /// When MuJoCo refuses it.
+    /// Errors of [`RobotModel::open`].
     pub(super) fn open_edited(
         path: &Path,
+        usage: Usage,
         edit: impl FnOnce(&mut MjSpec) -> Result<(), MjEditError>,
     ) -> Result<Self, RobotError> {
-        ffi::prepare_library();
-        let refused = |message: String| RobotError::Refused { path: path.to_owned(), message };
-        if path.to_str().is_none_or(|text| text.contains('\0')) {
-            return Err(refused("path is not UTF-8".into()));
-        }
-        refuse_unsafe(path).map_err(refused)?;
-        let mut spec = MjSpec::from_xml(path).map_err(|error| missing_or(path, error.to_string()))?;
-        edit(&mut spec).map_err(|error| refused(error.to_string()))?;
-        let mut model = spec.compile().map_err(|error| missing_or(path, error.to_string()))?;
+        let refused = |error: MjEditError| refused_by_mujoco(path, &error);
+        let OpenedSpec { mut spec, text } = open_spec(path, usage)?;
+        edit(&mut spec).map_err(refused)?;
+        let mut model = spec.compile().map_err(refused)?;
         // Contacts are what a robot is opened for.
         model.opt_mut().disableflags &= !(mjtDisableBit::mjDSBL_CONTACT as i32);
         let meshes = (0..model.mesh_pathadr().len()).map(|mesh| mesh_file(&spec, &model, mesh)).collect();
         let name = spec.modelname().to_owned();
-        Ok(Self { path: path.to_owned(), name, model: Arc::new(model), meshes })
+        Ok(Self { path: path.to_owned(), name, model: Arc::new(model), usage, text, meshes })
     }
 
-    /// The joints between the world and a site, as a planning group; those named in `fixed` [rad or m], and all others
-    /// that are not in `joints`, stand still: at the value given, else where the description has them.
+    /// The joints between the world and a target, as a planning group; those named in `fixed` [rad or m], and all others
+    /// that are not in `joints`, stand still: at the value given, else where the description has them. The target is a site, or
+    /// else a body (a link of a URDF), and its frame the end effector.
     ///
     /// # Errors
-    /// When a name is not there, a joint does not move the site, or the joints make no planning group.
+    /// When a name is not there, a joint does not move the target, something else ties a joint, or the joints make no planning group.
     pub fn planning_group(
         &self,
         joints: &[&str],
-        site: &str,
+        target: &str,
         fixed: &BTreeMap<String, f64>,
     ) -> Result<PlanningGroup, RobotError> {
         let model = &self.model;
-        let site_id = self.site(site)?;
+        let (target_body, body_from_target) = self.target(target)?;
         for name in joints.iter().copied().chain(fixed.keys().map(String::as_str)) {
             self.joint(name)?;
         }
+        let fixed = &self.still_values(joints, fixed)?;
+        self.check_ties(&self.link_table(joints, fixed)?)?;
         let mut bodies = Vec::new();
-        let mut body = index(model.site_bodyid()[site_id]);
+        let mut body = target_body;
         while body != 0 {
             bodies.push(body);
             body = index(model.body_parentid()[body]);
@@ -109,7 +128,7 @@ impl RobotModel {
                 return Err(RobotError::NotMoved {
                     path: self.path.clone(),
                     joint: (*name).to_owned(),
-                    site: site.to_owned(),
+                    target: target.to_owned(),
                     moving: between.into_iter().map(name_of).collect(),
                 });
             }
@@ -120,7 +139,7 @@ impl RobotModel {
         for body in bodies {
             self.pass_through(body, joints, fixed, &mut frame, &mut parts.joints)?;
         }
-        parts.end_effector = frame * isometry(&model.site_pos()[site_id], &model.site_quat()[site_id]);
+        parts.end_effector = frame * body_from_target;
         PlanningGroup::new(parts).map_err(|source| RobotError::Group { path: self.path.clone(), source })
     }
 
@@ -136,15 +155,9 @@ impl RobotModel {
         fixed: &BTreeMap<String, f64>,
     ) -> Result<IsometryMatrix3<f64>, RobotError> {
         let model = &self.model;
-        let site = || {
-            let site = self.named(MjtObjBase::mjOBJ_SITE, name)?;
-            let body_from_site = isometry(&model.site_pos()[site], &model.site_quat()[site]);
-            Some((index(model.site_bodyid()[site]), body_from_site))
-        };
-        let body = self.named(MjtObjBase::mjOBJ_BODY, name).map(|body| (body, IsometryMatrix3::identity()));
-        let (mut body, body_from_frame) = body.or_else(site).ok_or_else(|| {
-            let mut present = self.names(MjtObjBase::mjOBJ_BODY, model.body_parentid().len());
-            present.extend(self.names(MjtObjBase::mjOBJ_SITE, model.site_bodyid().len()));
+        let fixed = &self.still_values(joints, fixed)?;
+        let (mut body, body_from_frame) = self.body_named(name).or_else(|| self.site_named(name)).ok_or_else(|| {
+            let present = self.frames();
             RobotError::NoFrame { path: self.path.clone(), name: name.to_owned(), present }
         })?;
         let mut bodies = Vec::new();
@@ -164,20 +177,20 @@ impl RobotModel {
         }
     }
 
-    /// MuJoCo's own forward kinematics: where a site is at these joint values [rad or m], every other joint where the
-    /// description has it.
+    /// MuJoCo's own forward kinematics: where a target (see [`RobotModel::planning_group`]) is at these joint values [rad or m], every
+    /// other joint where the description has it.
     ///
     /// # Errors
     /// When a name is not there.
-    pub fn site_pose(&self, site: &str, values: &[(&str, f64)]) -> Result<Pose<World, EndEffector>, RobotError> {
-        let site = self.site(site)?;
+    pub fn target_pose(&self, target: &str, values: &[(&str, f64)]) -> Result<Pose<World, EndEffector>, RobotError> {
+        let (body, body_from_target) = self.target(target)?;
         let mut data = MjData::new(&*self.model);
         for (name, value) in values {
             let joint = self.joint(name)?;
             data.qpos_mut()[index(self.model.jnt_qposadr()[joint])] = *value;
         }
         data.forward();
-        Ok(pose_from(&data.site_xpos()[site], &data.site_xmat()[site]))
+        Ok(Pose::from_isometry(placement(&data.xpos()[body], &data.xmat()[body]) * body_from_target))
     }
 
     /// From a body's parent to the body: `frame`, that of the parent expressed in the link that carries it, becomes that of
@@ -248,12 +261,33 @@ impl RobotModel {
         })
     }
 
-    fn site(&self, name: &str) -> Result<usize, RobotError> {
-        self.named(MjtObjBase::mjOBJ_SITE, name).ok_or_else(|| RobotError::NoSite {
+    /// The body that carries a target, and the target's frame expressed in the body's: a site, or else a body.
+    fn target(&self, name: &str) -> Result<(usize, IsometryMatrix3<f64>), RobotError> {
+        self.site_named(name).or_else(|| self.body_named(name)).ok_or_else(|| RobotError::NoTarget {
             path: self.path.clone(),
             name: name.to_owned(),
-            present: self.names(MjtObjBase::mjOBJ_SITE, self.model.site_bodyid().len()),
+            present: self.frames(),
         })
+    }
+
+    /// The body of a site, and the site's frame expressed in the body's.
+    fn site_named(&self, name: &str) -> Option<(usize, IsometryMatrix3<f64>)> {
+        let model = &self.model;
+        let site = self.named(MjtObjBase::mjOBJ_SITE, name)?;
+        let body_from_site = isometry(&model.site_pos()[site], &model.site_quat()[site]);
+        Some((index(model.site_bodyid()[site]), body_from_site))
+    }
+
+    /// A body and its own frame.
+    fn body_named(&self, name: &str) -> Option<(usize, IsometryMatrix3<f64>)> {
+        self.named(MjtObjBase::mjOBJ_BODY, name).map(|body| (body, IsometryMatrix3::identity()))
+    }
+
+    /// Names of all sites and bodies.
+    fn frames(&self) -> Vec<String> {
+        let mut names = self.names(MjtObjBase::mjOBJ_SITE, self.model.site_bodyid().len());
+        names.extend(self.names(MjtObjBase::mjOBJ_BODY, self.model.body_parentid().len()));
+        names
     }
 
     fn named(&self, kind: MjtObjBase, name: &str) -> Option<usize> {
@@ -261,18 +295,11 @@ impl RobotModel {
     }
 
     fn names(&self, kind: MjtObjBase, count: usize) -> Vec<String> {
-        (0..count).filter_map(|id| self.model.id_to_name(kind, id)).map(str::to_owned).collect()
-    }
-}
-
-/// MuJoCo's refusal, or the file that it lacks.
-fn missing_or(path: &Path, message: String) -> RobotError {
-    const OPENING: &str = "Error opening file '";
-    let file =
-        message.split_once(OPENING).and_then(|(_, rest)| rest.split_once('\'')).map(|(file, _)| PathBuf::from(file));
-    match file {
-        Some(file) if file != path => RobotError::Missing { path: path.to_owned(), file },
-        _ => RobotError::Refused { path: path.to_owned(), message },
+        (0..count)
+            .filter_map(|id| self.model.id_to_name(kind, id))
+            .filter(|name| !name.is_empty())
+            .map(str::to_owned)
+            .collect()
     }
 }
 

@@ -11,7 +11,12 @@ use mujoco_rs::{
     },
 };
 
-use super::{convert::pose_from, error::SceneError, ffi, files::refuse_unsafe};
+use super::{
+    convert::pose_from,
+    error::SceneError,
+    open::{OpenedSpec, open_spec, refused_by_mujoco},
+    statements::Usage,
+};
 use kernel::geom::{CameraGl, Intrinsics, Pose, World};
 
 /// Intrinsics and pose of a camera of an MJCF scene, the scene in its initial state.
@@ -21,14 +26,10 @@ use kernel::geom::{CameraGl, Intrinsics, Pose, World};
 /// is 554.38 here. `near` is `znear` times the extent.
 ///
 /// # Errors
-/// When MuJoCo refuses the scene, no camera has the name, or the camera is not a pinhole camera with an image size.
+/// When the description is refused, no camera has the name, or the camera is not a pinhole camera with an image size.
 pub fn scene_camera(path: &Path, name: &str) -> Result<(Intrinsics, Pose<World, CameraGl>), SceneError> {
-    ffi::prepare_library();
-    let refused = |message: String| SceneError::Refused { path: path.to_owned(), message };
-    let text = path.to_str().filter(|text| !text.contains('\0')).ok_or_else(|| refused("path is not UTF-8".into()))?;
-    refuse_unsafe(path).map_err(refused)?;
-    let mut spec = MjSpec::from_xml(text).map_err(|error| refused(error.to_string()))?;
-    let model = spec.compile().map_err(|error| refused(error.to_string()))?;
+    let OpenedSpec { mut spec, .. } = open_spec(path, Usage::Camera)?;
+    let model = spec.compile().map_err(|error| refused_by_mujoco(path, &error))?;
     let Some(camera) = (!name.contains('\0')).then(|| model.name_to_id(MjtObjBase::mjOBJ_CAMERA, name)).flatten()
     else {
         let present =
@@ -98,7 +99,7 @@ fn intrinsics(
 mod tests {
     use mujoco_rs::wrappers::mj_visualization::{MjvCamera, MjvOption, MjvPerturb, MjvScene};
 
-    use super::*;
+    use super::{super::ffi, *};
 
     /// The frustum that MuJoCo hands to OpenGL is the second opinion on focal length and principal point, signs included.
     #[test]

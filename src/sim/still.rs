@@ -8,6 +8,7 @@ use mujoco_rs::wrappers::{
 };
 
 use super::{
+    added_geom::drop_defaults,
     convert::quaternion,
     error::HandError,
     hand::HandModel,
@@ -90,6 +91,7 @@ fn add_thing(spec: &mut MjSpec, number: usize, thing: &StillThing) {
         }
         StillShape::Ground => {
             let geom = body.add_geom();
+            drop_defaults(geom);
             geom.set_type(MjtGeomBase::mjGEOM_BOX);
             *geom.pos_mut() = [0.0, 0.0, -GROUND[2]];
             *geom.size_mut() = GROUND;

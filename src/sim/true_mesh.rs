@@ -13,6 +13,7 @@ use mujoco_rs::wrappers::{
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::{
+    added_geom::drop_defaults,
     convert::{index, solid},
     table::{Table, TableContacts},
 };
@@ -103,6 +104,7 @@ pub(super) fn add_named_geom<'s>(
     mesh.with_name(name);
     mesh.set_uservert(corners.as_flattened());
     let geom = body(spec).add_geom();
+    drop_defaults(geom);
     geom.with_name(name);
     geom.set_type(MjtGeomBase::mjGEOM_MESH);
     geom.set_meshname(name);

@@ -8,6 +8,7 @@ mod examples;
 mod links;
 mod programs;
 mod running;
+mod statements;
 #[path = "../support/mod.rs"]
 mod support;
 mod threats;

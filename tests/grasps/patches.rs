@@ -60,7 +60,7 @@ fn run(job: &str, out: &str, arguments: &[&str]) -> Manifest {
 
 /// Fails to make a dataset; the error.
 fn fail(settings: &[&str]) -> String {
-    WORKSPACE.run_job("patches", "never").set(settings).fail().stderr
+    WORKSPACE.run_job("patches", "never").set(settings).expect_code(2).stderr
 }
 
 fn read_manifest(name: &str) -> Manifest {
@@ -357,7 +357,7 @@ fn only_finished_datasets_of_grasps_are_looked_at() {
     let said = fail(&["grasps.dataset=nowhere"]);
     assert!(said.contains("nowhere") && said.contains("make it first"), "{said}");
     let tips = "patches.tips=[\"distal_1_outer\", \"thumb\", \"distal_3_outer\"]";
-    let said = WORKSPACE.run_job("patches", "never-tips").set([tips, "render.colour=false"]).fail().stderr;
+    let said = WORKSPACE.run_job("patches", "never-tips").set([tips, "render.colour=false"]).expect_code(2).stderr;
     assert!(said.contains("no contact `thumb`") && said.contains("distal_2_outer"), "{said}");
     assert!(!WORKSPACE.path("never").exists(), "nothing was begun");
 }

@@ -1,6 +1,7 @@
 //! Damage, forgery, differences and full disks are found and reported; kept inputs of the fuzzer are taken.
 
 mod bounds;
+mod descriptions;
 mod difference;
 mod disk;
 mod evil_input;

@@ -7,7 +7,7 @@ use std::{
     sync::LazyLock,
 };
 
-use graspmill::assets::Description;
+use graspmill::description::Description;
 
 use crate::support::{
     files::{ROOT, copy_folder, list_names, read_json, read_text, read_tree},
@@ -315,7 +315,7 @@ fn licences_of_our_scenes_are_of_their_content() {
                 known += 1;
             }
             Err(error) => {
-                assert!(error.path.to_string_lossy().contains(".deps"), "{error}: not a file that is fetched");
+                assert!(error.to_string().contains(".deps"), "{error}: not a file that is fetched");
             }
         }
     }

@@ -98,7 +98,7 @@ fn what_is_stored_is_what_the_robot_does() {
             if let Some(witness) = block.witness(index) {
                 let wanted = Pose::<World, EndEffector>::from_xyz_rpy(header.grid.pose(cell));
                 let values: Vec<(&str, f64)> = FETCH_ARM.into_iter().zip(witness.iter().copied()).collect();
-                let found = robot.site_pose(&header.target, &values).expect("a pose");
+                let found = robot.target_pose(&header.target, &values).expect("a pose");
                 assert!(max_difference(&wanted, &found) < 1e-6, "cell {cell}");
                 reachable += 1;
             }
@@ -187,7 +187,7 @@ fn poses_are_in_the_frame_that_a_job_names() {
         for (cell, (_, _, solution)) in seen.iter().enumerate() {
             let Some(solution) = solution else { continue };
             let values: Vec<(&str, f64)> = FETCH_ARM.into_iter().zip(solution.iter().copied()).collect();
-            let found = robot.site_pose(&header.target, &values).expect("a pose");
+            let found = robot.target_pose(&header.target, &values).expect("a pose");
             let wanted = Vector3::from_fn(|axis, _| header.grid.pose(cell)[axis] + origin[axis]);
             assert!((found.translation() - wanted).norm() < 1e-6, "cell {cell}");
         }

@@ -100,7 +100,7 @@ fn what_is_stored_is_what_the_robot_does() {
             if let Some(witness) = block.witness(orientation) {
                 let wanted = Pose::<World, EndEffector>::from_xyz_rpy(header.grid.pose(cell));
                 let values: Vec<(&str, f64)> = FETCH_ARM.into_iter().zip(witness.iter().copied()).collect();
-                let found = robot.site_pose(&header.target, &values).expect("a pose");
+                let found = robot.target_pose(&header.target, &values).expect("a pose");
                 assert!(max_difference(&wanted, &found) < 1e-6, "cell {cell}");
             }
             cell += 1;

@@ -50,7 +50,7 @@ fn forward_kinematics_is_mujocos() {
             let q = random_values(&group, &mut stream);
             let values: Vec<_> = joints.iter().copied().zip(q.iter().copied()).collect();
             worst =
-                worst.max(max_difference(&group.forward(&q), &robot.site_pose(FETCH_SITE, &values).expect("a pose")));
+                worst.max(max_difference(&group.forward(&q), &robot.target_pose(FETCH_SITE, &values).expect("a pose")));
         }
         println!("{} joints: at most {worst:.1e} from MuJoCo's", joints.len());
         assert!(worst <= 1e-12);
@@ -75,7 +75,7 @@ fn odd_descriptions_are_read_as_mujoco_reads_them() {
     for _ in 0..100 {
         let q = random_values(&group, &mut stream);
         let values: Vec<_> = joints.iter().copied().zip(q.iter().copied()).chain([("still", 0.7)]).collect();
-        let theirs = robot.site_pose("tool", &values).expect("a pose");
+        let theirs = robot.target_pose("tool", &values).expect("a pose");
         assert!(max_difference(&group.forward(&q), &theirs) <= 1e-12);
     }
 }

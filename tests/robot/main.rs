@@ -5,8 +5,10 @@ mod hands;
 mod kinematics;
 mod robots;
 mod sim;
+mod solids;
 #[path = "../support/mod.rs"]
 mod support;
+mod urdf;
 
 use std::fs;
 

@@ -121,14 +121,14 @@ fn scenes_of_a_split_have_objects_of_its_side() {
     workspace.write("poses.csv", table());
     let import = "csv = \"poses.csv\"\nsplit = \"test\"\ntable_height = 0.15";
     let refused = workspace.write("refused.toml", job(import, NO_SPLIT));
-    let said = Program::run_job(refused, workspace.path("none")).fail().stderr;
+    let said = Program::run_job(refused, workspace.path("none")).expect_code(2).stderr;
     assert!(
         said.contains("scene apart") && said.contains("is no test object") && said.contains("import.split"),
         "{said}"
     );
     let split = "[split]\nvalidation_objects = 0\ntest_objects = [\"can-01\", \"box-01\"]\n";
     let mixed = workspace.write("mixed.toml", job(import, split));
-    let said = Program::run_job(mixed, workspace.path("neither")).fail().stderr;
+    let said = Program::run_job(mixed, workspace.path("neither")).expect_code(2).stderr;
     assert!(said.contains("`mug-01` is no test object"), "{said}");
     // The overlapping boxes alone, 5 cm above the stated table.
     let Shapes { heights: [cube, ..], length } = shapes();

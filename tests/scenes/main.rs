@@ -276,7 +276,7 @@ fn mistakes_are_said_with_key_and_remedy() {
     }
     // More bodies than objects: known once the objects are split.
     let file = workspace.write("job.toml", job(&SHAPES, &format!("count = 7\n{scenes}")));
-    let said = Program::run_job(file, workspace.path("none")).fail().stderr;
+    let said = Program::run_job(file, workspace.path("none")).expect_code(2).stderr;
     assert!(
         said.contains("scenes.training") && said.contains("no object twice") && said.contains("lower `count`"),
         "{said}"

@@ -181,7 +181,7 @@ fn an_object_may_stand_twice_where_the_job_says_so() {
     }
     assert!(twice >= 4, "{twice}");
     let file = workspace.write("job.toml", job(&SHAPES, &keys.replace("count = 8", "count = 13")));
-    let said = Program::run_job(file, workspace.path("none")).fail().stderr;
+    let said = Program::run_job(file, workspace.path("none")).expect_code(2).stderr;
     assert!(said.contains("no object more than twice"), "{said}");
 }
 

@@ -374,7 +374,7 @@ fn mistakes_of_picks_are_said_with_key_and_remedy() {
         (fine.replace("dataset = \"grasps\"", "dataset = \"nowhere\""), ["grasps.dataset", "make it first"]),
         (fine.replace("dataset = \"grasps\"", "dataset = \"scenes\""), ["grasps.dataset", "not of grasps"]),
         (fine.replace("dataset = \"grasps\"", "dataset = \"others\""), ["grasps.dataset", "the same `[[objects]]`"]),
-        (barrett.clone(), ["hand.scene", "name the hand's MJCF file"]),
+        (barrett.clone(), ["hand.scene", "name the hand's description"]),
         (barrett.replace("trials = 0", "trials = 0\nrolls = 4"), ["picks.rolls", "take `picks.rolls` out"]),
         (fine.replace("trials = 0", "take = \"held\""), ["picks.take", "`[physics]`"]),
         (fine.replace("trials = 0", "margin = 0.01"), ["picks.margin", "0.009"]),

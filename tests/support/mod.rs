@@ -17,4 +17,5 @@ pub mod schemas;
 pub mod shelf;
 pub mod small_dataset;
 pub mod solid;
+pub mod touch_test;
 pub mod workspace;

@@ -4,7 +4,7 @@ use std::path::Path as FilePath;
 
 use form::{Checker, Path};
 use kernel::{
-    assets::{Description, DescriptionError},
+    description::{Description, DescriptionError},
     ids::Digest,
     words::Show,
 };
@@ -22,7 +22,12 @@ pub fn pinned_description(
     let description = match read {
         Ok(description) => description,
         Err(error) => {
-            checker.not_found(Path::from(key).key("scene"), noun, error.to_string()).help(error.remedy());
+            let (key, message) = (Path::from(key).key("scene"), error.to_string());
+            let report = match &error {
+                DescriptionError::Unreadable { .. } => checker.not_found(key, noun, message),
+                _ => checker.invalid(key, format!("a {noun} that can be read"), message),
+            };
+            report.help(error.remedy());
             return None;
         }
     };

@@ -94,7 +94,12 @@ pub fn run(task: &RunTask, context: &RunContext<'_>) -> Result<RunSummary, RunEr
         }
     })?;
     let all: Vec<&ShardPlan> = task.plan.shards.iter().collect();
-    let (made, seconds) = make_missing(task, &all, &scan, work.as_ref(), context)?;
+    let made = make_missing(task, &all, &scan, work.as_ref(), context);
+    let (made, seconds) = made.inspect_err(|error| {
+        if begun == Begun::New && matches!(error, RunError::WrongJob(_)) {
+            abandon_run(task.folder);
+        }
+    })?;
     let manifest = close(task, work, context)?;
     Ok(RunSummary { finished_before: false, product, made, seconds, manifest })
 }
@@ -152,7 +157,8 @@ impl<'a> RunTask<'a> {
 
     fn open(&self, context: &RunContext<'_>) -> Result<Box<dyn OpenWork + 'a>, RunError> {
         let (seed, level, splits) = (self.job.seed, context.parallelism.level, self.header.splits.as_ref());
-        contain(|| "opening the job".to_owned(), || self.job.work.open(Opening { seed, level, splits }))
+        let open = || self.job.work.open(Opening { seed, level, splits });
+        contain(|| "opening the job".to_owned(), open).map_err(RunError::of_opening)
     }
 }
 
@@ -233,7 +239,7 @@ impl<'w> ShardMaker<'w> {
                     Ok::<_, RunError>(Self { producer, sink })
                 },
             );
-            *maker = Some(opened?);
+            *maker = Some(opened.map_err(RunError::of_opening)?);
         }
         Ok(maker.as_mut().expect("a maker was opened for the first shard"))
     }

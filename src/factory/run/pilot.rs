@@ -77,7 +77,8 @@ pub fn pilot(open: &OpenJob, limits: PilotLimits, context: &RunContext<'_>) -> R
     let OpenJob { job, plan, splits, .. } = open;
     let began = processor_time();
     let splits = splits.as_ref().map(|splits| &splits.table);
-    let work = job.work.open(Opening { seed: job.seed, level: context.parallelism.level, splits })?;
+    let opened = job.work.open(Opening { seed: job.seed, level: context.parallelism.level, splits });
+    let work = opened.map_err(|error| RunError::of_opening(error.into()))?;
     let opened = processor_time();
     let scratch = tempfile::tempdir().map_err(DatasetError::io("making", Path::new("a folder for the pilot")))?;
     let folder = Folder::at(scratch.path());
@@ -91,7 +92,9 @@ pub fn pilot(open: &OpenJob, limits: PilotLimits, context: &RunContext<'_>) -> R
     let visited: Vec<usize> = visits.iter().map(|visit| visit.subject).collect::<BTreeSet<_>>().into_iter().collect();
     let side = work.side_cost(&visited, &folder)?;
     let per = |total: f64, count: u64| total / count.max(1) as f64;
-    let bytes_per_shard = pilot.bytes_of_empty_shard(&work.producer()?.channels())? as f64;
+    let producer = work.producer().map_err(|error| RunError::of_opening(error.into()))?;
+    let bytes_per_shard = pilot.bytes_of_empty_shard(&producer.channels())? as f64;
+    drop(producer);
     let stored = tally.bytes as f64 - tally.shards.len() as f64 * bytes_per_shard;
     Ok(PilotRate {
         samples: tally.samples,

@@ -25,6 +25,8 @@ impl Bound {
     pub const HAND_TABLE: Self = Self { kind: "a hand's table", bytes: MIB };
     /// Descriptions of robots, hands and scenes, each of their files.
     pub const DESCRIPTION: Self = Self { kind: "an MJCF file", bytes: 16 * MIB };
+    /// `package.xml` of a ROS package.
+    pub const PACKAGE: Self = Self { kind: "a package.xml", bytes: MIB };
     /// Meshes, height fields and textures that descriptions name.
     pub const DESCRIPTION_DATA: Self = Self { kind: "a mesh or picture of a description", bytes: 1024 * MIB };
     /// Mesh files: about 21 million triangles of a binary STL.
@@ -65,7 +67,7 @@ impl Bound {
     pub const SUBMISSION: Self = Self { kind: "a submit.json", bytes: MIB };
 
     /// Every bound.
-    pub const ALL: [Self; 26] = [
+    pub const ALL: [Self; 27] = [
         Self::JOB,
         Self::CSV,
         Self::BOP,
@@ -73,6 +75,7 @@ impl Bound {
         Self::HAND_TABLE,
         Self::DESCRIPTION,
         Self::DESCRIPTION_DATA,
+        Self::PACKAGE,
         Self::MESH,
         Self::PICTURE,
         Self::MASK,

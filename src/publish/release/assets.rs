@@ -234,7 +234,7 @@ impl Sources {
         of_job.unwrap_or_else(|| match (kind, row.facts.get("file")) {
             (AssetKind::Object, Some(Value::Null)) => format!("graspmill, built-in shape {}", row.name),
             (AssetKind::Object | AssetKind::Container, _) => "a mesh file".to_owned(),
-            _ => "a description (MJCF)".to_owned(),
+            _ => "a description (MJCF or URDF)".to_owned(),
         })
     }
 }

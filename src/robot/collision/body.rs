@@ -37,6 +37,12 @@ pub struct Bodies {
 }
 
 impl Bodies {
+    /// Replaces the pairs that are checked.
+    #[must_use]
+    pub fn with_pairs(self, pairs: Vec<[usize; 2]>) -> Self {
+        Self { pairs, ..self }
+    }
+
     /// Expresses the bodies in another frame that stands still; that frame becomes the world, the frame of link 0.
     #[must_use]
     pub fn seen_from(mut self, world_from_frame: &IsometryMatrix3<f64>) -> Self {

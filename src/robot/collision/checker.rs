@@ -146,6 +146,18 @@ impl CollisionChecker {
         self.check([pair], links) != Verdict::Free
     }
 
+    /// In how many configurations each pair touches; each configuration is the frames of its links (see
+    /// [`CollisionChecker::check`]).
+    pub fn count(&self, configurations: impl IntoIterator<Item = Vec<IsometryMatrix3<f64>>>) -> Vec<u64> {
+        let mut counts = vec![0; self.pairs.len()];
+        for links in configurations {
+            for hit in self.hits(0..self.pairs.len(), &links) {
+                counts[hit.pair] += 1;
+            }
+        }
+        counts
+    }
+
     /// The pair, if it touches.
     fn hit(&self, pair: usize, links: &LinkFrames) -> Option<Hit> {
         let [first, second] = self.bodies_of(pair).map(|index| self.bodies[index].as_ref());

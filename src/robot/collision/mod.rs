@@ -16,11 +16,9 @@ mod near;
 mod parts;
 mod solid;
 mod surface_tree;
-mod touch;
 mod triangle;
 
 pub use body::{Bodies, Body, Geometry};
 pub use checker::{CollisionChecker, Hit, LinkFrames, Verdict};
 pub use kernel::geom::{Shape, Triangles};
 pub use solid::Care;
-pub use touch::TouchTest;

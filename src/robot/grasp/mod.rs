@@ -18,6 +18,7 @@ mod motion;
 mod numbers;
 mod object;
 mod opposition;
+mod own_overlaps;
 mod pads;
 mod pairs;
 mod passage;
@@ -39,6 +40,7 @@ pub use found::{Energies, Grasp, GraspContact, GraspRun, PairLosses, Quality, St
 pub use kind::{KindDigits, camera_axes, kind_in_frame, wrist_roll};
 pub use object::ObjectSearch;
 pub use opposition::has_opposition;
+pub use own_overlaps::OwnOverlaps;
 pub use passage::{ClosingGrasp, HandPassage, InTheWay, Obstacle, Passage, Surroundings};
 pub use sampled::{GraspSampler, axes};
 pub use settings::{

@@ -28,6 +28,8 @@ pub(super) struct Balls {
 /// One solid of the hand.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Solid {
+    /// Index of the body that it is part of.
+    pub(super) body: usize,
     /// Link that carries the solid; 0 is the base.
     pub(super) link: usize,
     pub(super) shape: Shape,
@@ -56,10 +58,10 @@ impl HandSolids {
     /// Solids of a hand that can collide.
     pub(super) fn new(bodies: &Bodies) -> Result<Self, UnsearchableHand> {
         let (mut solids, mut of_body) = (Vec::new(), Vec::new());
-        for body in &bodies.bodies {
+        for (index, body) in bodies.bodies.iter().enumerate() {
             let first = solids.len();
             for geometry in &body.geometries {
-                let solid = Solid::new(body.link, &geometry.shape, geometry.link_from_shape);
+                let solid = Solid::new([index, body.link], &geometry.shape, geometry.link_from_shape);
                 solids.push(solid.ok_or_else(|| UnsearchableHand::Mesh { body: body.name.clone() })?);
             }
             of_body.push(first..solids.len());
@@ -101,7 +103,8 @@ impl HandSolids {
 }
 
 impl Solid {
-    fn new(link: usize, shape: &Shape, link_from_shape: IsometryMatrix3<f64>) -> Option<Self> {
+    /// A shape of a body, given by its index and its link.
+    fn new([body, link]: [usize; 2], shape: &Shape, link_from_shape: IsometryMatrix3<f64>) -> Option<Self> {
         let (reach, inner) = match shape {
             Shape::Sphere { radius } => (*radius, *radius),
             Shape::Capsule { radius, half } => (radius + half, *radius),
@@ -120,7 +123,7 @@ impl Solid {
         }
         let covers = covers.chunks(16).map(Balls::of).collect();
         let centre = link_from_shape * Point3::origin();
-        Some(Self { link, shape: shape.clone(), link_from_shape, centre, reach, inner, covers, balls })
+        Some(Self { body, link, shape: shape.clone(), link_from_shape, centre, reach, inner, covers, balls })
     }
 
     /// The solid's own frame expressed in the hand's base frame; `frames` are those of the links.

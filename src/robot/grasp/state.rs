@@ -21,7 +21,7 @@ use kernel::geom::{
 };
 
 /// Maximal count: the bits of a word.
-const MAX_SOLIDS: usize = u64::BITS as usize;
+const MAX_SOLIDS: usize = u128::BITS as usize;
 
 /// A hand, prepared for annealing: shared by threads.
 pub struct HandSearch {
@@ -180,7 +180,7 @@ fn is_feasible_body<L: Lanes>(
 ) -> bool {
     hand.set_frames(object_from_base, amplitudes, scratch);
     let solids = &hand.solids.solids;
-    let mut near = 0u64;
+    let mut near = 0u128;
     // Broad phase: sixteen solids at once by their bounding and inscribed balls.
     for (block, middles) in hand.middles.iter().enumerate() {
         let mut at = [[0.0f32; LANES]; 3];
@@ -202,7 +202,7 @@ fn is_feasible_body<L: Lanes>(
             return false;
         }
         // Solids whose bounding ball may reach the surface, a bit each.
-        near |= u64::from(l.bits(l.lt(low, reach))) << (LANES * block);
+        near |= u128::from(l.bits(l.lt(low, reach))) << (LANES * block);
     }
     // Lanes past the last solid repeat it.
     // Narrow phase in the order of the last rejections: the solid that rejects moves to the front.

@@ -2,7 +2,7 @@
 //!
 //! A hand is a tree of joints. A few of them are driven by motors; the others follow, each at a ratio of its own. A hand's
 //! posture is one value for each driven joint. Some fingers have a clutch: when the driven joint is stopped, it stays, and
-//! the motor moves a follower alone ([`Driven`]). Nothing here knows a simulator: `sim` reads a [`Skeleton`] out of MJCF, and
+//! the motor moves a follower alone ([`Driven`]). Nothing here knows a simulator: `sim` reads a [`Skeleton`] out of MJCF or URDF, and
 //! a table beside it says the rest (`docs/hands.md`).
 
 mod description;

@@ -9,6 +9,7 @@ use mujoco_rs::wrappers::{
 use nalgebra::{IsometryMatrix3, Point3};
 
 use crate::{
+    added_geom::drop_defaults,
     convert::{index, isometry, quaternion},
     error::{HandError, RobotError},
     hand::HandModel,
@@ -337,12 +338,9 @@ fn touch_hand(geom: &mut MjsGeom) {
 
 /// Sets what a geom touches, and takes from it what the hand's description has by default.
 fn set_kinds(geom: &mut MjsGeom, contype: i32, conaffinity: i32) {
+    drop_defaults(geom);
     geom.set_contype(contype);
     geom.set_conaffinity(conaffinity);
-    geom.set_priority(0);
-    geom.set_margin(0.0);
-    geom.set_gap(0.0);
-    geom.set_solmix(1.0);
 }
 
 fn name_of(body: usize) -> String {

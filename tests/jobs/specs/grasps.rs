@@ -110,7 +110,7 @@ fn mistakes_are_shown_at_once_with_their_places() {
         (&["annealing.steps=50", "annealing.max_failures=60"], "annealing.max_failures", "no seed is ever given up"),
         (&["annealing.amplitudes={clamped=0.0}"], "annealing.amplitudes.clamped", "above 0"),
         (&["keep.torsion=0"], "keep.torsion", "above 0"),
-        (&["hand.scene=../scenes/barrett_bh8_280.toml"], "hand.scene", "the hand's MJCF file"),
+        (&["hand.scene=../scenes/barrett_bh8_280.toml"], "hand.scene", "the hand's description"),
         (&["hand.scene=../scenes/none.xml"], "hand.scene", "none.xml"),
         (&[&format!("hand.content=\"{}\"", "0".repeat(64))[..]], "hand.content", "has changed"),
         (&["robot=7"], "robot", "key of reachability jobs"),

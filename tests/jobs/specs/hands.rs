@@ -87,7 +87,7 @@ fn mistakes_about_hands_say_what_was_meant() {
         (
             &["touch.grasp=true", "touch.hand.scene=../scenes/barrett_bh8_280.toml"],
             "touch.hand.scene",
-            &["expected the hand's MJCF file"],
+            &["expected the hand's description"],
         ),
         (&[&scene, "touch.grasp=true", pinned], "touch.hand.content", &["scenes/barrett_bh8_280.xml has changed"]),
     ] {

@@ -6,7 +6,7 @@ use std::{
 };
 
 use graspmill::{
-    assets::Description,
+    description::Description,
     factory::{
         job::{Job, JobDraft},
         plan::Plan,

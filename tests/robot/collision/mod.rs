@@ -6,14 +6,15 @@ mod maps;
 use std::{collections::BTreeMap, f64::consts::TAU, time::Instant};
 
 use graspmill::{
-    collision::{Bodies, Body, Care, CollisionChecker, Geometry, Shape, TouchTest, Verdict},
+    collision::{Bodies, Body, Care, CollisionChecker, Geometry, Shape, Verdict},
     kinematics::PlanningGroup,
     seed::Stream,
 };
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Unit, Vector3};
 
-use crate::support::robots::{
-    FETCH, FETCH_ARM, FETCH_MESHES, FETCH_SITE, TX60L, TX60L_JOINTS, TX60L_SITE, open_robot, random_values,
+use crate::support::{
+    robots::{FETCH, FETCH_ARM, FETCH_MESHES, FETCH_SITE, TX60L, TX60L_JOINTS, TX60L_SITE, open_robot, random_values},
+    touch_test::TouchTest,
 };
 
 /// Scene, joints and site of a robot.

@@ -57,7 +57,7 @@ fn the_guides_hand_opens_and_closes() {
         "amplitude -0.649 .. 1.096",
         "opened, nothing touches",
         "jobs that can use this hand: touch.exploration = true, touch.grasp = true, grasps.sampler = \"annealing\", \
-         grasps.sampler = \"uniform\", grasps.sampler = \"antipodal\"\n",
+         grasps.sampler = \"uniform\", grasps.sampler = \"antipodal\", [physics]\n",
     ] {
         assert!(text.contains(expected), "{expected} is not in\n{text}");
     }
@@ -103,9 +103,10 @@ fn hand_check_says_which_jobs_can_use_a_hand() {
     let (_, tail) = rest.split_once("\n]\n").expect("their end");
     folder.write("pincers.toml", format!("{head}]\n{tail}"));
     let samplers = ["annealing", "uniform", "antipodal"].map(|sampler| format!("grasps.sampler = \"{sampler}\""));
-    assert_eq!(refused_settings(&check(&path).read_json()), samplers);
+    let refused = [samplers.as_slice(), &["[physics]".to_owned()]].concat();
+    assert_eq!(refused_settings(&check(&path).read_json()), refused);
     let said = check(&path).succeed().stdout;
-    let expected = format!("jobs that cannot: {}\n  {}: ", samplers.join(", "), folder.path("pincers.toml").display());
+    let expected = format!("jobs that cannot: {}\n  {}: ", refused.join(", "), folder.path("pincers.toml").display());
     let touch = "jobs that can use this hand: touch.exploration = true, touch.grasp = true\n";
     for expected in [touch, &expected, "three points that may touch"] {
         assert!(said.contains(expected), "{expected} is not in\n{said}");

@@ -5,6 +5,7 @@ mod closing;
 mod feeling;
 mod guide;
 mod numbers;
+mod refusals;
 mod tables;
 
 use graspmill::hand::Hand;

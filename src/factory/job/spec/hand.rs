@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HandSpec {
-    /// The hand's description, an MJCF file; relative to the job file. Its table stands beside it under the same name, with
+    /// The hand's description, an MJCF or URDF file; relative to the job file. Its table stands beside it under the same name, with
     /// the ending `.toml`.
     #[schemars(extend("examples" = ["../scenes/barrett_bh8_280.xml"]))]
     pub scene: PathBuf,

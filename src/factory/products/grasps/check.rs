@@ -28,7 +28,7 @@ pub(super) fn settings(
     folder: &FilePath,
 ) -> (GraspSettings, Option<JobHand>) {
     let (sampler, hand) = (sampler(checker, spec), spec.hand.as_ref());
-    let can = |model: &HandModel| can_grasp(model, &sampler);
+    let can = |model: &HandModel| can_grasp(model, &sampler, spec.physics.is_some());
     let hand = hand.and_then(|hand| read_hand(checker, "hand", hand, folder, can));
     let settings = GraspSettings {
         seeds: spec.grasps.seeds,

@@ -3,29 +3,39 @@
 use std::sync::Arc;
 
 use crate::{ProduceError, job::JobHand, objects::check_hand, product::HandUse};
+use kernel::description::Format;
 use robot::{
     collision::Bodies,
-    grasp::{HandSearch, PairHold, Sampler},
+    grasp::{HandSearch, OwnOverlaps, PairHold, Sampler},
     hand::Hand,
 };
-use sim::{HandError, HandModel};
+use sim::{HandError, HandModel, exclude_line, place_of_excludes};
 
 /// Samplers, each with whether grasps can be found for a hand by it.
 pub const HAND_USES: &[HandUse] = &[
     HandUse { setting: "grasps.sampler = \"annealing\"", check: HandModel::check_grasping },
     HandUse { setting: "grasps.sampler = \"uniform\"", check: HandModel::check_grasping },
     HandUse { setting: "grasps.sampler = \"antipodal\"", check: can_take_pairs },
+    HandUse { setting: "[physics]", check: can_be_tried },
 ];
 
-/// Whether grasps can be found for a hand by a sampler.
-pub fn can_grasp(model: &HandModel, sampler: &Sampler) -> Result<(), HandError> {
+/// Whether a hand can do what a job for grasps asks: find grasps by its sampler, and try them where it has trials.
+pub fn can_grasp(model: &HandModel, sampler: &Sampler, with_trials: bool) -> Result<(), HandError> {
     match sampler {
         Sampler::Antipodal(antipodal) => {
             can_take_pairs(model)?;
-            if antipodal.hold == PairHold::Middle { model.check_gripper() } else { Ok(()) }
+            if antipodal.hold == PairHold::Middle {
+                model.check_gripper()?;
+            }
         }
-        Sampler::Annealing | Sampler::Uniform(_) => model.check_grasping(),
+        Sampler::Annealing | Sampler::Uniform(_) => model.check_grasping()?,
     }
+    if with_trials { model.check_trials() } else { Ok(()) }
+}
+
+fn can_be_tried(model: &HandModel) -> Result<(), HandError> {
+    model.check_grasping()?;
+    model.check_trials()
 }
 
 fn can_take_pairs(model: &HandModel) -> Result<(), HandError> {
@@ -42,9 +52,30 @@ pub struct GraspHand {
     pub bodies: Arc<Bodies>,
     /// Prepared for annealing.
     pub search: Arc<HandSearch>,
+    /// Postures in which the hand overlaps itself.
+    overlaps: OwnOverlaps,
+    /// Format of its description.
+    format: Format,
 }
 
 impl GraspHand {
+    /// Share of postures in which the hand overlaps itself, and the pair of bodies that does so most often with the remedy, for the ledger;
+    /// `None` for a hand that never does.
+    pub fn own_obstacle(&self) -> Option<String> {
+        let OwnOverlaps { postures, clear, pairs } = &self.overlaps;
+        let ([one, other], _) = pairs.first()?;
+        let pair = [one, other].map(|body| self.bodies.bodies[*body].name.clone());
+        let share = 100.0 * f64::from(postures - clear) / f64::from(*postures);
+        Some(format!(
+            "the hand overlaps itself in {share:.0} % of its postures, {} and {} most often: if these may overlap, put <contact>{}</contact> \
+             into {}, else move the origin of its eigengrasps",
+            pair[0],
+            pair[1],
+            exclude_line(&pair),
+            place_of_excludes(self.format)
+        ))
+    }
+
     /// Reads the hand and checks that it is still the one of the job, and can do what the job asks.
     ///
     /// # Errors
@@ -55,7 +86,13 @@ impl GraspHand {
         let model = HandModel::open(&hand.scene).map_err(|error| ProduceError::unusable(name(), error))?;
         can(&model).map_err(|error| ProduceError::unusable(name(), error))?;
         let (bodies, _) = model.bodies().map_err(|error| ProduceError::unusable(name(), error))?;
-        let search = HandSearch::new(model.hand(), &bodies).map_err(|error| ProduceError::unusable(name(), error))?;
-        Ok(Self { hand: Arc::clone(model.hand()), bodies: Arc::new(bodies), search: Arc::new(search) })
+        let (search, overlaps) = model.search().map_err(|error| ProduceError::unusable(name(), error))?;
+        Ok(Self {
+            hand: Arc::clone(model.hand()),
+            bodies: Arc::new(bodies),
+            search: Arc::new(search),
+            overlaps,
+            format: model.format(),
+        })
     }
 }

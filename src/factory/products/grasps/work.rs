@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 
 use super::{
     hand::{GraspHand, can_grasp},
-    settings::GraspJob,
+    settings::{GraspJob, GraspSettings},
     shapes::{hand_shape, object_shape, trial_hand},
     worker::GraspWorker,
 };
@@ -78,7 +78,8 @@ impl Work for GraspJob {
 
     fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
         let Opening { seed, level, .. } = opening;
-        let hand = GraspHand::open(&self.hand, |model| can_grasp(model, &self.settings.sampler))?;
+        let GraspSettings { sampler, physics, .. } = &self.settings;
+        let hand = GraspHand::open(&self.hand, |model| can_grasp(model, sampler, physics.is_some()))?;
         Ok(Box::new(OpenGrasps { job: self, hand, seed, level }))
     }
 

@@ -21,7 +21,9 @@ use kernel::{
     seed::Stream,
     words::{GraspVerdict, STRETCHES},
 };
-use robot::grasp::{Annealer, Antipodal, GraspSampler, HandPassage, ObjectSearch, Sampler, Uniform, axes};
+use robot::grasp::{
+    Annealer, Antipodal, GraspRun as GraspSearchRun, GraspSampler, HandPassage, ObjectSearch, Sampler, Uniform, axes,
+};
 
 /// Reason why a run makes no sample: no neighbour of the seed was legal.
 const NO_LEGAL_STATE: &str = "no_legal_state";
@@ -154,10 +156,7 @@ impl Producer for GraspWorker<'_> {
         self.record.resting_poses = object.search.resting().poses.len() as u32;
         let mut facts = self.record.facts();
         if run.grasps.is_empty() {
-            let detail = run.losses.as_ref().map_or_else(
-                || format!("{} of {} steps had no legal neighbour", run.failed, run.steps),
-                ToString::to_string,
-            );
+            let detail = no_state(&run, self.hand);
             return out.reject(sample, facts, NO_LEGAL_STATE, &detail);
         }
         if let Some(payload) = out.payload(Channel::GRASP_RUN) {
@@ -167,5 +166,19 @@ impl Producer for GraspWorker<'_> {
             facts.trials = trials.run(&self.record, payload)?;
         }
         out.keep(sample, facts)
+    }
+}
+
+/// Cause and remedy of a run without a legal state, for the ledger.
+fn no_state(run: &GraspSearchRun, hand: &GraspHand) -> String {
+    let own = hand.own_obstacle();
+    match &run.losses {
+        // These counts have their own causes.
+        Some(losses) => own.map_or_else(|| losses.to_string(), |own| format!("{losses}; {own}")),
+        None => {
+            let in_the_way = "the object is in the hand's way: check its unit and size, or raise grasps.seeds";
+            let cause = own.unwrap_or_else(|| in_the_way.to_owned());
+            format!("{} of {} steps had no legal neighbour; {cause}", run.failed, run.steps)
+        }
     }
 }

@@ -61,7 +61,7 @@ pub(super) fn checked(checker: &mut Checker, spec: &PicksSpec, folder: &FilePath
         let expected = format!("the hand of the grasps, of content {}", grasps.hand.0.short());
         let seen = format!("{} of content {}", hand.name, hand.id.0.short());
         let report = checker.invalid("hand.scene", expected, seen);
-        report.help("name the hand's MJCF file as the job of the grasps does");
+        report.help("name the hand's description as the job of the grasps does");
         return None;
     }
     let (rolling, keys, settings) = (rolling?, keys?, settings?);

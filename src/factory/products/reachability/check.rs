@@ -10,7 +10,7 @@ use super::{
 use crate::job::{Profile, pinned_description, tidy};
 use form::{Checker, Path, did_you_mean};
 use kernel::{
-    assets::Description,
+    description::Description,
     geom::{Axis, AxisUnit, FieldMetric, HealPix, InvalidPoseGrid, METRES_PER_RADIAN, PoseGrid},
     ids::ObjectId,
 };

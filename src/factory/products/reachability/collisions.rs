@@ -38,6 +38,14 @@ impl Collisions {
         Ok(Self { group: group.clone(), checker, of_the_hand, of_the_arm })
     }
 
+    /// The first pair of bodies that touches at joint values.
+    pub fn touching(&self, q: &[f64]) -> Option<[usize; 2]> {
+        match self.check_all(&self.links(q), &mut LastPair::default()) {
+            Verdict::Free => None,
+            Verdict::Collides(hit) => Some(self.checker.bodies_of(hit.pair)),
+        }
+    }
+
     pub fn checker(&self) -> &CollisionChecker {
         &self.checker
     }

@@ -16,7 +16,7 @@ use robot::{
     collision::Bodies,
     kinematics::{ClosedForm, NoClosedForm, PlanningGroup, SelfMotion, Wrist},
 };
-use sim::{RobotError, RobotModel};
+use sim::{Collidable, RobotError, RobotModel};
 
 /// Labels poses of one robot; shared by all threads. A label depends on the robot, the settings and the pose alone.
 pub struct PoseLabeller {
@@ -102,13 +102,22 @@ impl PoseLabeller {
     /// # Errors
     /// When the robot cannot be read, its arm cannot be solved as the job asks, or it collides at rest.
     pub fn new(job: &ReachabilityJob, seed: u64, level: SimdLevel) -> Result<Self, ProduceError> {
-        let read = read_robot(&job.robot, job.collisions);
-        let (group, bodies, contacts) = read.map_err(|error| ProduceError::unusable(&job.robot.name, error))?;
-        let rotations: Vec<_> = (0..job.poses.orientations()).map(|index| job.poses.rotation(index)).collect();
-        let labeller =
-            Self::of_parts(&group, bodies.as_ref().map(|bodies| (bodies, level)), &rotations, job.solver, seed);
+        let refused = |error: RobotError| ProduceError::unusable(&job.robot.name, error);
+        let ReadRobot { model, group, collidable } = ReadRobot::new(&job.robot, job.collisions).map_err(refused)?;
         let scene = || job.robot.scene.display().to_string();
-        Ok(Self { contacts, ..labeller.map_err(|error| ProduceError::unusable(scene(), error))? })
+        let no_labeller = |error: NoLabeller| ProduceError::unusable(scene(), error);
+        let mut collisions = None;
+        if let Some(Collidable { bodies, rest, .. }) = &collidable {
+            let own = Collisions::new(&group, bodies, level).map_err(|error| no_labeller(error.into()))?;
+            if let Some(pair) = own.touching(rest) {
+                return Err(refused(model.touching_at_rest(bodies, pair)));
+            }
+            collisions = Some(own);
+        }
+        let rotations: Vec<_> = (0..job.poses.orientations()).map(|index| job.poses.rotation(index)).collect();
+        let labeller = Self::with_collisions(&group, collisions, &rotations, job.solver, seed).map_err(no_labeller)?;
+        let contacts = (job.collisions == CollisionTest::Mujoco).then(|| Contacts::new(model, &job.robot));
+        Ok(Self { contacts, ..labeller })
     }
 
     /// For an arm and what it may collide with, and the instructions to check that with; `bodies` is `None` where collisions
@@ -124,6 +133,16 @@ impl PoseLabeller {
         seed: u64,
     ) -> Result<Self, NoLabeller> {
         let collisions = bodies.map(|(bodies, level)| Collisions::new(group, bodies, level)).transpose()?;
+        Self::with_collisions(group, collisions, rotations, solver, seed)
+    }
+
+    fn with_collisions(
+        group: &PlanningGroup,
+        collisions: Option<Collisions>,
+        rotations: &[Rotation3<f64>],
+        solver: Solver,
+        seed: u64,
+    ) -> Result<Self, NoLabeller> {
         let mut orientations: Vec<Orientation> = Vec::with_capacity(rotations.len());
         for (index, rotation) in rotations.iter().enumerate() {
             let same = |other: &Orientation| (other.rotation.matrix() - rotation.matrix()).amax() < SAME;
@@ -236,26 +255,34 @@ fn closed_form(group: &PlanningGroup, solver: Solver) -> Result<Option<ClosedFor
     }
 }
 
-/// The planning group, and what decides collisions: bodies, or MuJoCo, or neither.
-type ReadRobot = (PlanningGroup, Option<Bodies>, Option<Contacts>);
+/// A robot as a job has it, in the frame of the job's poses.
+struct ReadRobot {
+    model: RobotModel,
+    group: PlanningGroup,
+    /// Bodies that can collide, where our own test decides that.
+    collidable: Option<Collidable>,
+}
 
-fn read_robot(robot: &Robot, collisions: CollisionTest) -> Result<ReadRobot, RobotError> {
-    let joints: Vec<&str> = robot.joints.iter().map(String::as_str).collect();
-    let model = RobotModel::open(&robot.scene)?;
-    let group = model.planning_group(&joints, &robot.target, &robot.fixed)?;
-    let frame = model.resting_frame(&robot.frame, &joints, &robot.fixed)?;
-    // Where the poses are in the world's frame, every bit stays as it is.
-    let elsewhere = (robot.frame != WORLD).then_some(frame);
-    let group = elsewhere.iter().fold(group, PlanningGroup::seen_from);
-    match collisions {
-        CollisionTest::None => Ok((group, None, None)),
-        CollisionTest::Exact => {
-            let bodies = model.bodies_at_rest(&joints, &robot.fixed)?;
-            Ok((group, Some(elsewhere.iter().fold(bodies, Bodies::seen_from)), None))
-        }
-        CollisionTest::Mujoco => {
-            model.check_rest_by_contacts(&joints, &robot.fixed)?;
-            Ok((group, None, Some(Contacts::new(model, robot))))
-        }
+impl ReadRobot {
+    fn new(robot: &Robot, collisions: CollisionTest) -> Result<Self, RobotError> {
+        let joints: Vec<&str> = robot.joints.iter().map(String::as_str).collect();
+        let model = RobotModel::open(&robot.scene)?;
+        let group = model.planning_group(&joints, &robot.target, &robot.fixed)?;
+        let frame = model.resting_frame(&robot.frame, &joints, &robot.fixed)?;
+        // Where the poses are in the world's frame, every bit stays as it is.
+        let elsewhere = (robot.frame != WORLD).then_some(frame);
+        let group = elsewhere.iter().fold(group, PlanningGroup::seen_from);
+        let collidable = match collisions {
+            CollisionTest::Exact => {
+                let found = model.collidable(&joints, &robot.fixed)?;
+                Some(Collidable { bodies: elsewhere.iter().fold(found.bodies, Bodies::seen_from), ..found })
+            }
+            CollisionTest::Mujoco => {
+                model.check_rest_by_contacts(&joints, &robot.fixed)?;
+                None
+            }
+            CollisionTest::None => None,
+        };
+        Ok(Self { model, group, collidable })
     }
 }

@@ -36,6 +36,8 @@ pub(super) enum RobotKey {
 pub(super) fn robot_faults(robot: &Robot) -> Vec<RobotFault> {
     let model = match RobotModel::open(&robot.scene) {
         Ok(model) => model,
+        // No fault of the job: the run ends with this error.
+        Err(RobotError::Memory { .. }) => return Vec::new(),
         Err(error) => return vec![fault(robot, &error)],
     };
     let target = robot.target.as_str();
@@ -79,19 +81,22 @@ fn fault(robot: &Robot, error: &RobotError) -> RobotFault {
     let (key, present) = match error {
         // Faults of the description itself.
         RobotError::Refused { .. }
+        | RobotError::Text { .. }
+        | RobotError::Statements { .. }
+        | RobotError::Memory { .. }
         | RobotError::Missing { .. }
         | RobotError::Mesh { .. }
         | RobotError::MeshInline { .. }
         | RobotError::Geom { .. }
-        | RobotError::Pairs { .. }
         | RobotError::Surface { .. }
         | RobotError::Rest { .. }
         | RobotError::Unnamed { .. }
         | RobotError::Branches { .. } => (RobotKey::Scene, Vec::new()),
-        RobotError::NoSite { present, .. } => (RobotKey::Target, present.clone()),
+        RobotError::NoTarget { present, .. } => (RobotKey::Target, present.clone()),
         RobotError::NoFrame { present, .. } => (RobotKey::Frame, present.clone()),
         RobotError::FrameMoves { .. } => (RobotKey::Frame, Vec::new()),
         RobotError::NoJoint { name, present, .. } => (joint(name), present.clone()),
+        RobotError::Contradicted { joint: name, .. } => (joint(name), Vec::new()),
         RobotError::NotMoved { joint: name, moving, .. } => (joint(name), moving.clone()),
         RobotError::Kind { joint: name, .. } => (joint(name), Vec::new()),
         RobotError::Group { source, .. } => match source {

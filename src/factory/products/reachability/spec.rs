@@ -45,20 +45,20 @@ impl ReachabilitySpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotSpec {
-    /// The robot's description, an MJCF file; relative to the job file. What stands around it is part of it.
+    /// The robot's description, an MJCF or URDF file; relative to the job file. Its surroundings are part of it.
     #[schemars(extend("examples" = ["../scenes/fetch.xml"]))]
     pub scene: PathBuf,
     /// The planning group: the joints that move, by name, from the base outward.
     #[schemars(length(min = 1), extend("examples" = [["shoulder", "elbow", "wrist"]]))]
     pub joints: Vec<String>,
-    /// The site that is brought to the poses.
+    /// The site, or else the body (a link of a URDF), whose frame is brought to the poses.
     #[schemars(length(min = 1), extend("examples" = ["wrist_roll_link"]))]
     pub target: String,
     /// The body or site whose frame the poses are in; it has to stand still. Without it, the world.
     #[schemars(length(min = 1), extend("examples" = ["base_link"]))]
     pub frame: Option<String>,
-    /// Values of joints that stand still, by name: radians, or metres where they slide. Joints named nowhere stand where
-    /// the description has them.
+    /// Values of joints that stand still, by name: radians, or metres where they slide. A joint that follows one of them by
+    /// `<equality><joint>` follows its value; joints named nowhere stand where the description has them.
     #[schemars(extend("examples" = [{ "torso_lift_joint": 0.1 }]))]
     pub fixed: Option<BTreeMap<String, f64>>,
     /// Content that the description must have (64 hexadecimal digits); a resolved job pins it.

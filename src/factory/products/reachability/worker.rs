@@ -7,8 +7,8 @@ use super::{
 use crate::{ProduceError, SampleWriter, work::Producer};
 use format::{Channel, ReachabilityBlock};
 use kernel::{
-    assets::Description,
     cancel::Cancel,
+    description::Description,
     ids::{ItemId, ObjectId, SampleId},
 };
 

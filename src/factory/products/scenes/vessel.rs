@@ -100,7 +100,7 @@ fn mesh_of_description(checker: &mut Checker, spec: &ContainerSpec, path: &Path)
     if spec.unit.is_some() {
         checker.contradiction("container.unit", "container.mesh", "an MJCF file is in metres");
     }
-    let bodies = match RobotModel::open(path).and_then(|model| model.bodies(&[], &BTreeMap::new())) {
+    let bodies = match RobotModel::open_container(path).and_then(|model| model.bodies(&[], &BTreeMap::new())) {
         Ok(Bodies { bodies, .. }) => bodies,
         Err(error) => {
             let found = format!("{}: {error}", path.shown());
@@ -114,7 +114,7 @@ fn mesh_of_description(checker: &mut Checker, spec: &ContainerSpec, path: &Path)
             let Some(part) = triangles_of(&geometry.shape) else {
                 let found = format!("{}: body {} has a geom that is round", path.shown(), body.name);
                 let report = checker.invalid("container.mesh", "an MJCF file of boxes and meshes", found);
-                report.help("make it out of boxes or a mesh, or give it contype = \"0\" and conaffinity = \"0\"");
+                report.help("use a box or a mesh, or give it contype=\"0\" conaffinity=\"0\" if nothing can hit it");
                 return None;
             };
             let first = mesh.vertices.len() as u32;

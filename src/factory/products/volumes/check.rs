@@ -66,7 +66,7 @@ pub(super) fn grasps(
         (Some(_), None) => {
             checker
                 .missing("hand", "the hand of the picks")
-                .help("name the hand's MJCF file: `hand = { scene = \"...\" }`");
+                .help("name the hand's description: `hand = { scene = \"...\" }`");
             return None;
         }
         (None, Some(_)) => {

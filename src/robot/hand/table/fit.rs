@@ -27,7 +27,7 @@ pub(super) fn hand(spec: &HandTableSpec, checker: Checker, skeleton: Skeleton) -
     let approach = fit.approach(&spec.approach);
     let contacts = fit.contacts(&spec.contacts);
     let width = spec.width.as_ref().and_then(|names| fit.width(names, &spec.contacts));
-    let eigengrasps = spec.eigengrasps.as_ref().map(|eigengrasps| fit.eigengrasps(eigengrasps, &spec.driven));
+    let eigengrasps = spec.eigengrasps.as_ref().map(|eigengrasps| fit.eigengrasps(eigengrasps, &spec.driven, &driven));
     fit.checker.finish()?;
     let Skeleton { name, tree, links, .. } = skeleton;
     Ok(Hand::new(HandParts { name, tree, links, driven, approach, contacts, width, eigengrasps }))
@@ -100,7 +100,7 @@ impl Fit<'_> {
             if !still.is_empty() {
                 let expected = format!("a motor for each joint that follows none: nothing moves {}", still.join(", "));
                 let report = self.checker.missing("driven", expected);
-                report.help("give it a [[driven]], or couple it by <equality><joint> in the MJCF");
+                report.help("give it a [[driven]], or couple it by <equality><joint> (<mimic> in a URDF)");
             }
         }
         driven
@@ -111,7 +111,7 @@ impl Fit<'_> {
         let Some(limits) = limits_of(joint) else {
             let found = format!("`{}`, which rotates without limits", spec.joint);
             let report = self.checker.invalid(path.key("joint"), "a joint with a range", found);
-            report.help("give it range=\"LOW HIGH\" in the MJCF");
+            report.help("give it range=\"LOW HIGH\" (<limit> in a URDF)");
             return None;
         };
         let following = self.skeleton.couplings.iter().filter(|coupling| coupling.follows == joint);
@@ -295,8 +295,9 @@ impl Fit<'_> {
         Some([found[0]?, found[1]?])
     }
 
-    /// Eigengrasps, each list as long as there are motors.
-    fn eigengrasps(&mut self, spec: &EigengraspsSpec, driven: &[DrivenSpec]) -> Eigengrasps {
+    /// Eigengrasps, each list as long as there are motors, their origin within the ranges of the joints. `read` are the motors without
+    /// mistakes.
+    fn eigengrasps(&mut self, spec: &EigengraspsSpec, driven: &[DrivenSpec], read: &[Driven]) -> Eigengrasps {
         let path = Path::from("eigengrasps");
         let directions = spec.directions.iter().enumerate();
         let directions = directions.map(|(index, list)| (path.key("directions").index(index), list));
@@ -305,6 +306,16 @@ impl Fit<'_> {
             let names: Vec<&str> = driven.iter().map(|one| one.name().1).collect();
             let expected = format!("{} values, one per driven joint: {}", driven.len(), names.join(", "));
             self.checker.invalid(path, expected, list.len().to_string());
+        }
+        // A motor with a mistake has no range yet.
+        if read.len() == driven.len() && spec.origin.len() == driven.len() {
+            for (index, (motor, value)) in read.iter().zip(&spec.origin).enumerate() {
+                self.within(&path.key("origin").index(index), motor, *value);
+            }
+        }
+        for (index, _) in spec.directions.iter().enumerate().filter(|(_, list)| list.iter().all(|step| *step == 0.0)) {
+            let path = path.key("directions").index(index);
+            self.checker.invalid(path, "a direction that moves a joint", "zeros alone");
         }
         Eigengrasps { origin: spec.origin.clone(), directions: spec.directions.clone() }
     }

@@ -1,4 +1,4 @@
-//! A hand's table: TOML beside its MJCF that says what drives the joints and where the hand touches.
+//! A hand's table: TOML beside its description, with what drives the joints and where the hand touches.
 
 mod fit;
 mod spec;
@@ -30,7 +30,7 @@ pub struct HandTable {
 pub enum HandTableError {
     /// The file can't be read.
     #[error(
-        "{}: {message}; a hand is an MJCF file and a table of the same name that ends in .toml (docs/hands.md)",
+        "{}: {message}; a hand is an MJCF or URDF file and a table of the same name that ends in .toml (docs/hands.md)",
         file.shown()
     )]
     Unreadable {

@@ -10,9 +10,11 @@ pub(super) struct HandTableSpec {
     /// The frame in which grasps are expressed: origin on the palm, z towards what the hand grasps.
     pub approach: FrameSpec,
     /// The joints with motors, in the order in which postures name them.
+    #[schemars(length(max = 100))]
     pub driven: Vec<DrivenSpec>,
     /// Where the hand may touch.
     #[serde(default)]
+    #[schemars(length(max = 1000))]
     pub contacts: Vec<ContactSpec>,
     /// The names of two contacts whose distance is the hand's width.
     pub width: Option<[String; 2]>,
@@ -118,7 +120,9 @@ impl ContactSpec {
 #[serde(deny_unknown_fields)]
 pub(super) struct EigengraspsSpec {
     /// One value per driven joint [rad or m].
+    #[schemars(length(max = 100))]
     pub origin: Vec<f64>,
     /// Directions, each with one value per driven joint.
+    #[schemars(length(max = 100))]
     pub directions: Vec<Vec<f64>>,
 }

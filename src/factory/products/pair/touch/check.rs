@@ -11,11 +11,11 @@ use form::Checker;
 use sim::HandModel;
 
 /// Exploration by a hand, with whether a hand can do it.
-pub const EXPLORES: HandUse = HandUse { setting: "touch.exploration = true", check: HandModel::check_solids };
+pub const EXPLORES: HandUse = HandUse { setting: "touch.exploration = true", check: HandModel::check_touching };
 
 /// Kinds of touch by a hand, each with whether a hand can do it.
 pub const HAND_USES: &[HandUse] =
-    &[EXPLORES, HandUse { setting: "touch.grasp = true", check: HandModel::check_solids }];
+    &[EXPLORES, HandUse { setting: "touch.grasp = true", check: HandModel::check_touching }];
 
 impl Touch {
     /// The kinds of touch that the keys ask for; mistakes are reported.
@@ -29,7 +29,7 @@ impl Touch {
                 "`hand = { scene = \"../scenes/barrett_bh8_280.xml\" }`; docs/hands.md says how to bring your own";
             checker.missing("touch.hand", "the hand that touches").help(help);
         }
-        let can_touch = HandModel::check_solids;
+        let can_touch = HandModel::check_touching;
         let hand = spec.hand.as_ref().filter(|_| asked);
         let hand = hand.and_then(|hand| read_hand(checker, "touch.hand", hand, folder, can_touch));
         Self {

@@ -1,10 +1,11 @@
-//! Which bodies touch, shape by shape: without shortcuts, for a robot's check and as a second opinion.
+//! Which bodies touch, shape by shape and by parry alone, for which a mesh is its surface: a second opinion on collision checks.
 
 use nalgebra::IsometryMatrix3;
 
-use super::Bodies;
-use crate::kinematics::PlanningGroup;
-use kernel::geom::{NoSurface, TouchShape};
+use graspmill::{
+    collision::Bodies,
+    geom::{NoSurface, TouchShape},
+};
 
 /// The shapes of [`Bodies`] with their search trees.
 pub struct TouchTest {
@@ -46,26 +47,5 @@ impl TouchTest {
                 .iter()
                 .any(|(two, link_from_two)| one.touches(&second_from_first, two, &(second_link * link_from_two)))
         })
-    }
-
-    /// In how many of the configurations (values of the group's joints) each pair touches.
-    ///
-    /// # Panics
-    /// When a pose, or the length of a configuration, does not fit.
-    pub fn count(
-        &self,
-        group: &PlanningGroup,
-        pairs: &[[usize; 2]],
-        configurations: impl IntoIterator<Item = Vec<f64>>,
-    ) -> Vec<u64> {
-        let mut frames = vec![IsometryMatrix3::identity(); group.len()];
-        let mut counts = vec![0; pairs.len()];
-        for q in configurations {
-            group.link_frames(&q, &mut frames);
-            for (count, pair) in counts.iter_mut().zip(pairs) {
-                *count += u64::from(self.touches(*pair, &frames));
-            }
-        }
-        counts
     }
 }
