@@ -63,7 +63,7 @@ fn picks_job(picks: &str) -> String {
     )
 }
 
-fn heatmaps_job(keys: &str) -> String {
+pub(super) fn heatmaps_job(keys: &str) -> String {
     format!(
         "product = \"heatmaps\"\nseed = 3\n[views]\ndataset = \"views\"\n[picks]\ndataset = \"picks\"\n[hand]\nscene = {:?}\n\
          [heatmaps]\nangle = 0.9\n{keys}\n[patches]\nside = 40\n[shards]\nsamples = 4\n",
@@ -236,10 +236,10 @@ fn mistakes_of_heatmaps_are_said_with_key_and_remedy() {
     };
     let barrett = fine.replace("parallel_gripper", "barrett_bh8_280");
     for (text, expected) in [
-        (fine.replace("dataset = \"views\"", "dataset = \"nowhere\""), ["views.dataset", "make it first"]),
-        (fine.replace("dataset = \"picks\"", "dataset = \"nowhere\""), ["picks.dataset", "make it first"]),
+        (fine.replace("dataset = \"views\"", "dataset = \"nowhere\""), ["views.dataset", "make one first"]),
+        (fine.replace("dataset = \"picks\"", "dataset = \"nowhere\""), ["picks.dataset", "make one first"]),
         (fine.replace("dataset = \"picks\"", "dataset = \"views\""), ["picks.dataset", "not of picks"]),
-        (fine.replace("[picks]\ndataset = \"picks\"\n", ""), ["picks.dataset", "make it first"]),
+        (fine.replace("[picks]\ndataset = \"picks\"\n", ""), ["picks.dataset", "make one first"]),
         (fine.replace("\"picks\"", "\"of-others\""), ["picks.dataset", "the same dataset of scenes"]),
         (root("views"), ["views.root", "take `root` out of the job"]),
         (root("picks"), ["picks.root", "take `root` out of the job"]),
