@@ -4,9 +4,10 @@ use super::{
     args::{DatasetArgs, DigestArgs, ExportArgs, ReportArgs},
     exit::{Exit, Failure},
     folder::refuse_set,
+    local_path::in_shell,
     machine,
     printer::Printer,
-    submit::submitted,
+    submit::{Waiting, submitted},
 };
 use format::{
     Product,
@@ -43,11 +44,19 @@ pub struct Status {
 /// `graspmill status`: reads the folder alone.
 pub fn status(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failure> {
     let folder = &arguments.dir;
-    let status = status_of(folder)?.ok_or_else(|| Failure::no_dataset(folder))?;
+    let Some(status) = status_of(folder)? else {
+        let waiting = Waiting::read(folder)?.ok_or_else(|| Failure::no_dataset(folder))?;
+        return print(&waiting, waiting.words(), arguments, printer);
+    };
+    print(&status, status_words(&status), arguments, printer)
+}
+
+/// Prints progress as JSON or in words.
+fn print(status: &impl Serialize, words: String, arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failure> {
     if arguments.json {
-        printer.json(&status)?;
+        printer.json(status)?;
     } else {
-        printer.result(&status_words(&status));
+        printer.result(&words);
     }
     Ok(Exit::Complete)
 }
@@ -92,17 +101,18 @@ pub fn status_words(status: &Status) -> String {
         ),
         format!("{} {} planned, job {}", status.samples, status.product.samples.many, status.job),
     ];
+    let folder = in_shell(Path::new(&status.dataset));
     lines.extend(status.shards_bad.iter().map(|bad| format!("bad: {bad}")));
     match &status.root {
         Some(root) => lines.push(format!("root {root}")),
-        None if status.shards_missing.is_empty() => lines.push(format!("close it: graspmill merge {}", status.dataset)),
+        None if status.shards_missing.is_empty() => lines.push(format!("close it: graspmill merge {folder}")),
         None => {
             lines.push(format!("missing: shards {}", status.shards_missing));
             if status.at_work > 0 {
                 lines.push(format!("{} being written", status.at_work));
             }
             lines.push(match submitted(Path::new(&status.dataset)) {
-                true => format!("what failed, again: graspmill submit --retry --out {}", status.dataset),
+                true => format!("what failed, again: graspmill submit --retry --out {folder}"),
                 false => "run the job again to resume".to_owned(),
             });
         }

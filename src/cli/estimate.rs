@@ -173,7 +173,7 @@ fn words(costs: &Costs, parallelism: &Parallelism) -> String {
         format!("on a cluster {tasks}"),
     ];
     lines.extend(open.job.work.remarks());
-    lines.extend(open.warnings().iter().map(|warning| format!("warning: {warning}")));
+    lines.extend(open.warnings().iter().map(|warning| publish::remark_in_words(warning)));
     lines.push(format!("job {}", open.digest));
     lines.join("\n")
 }

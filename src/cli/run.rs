@@ -12,6 +12,7 @@ use super::{
     args::RunArgs,
     exit::{Exit, Failure},
     jobs::{self, run_failure},
+    local_path::in_shell,
     machine,
     printer::Printer,
     progress::{ProgressView, rate_text},
@@ -86,7 +87,7 @@ pub fn show(
         printer.json(&report(folder, parallelism, summary, seconds))?;
     } else {
         let text = text(folder, parallelism, summary, seconds)?;
-        printer.result(&format!("{text}\nnext: graspmill report {}", folder.display()));
+        printer.result(&format!("{text}\nnext: graspmill report {}", in_shell(folder)));
     }
     Ok(exit_of(&summary.manifest))
 }
@@ -214,7 +215,7 @@ pub fn text(path: &Path, parallelism: &Parallelism, summary: &RunSummary, second
     if *finished_before {
         lines.push(format!("{folder} is complete already: nothing to do"));
     }
-    lines.extend(publish::counts_in_words(path, manifest)?);
+    lines.extend(publish::counts_in_words(path)?);
     let shards = counted(manifest.shards.len() as u64, "shard");
     lines.push(format!("{shards}, {}, in {folder}", size_in_words(bytes(manifest))));
     if *made > 0 {
@@ -238,7 +239,7 @@ pub fn text(path: &Path, parallelism: &Parallelism, summary: &RunSummary, second
         lines.push(format!("{} {were} refused:", counted(counts.refused_meshes, "mesh")));
     }
     let warnings = manifest.warnings.iter().cloned().chain(no_sample(manifest));
-    lines.extend(warnings.map(|warning| format!("warning: {warning}")));
+    lines.extend(warnings.map(|warning| publish::remark_in_words(&warning)));
     // Of one class alone, the root over all says it.
     if manifest.classes.len() > 1 {
         lines.extend(manifest.classes.iter().map(|(class, root)| format!("{} {root}", class.name())));

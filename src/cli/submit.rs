@@ -3,7 +3,7 @@
 use std::{
     env, fs,
     io::{self, Write},
-    path::{self, Path, PathBuf},
+    path::{Path, PathBuf},
     process::{Command, Stdio},
     time::Duration,
 };
@@ -14,7 +14,9 @@ use super::{
     args::{EngineName, JobArgs, SubmitArgs},
     estimate::{Costs, TimedJob},
     exit::{Exit, Failure},
-    jobs, machine,
+    jobs,
+    local_path::{absolute, in_shell},
+    machine,
     printer::Printer,
     progress::duration_text,
 };
@@ -60,19 +62,80 @@ pub fn submitted(out: &Path) -> bool {
     out.join(layout::CLUSTER).join(RECORD).exists()
 }
 
+/// A dataset that was submitted and that no task has begun.
+#[derive(Serialize)]
+pub struct Waiting {
+    dataset: String,
+    state: &'static str,
+    /// The job's name.
+    job: String,
+    backend: Backend,
+    tasks: u32,
+    shards: u32,
+    /// Command that starts the tasks, where they are not in a queue.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    start: Option<String>,
+}
+
+impl Waiting {
+    /// Reads what was submitted to a folder; `None` where nothing was.
+    pub fn read(out: &Path) -> Result<Option<Self>, Failure> {
+        if !submitted(out) {
+            return Ok(None);
+        }
+        let submission = read_record(out)?;
+        let scripts = out.join(layout::CLUSTER);
+        let files = submission.files(&[], &absolute(&scripts.join(LOGS))?);
+        let files = files.map_err(|error| Failure::new(Exit::Failed, error))?;
+        Ok(Some(Self {
+            dataset: out.display().to_string(),
+            state: "submitted",
+            job: submission.name,
+            backend: submission.backend,
+            tasks: submission.plan.tasks,
+            shards: submission.plan.shards,
+            start: files.first().and_then(|file| start(submission.backend, &scripts.join(file.name))),
+        }))
+    }
+
+    /// In words, for people.
+    pub fn words(&self) -> String {
+        let Self { dataset, job, .. } = self;
+        let (tasks, shards) = (counted(self.tasks.into(), "task"), counted(self.shards.into(), "shard"));
+        let next = match &self.start {
+            Some(command) => format!("if nothing runs, start it: {command}"),
+            None => {
+                let folder = in_shell(Path::new(dataset));
+                format!("the queue: squeue; if it holds nothing: graspmill submit --retry --out {folder}")
+            }
+        };
+        format!("{dataset}: submitted; no task has begun\n{tasks} for {shards}, job {job}\n{next}")
+    }
+}
+
+/// Command that starts the tasks of a script; `None` where the engine has them already.
+fn start(backend: Backend, script: &Path) -> Option<String> {
+    match backend {
+        Backend::Slurm => None,
+        Backend::Kubernetes => Some(format!("kubectl apply -f {}", in_shell(script))),
+        Backend::Parallel | Backend::Local => Some(format!("bash {}", in_shell(script))),
+    }
+}
+
 /// Writes what an engine needs to make a job's dataset; sends it where the engine is Slurm.
 pub fn submit(arguments: &SubmitArgs, printer: &Printer) -> Result<Exit, Failure> {
     let folder = arguments.out.join(layout::CLUSTER);
-    let (submission, tasks) = if arguments.retry { again(arguments, &folder)? } else { anew(arguments, printer)? };
+    let (submission, tasks) = if arguments.retry { again(arguments)? } else { anew(arguments, printer)? };
     if tasks.is_empty() {
         printer.result(&format!(
-            "{0}: all {1} shards are there: graspmill merge {0}",
+            "{}: all {} shards are there: graspmill merge {}",
             arguments.out.display(),
-            submission.plan.shards
+            submission.plan.shards,
+            in_shell(&arguments.out)
         ));
         return Ok(Exit::Complete);
     }
-    let files = submission.files(&tasks, &path::absolute(folder.join(LOGS))?);
+    let files = submission.files(&tasks, &absolute(&folder.join(LOGS))?);
     let files = files.map_err(|error| Failure::new(Exit::BadSpec, error))?;
     if arguments.print {
         printer.result(&files.iter().map(|file| file.text.as_str()).collect::<Vec<_>>().join("\n"));
@@ -121,9 +184,9 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
         name: open.job.name.clone(),
         program,
         folder: env::current_dir()?,
-        job: path::absolute(job)?,
+        job: absolute(job)?,
         overrides: arguments.set.clone(),
-        out: path::absolute(&arguments.out)?,
+        out: absolute(&arguments.out)?,
         // Until the pilot says more.
         plan: TaskPlan::suggested(0.0, cpus, 1),
         resources: Resources { cpus, memory: arguments.memory, minutes: arguments.minutes.unwrap_or(0) },
@@ -131,7 +194,7 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
         container,
     };
     // A name that no script may hold is refused before the pilot, which takes seconds.
-    let logs = path::absolute(arguments.out.join(layout::CLUSTER).join(LOGS))?;
+    let logs = absolute(&arguments.out.join(layout::CLUSTER).join(LOGS))?;
     submission.check(&logs).map_err(|error| Failure::new(Exit::BadSpec, error))?;
     let costs = Costs::measure(job_to_send, &context)?;
     let mut plan = costs.tasks(cpus);
@@ -166,17 +229,8 @@ fn container(arguments: &SubmitArgs) -> Result<Option<Container>, Failure> {
 }
 
 /// Reads what was sent before: the submission, and the tasks whose shards are missing.
-fn again(arguments: &SubmitArgs, folder: &Path) -> Result<(Submission, Vec<u32>), Failure> {
-    let path = folder.join(RECORD);
-    let text = kernel::files::read(&path).map_err(|error| {
-        let message = format!("{}: {error}; `submit JOB --out DIR --backend ...` writes it", path.display());
-        Failure::message(
-            if error.kind() == io::ErrorKind::NotFound { Exit::Failed } else { Exit::InputOutput },
-            message,
-        )
-    })?;
-    let Record { submission } = serde_json::from_slice(&text)
-        .map_err(|error| Failure::message(Exit::Failed, format!("{}: {error}; submit the job anew", path.display())))?;
+fn again(arguments: &SubmitArgs) -> Result<(Submission, Vec<u32>), Failure> {
+    let submission = read_record(&arguments.out)?;
     let Some(mark) = read_mark(&arguments.out)? else {
         let tasks = (0..submission.plan.tasks).collect();
         return Ok((submission, tasks));
@@ -185,7 +239,25 @@ fn again(arguments: &SubmitArgs, folder: &Path) -> Result<(Submission, Vec<u32>)
     Ok((submission, tasks))
 }
 
-/// Writes the scripts and the record; where the scripts stand.
+/// Reads the record of what was sent.
+fn read_record(out: &Path) -> Result<Submission, Failure> {
+    let path = out.join(layout::CLUSTER).join(RECORD);
+    let text = kernel::files::read(&path).map_err(|error| {
+        let folder = out.display();
+        let message = format!(
+            "{}: {error}; no job was submitted to {folder}: `submit JOB --out {folder} --backend ...` does",
+            path.display()
+        );
+        // What was not submitted cannot be submitted again: the argument is wrong.
+        let is_absent = [io::ErrorKind::NotFound, io::ErrorKind::NotADirectory].contains(&error.kind());
+        Failure::message(if is_absent { Exit::BadSpec } else { Exit::InputOutput }, message)
+    })?;
+    let Record { submission } = serde_json::from_slice(&text)
+        .map_err(|error| Failure::message(Exit::Failed, format!("{}: {error}; submit the job anew", path.display())))?;
+    Ok(submission)
+}
+
+/// Writes the scripts and the record; returns the paths of the scripts.
 fn write(folder: &Path, submission: &Submission, files: &[SubmissionFile]) -> Result<Vec<PathBuf>, Failure> {
     let logs = folder.join(LOGS);
     let failed = |path: &Path| {
@@ -196,7 +268,7 @@ fn write(folder: &Path, submission: &Submission, files: &[SubmissionFile]) -> Re
     let record = serde_json::to_string_pretty(&Record { submission: submission.clone() })? + "\n";
     let mut written = Vec::new();
     for (name, text) in files.iter().map(|file| (file.name, &file.text)).chain([(RECORD, &record)]) {
-        let path = path::absolute(folder.join(name))?;
+        let path = absolute(&folder.join(name))?;
         let mut file = fs::File::create(&path).map_err(failed(&path))?;
         file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).map_err(failed(&path))?;
         written.push(path);
@@ -241,12 +313,12 @@ fn words(report: &SubmitReport, count: usize) -> String {
         counted(shards.into(), "shard")
     )];
     lines.extend(files.iter().map(|file| format!("wrote {}", file.display())));
-    let first = files.first().map(|file| file.display().to_string()).unwrap_or_default();
-    match (submission.backend, sent) {
-        (_, Some(Sent { tasks, merge })) => lines.push(format!("sent: tasks {tasks}, then the merge {merge}")),
-        (Backend::Kubernetes, None) => lines.push(format!("send it: kubectl apply -f {first}")),
-        (_, None) => lines.push(format!("start it: bash {first}")),
+    let command = files.first().and_then(|script| start(submission.backend, script));
+    lines.extend(command.map(|command| format!("start it: {command}")));
+    if let Some(Sent { tasks, merge }) = sent {
+        lines.push(format!("sent: tasks {tasks}, then the merge {merge}"));
     }
+    let out = in_shell(&submission.out);
     lines.push(format!(
         "how far it is: graspmill status {out}; what failed, again: graspmill submit --retry --out {out}"
     ));

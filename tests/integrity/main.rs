@@ -10,6 +10,7 @@ mod forger;
 mod fuzz_corpus;
 mod irregular;
 mod panics;
+mod remedies;
 #[path = "../support/mod.rs"]
 mod support;
 mod surroundings;

@@ -10,7 +10,7 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use super::{
-    DatasetError,
+    DatasetError, Manifest,
     durable::{self, TEMPORARY},
     layout::{CLUSTER, MANIFEST, RUN, SHARDS, ShardName},
 };
@@ -76,6 +76,11 @@ pub fn begin_run(folder: &Path, mark: &RunMark) -> Result<Begun, DatasetError> {
         let shards = folder.join(SHARDS);
         fs::create_dir_all(&shards).map_err(DatasetError::io("creating", &shards))?;
         return Ok(if folder.join(MANIFEST).exists() { Begun::Finished } else { Begun::Again });
+    }
+    // The mark of a finished dataset was deleted, as the remedy for a damaged one is: its manifest says whose it is.
+    if Manifest::read(folder).is_ok_and(|manifest| manifest.is_of(mark)) {
+        durable::write_file(folder, RUN, mark_text(mark).as_bytes())?;
+        return Ok(Begun::Finished);
     }
     match fs::read_dir(folder) {
         Ok(entries) => {

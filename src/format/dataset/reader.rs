@@ -9,6 +9,7 @@ use std::{
 
 use super::{
     DatasetError, Ledger, Manifest, ShardEntry,
+    error::REWRITE,
     layout::SPLITS,
     ledger::{LedgerOutline, Run},
     shard_file::{ShardFile, StoredMessage, invalid},
@@ -443,7 +444,7 @@ pub(super) fn read_splits(folder: &Path) -> Result<SplitTable, DatasetError> {
     let splits: SplitTable = serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
         path: path.clone(),
         problem: error.to_string(),
-        remedy: "delete manifest.json and `run` the job again: the shards are kept",
+        remedy: REWRITE,
     })?;
     checked_splits(splits, &path)
 }
@@ -453,7 +454,7 @@ pub(super) fn checked_splits(splits: SplitTable, path: &Path) -> Result<SplitTab
     splits.checked().map_err(|error| DatasetError::Invalid {
         path: path.to_owned(),
         problem: error.to_string(),
-        remedy: "`run` the job again to write it anew",
+        remedy: REWRITE,
     })
 }
 

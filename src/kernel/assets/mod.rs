@@ -31,7 +31,7 @@ pub use description::{Description, DescriptionError, missing_remedy};
 pub use description_limits::DescriptionTooLarge;
 pub use digest::object as object_id;
 pub use folder::{DuplicateOf, FolderError, duplicates, list_folder};
-pub use prepare::prepare;
+pub use prepare::{is_note, parts, prepare};
 pub use read::read_triangles;
 use refuse::Refuse;
 pub use thin::refuse_without_solid;

@@ -16,4 +16,5 @@ pub(in crate::assets) struct RawMesh {
 }
 
 /// Remedy for a format that is not read here.
-pub(super) const CONVERT: &str = "convert it: python scripts/convert_mesh.py IN OUT.ply";
+pub(super) const CONVERT: &str = "convert it: pip install trimesh pycollada, then python3 -c \"import trimesh; \
+                                  trimesh.load_mesh('IN').export('OUT.ply')\"";
