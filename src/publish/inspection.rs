@@ -5,21 +5,31 @@ use std::{collections::BTreeMap, fmt, path::Path};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::Value;
 
-use super::{chart::grouped, notes::RunNotes};
+use super::{chart::grouped, notes::RunNotes, products::pages_of};
 use format::{
     Product,
     dataset::{DatasetError, DatasetReader, layout},
 };
 use kernel::{
+    assets::is_note,
     ids::{Digest, JobDigest},
     words::NumberClass,
 };
+
+/// A line about one of a dataset's warnings: those about sound meshes are notes.
+pub fn remark_in_words(warning: &str) -> String {
+    let kind = if is_note(warning) { "note" } else { "warning" };
+    format!("{kind}: {warning}")
+}
 
 /// Facts that the inspections of all products share.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InspectionHeader {
     /// The job's name; the folder's when the job has none.
     pub name: String,
+    /// Headline: the first thing that a user wants to know.
+    #[serde(default)]
+    pub headline: String,
     /// Program and version that made it.
     pub generator: String,
     /// Product of the dataset.
@@ -48,6 +58,7 @@ impl InspectionHeader {
         let manifest = reader.manifest();
         Ok(Self {
             name: dataset_name(reader)?,
+            headline: (pages_of(manifest.product).headline)(reader)?,
             generator: manifest.generator.clone(),
             product: manifest.product,
             format_version: manifest.format_version,
@@ -61,9 +72,10 @@ impl InspectionHeader {
         })
     }
 
-    /// Writes what names the dataset: its name and its root digest.
+    /// Writes the name of the dataset, its headline and its root digest.
     pub(super) fn write_names(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}: {}, format {}, made by {}", self.name, self.product, self.format_version, self.generator)?;
+        writeln!(f, "  {}", self.headline)?;
         writeln!(f, "  root      {}", self.root)
     }
 
@@ -81,7 +93,7 @@ impl InspectionHeader {
 
     /// Writes a line for each warning.
     pub(super) fn write_warnings(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.warnings.iter().try_for_each(|line| writeln!(f, "warning: {line}"))
+        self.warnings.iter().try_for_each(|line| writeln!(f, "{}", remark_in_words(line)))
     }
 }
 
@@ -145,7 +157,7 @@ pub(crate) fn job_table(reader: &DatasetReader) -> Result<toml::Table, DatasetEr
     reader.job_text()?.parse().map_err(|error: toml::de::Error| DatasetError::Invalid {
         path: reader.folder().join(layout::JOB),
         problem: error.message().to_owned(),
-        remedy: "restore it",
+        remedy: "delete manifest.json and `run` the job again: the shards are kept",
     })
 }
 

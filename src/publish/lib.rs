@@ -40,7 +40,7 @@ pub use counts::{CountedParts, counted_parts, counts_in_words};
 pub use evaluation::{EvaluatedMethod, EvaluatedSample, Evaluation};
 pub use grasp_types::TypeFacts;
 pub use inspect::inspect;
-pub use inspection::{Inspection, InspectionHeader, dataset_name};
+pub use inspection::{Inspection, InspectionHeader, dataset_name, remark_in_words};
 pub use notes::{RunNotes, Speed};
 pub use panels::draw_panels;
 pub use product::{ProductPages, WritePreview};

@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use serde::Serialize;
 
-use super::{chart::grouped, inspection::dataset_name, tally::SpreadRow};
+use super::{chart::grouped, inspection::dataset_name, products::pages_of, tally::SpreadRow};
 use format::dataset::{DatasetError, DatasetReader};
 use kernel::words::{Split, size_in_words};
 
@@ -21,6 +21,8 @@ pub(super) struct NumberRow {
 pub(super) struct Numbers {
     /// Name of the job.
     pub job_name: String,
+    /// Headline: the first thing that a user wants to know.
+    pub headline: String,
     /// Counts and measurements.
     pub rows: Vec<NumberRow>,
     /// Distributions over the stored samples.
@@ -73,7 +75,9 @@ impl Numbers {
                 .iter()
                 .map(|(reason, count)| NumberRow::new(format!("rejected: {reason}"), grouped(*count))),
         );
-        rows.push(NumberRow::new(product.subjects.many, grouped(counts.objects)));
+        // The manifest counts the rows of the asset table: objects or robots, also where the subjects are scenes.
+        let assets = pages_of(product).assets.subjects;
+        rows.push(NumberRow::new(format!("{}s", assets.name()), grouped(counts.objects)));
         if counts.refused_meshes > 0 {
             rows.push(NumberRow::new("meshes that could not be used", grouped(counts.refused_meshes)));
         }
@@ -89,7 +93,8 @@ impl Numbers {
             objects: None,
         };
         let splits = if counts.splits.is_empty() { Vec::new() } else { Split::ALL.map(split).to_vec() };
-        Ok(Self { job_name: dataset_name(reader)?, rows, spreads: Vec::new(), splits, leaks: Vec::new() })
+        let headline = (pages_of(product).headline)(reader)?;
+        Ok(Self { job_name: dataset_name(reader)?, headline, rows, spreads: Vec::new(), splits, leaks: Vec::new() })
     }
 }
 

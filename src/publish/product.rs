@@ -31,7 +31,9 @@ pub struct ProductPages {
     pub(super) survey: fn(&DatasetReader) -> Result<Box<dyn Survey>, DatasetError>,
     /// Parts that each sample consists of, where people count those.
     pub(super) parts: Option<SampleParts>,
-    /// Lines with the counts that only this product has.
+    /// Headline of a finished dataset, the first thing that its user wants to know: `run`, `inspect`, pages and cards begin with it.
+    pub(super) headline: fn(&DatasetReader) -> Result<String, DatasetError>,
+    /// Further lines with counts that only this product has.
     pub(super) counts_in_words: fn(&Path, &Manifest) -> Result<Vec<String>, DatasetError>,
     /// Writes the preview.
     pub(super) write_preview: WritePreview,

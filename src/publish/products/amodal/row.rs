@@ -9,6 +9,7 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::grouped,
+    counts::scenes_in_words,
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
     picture::{Panel, Picture},
@@ -44,6 +45,7 @@ pub static PAGES: ProductPages = ProductPages {
     templates: &TEMPLATES,
     survey: |reader| Ok(Box::new(AmodalSurvey::of(reader)?)),
     parts: None,
+    headline,
     counts_in_words: |_, _| Ok(Vec::new()),
     write_preview: |reader, _| {
         let samples = preview_samples(reader, PREVIEWED as u32)?;
@@ -58,6 +60,13 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[],
     },
 };
+
+/// Bodies in views that have a pair.
+fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
+    let (counts, scenes) = (&reader.manifest().counts, scenes_in_words(reader)?);
+    let [pairs, bodies] = [counts.kept, counts.samples].map(grouped);
+    Ok(format!("{pairs} of {bodies} bodies in views of {scenes} have a pair"))
+}
 
 /// Side of each part of a sample's picture in a release [px].
 const SIDE: u32 = 240;

@@ -9,6 +9,7 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::grouped,
+    counts::count_kept,
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
     picture::{Panel, Picture},
@@ -45,6 +46,7 @@ pub static PAGES: ProductPages = ProductPages {
         noun: Noun { one: "free grasp", many: "free grasps" },
         count: |manifest| ["untried", "held", "failed"].iter().map(|fact| manifest.counts.fact(fact)).sum(),
     }),
+    headline,
     counts_in_words: |_, _| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_heatmap_preview(reader)?),
     preview_shows_more: false,
@@ -56,6 +58,15 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[],
     },
 };
+
+/// Images with a free grasp, and what trials say of these grasps.
+fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
+    let counts = &reader.manifest().counts;
+    let with_grasps = count_kept(reader, |row| HeatmapFacts::from(&row.facts).grasps() > 0)?;
+    let images = format!("{} of {} images have a free grasp", grouped(with_grasps), grouped(counts.kept));
+    let [held, failed, untried] = ["held", "failed", "untried"].map(|state| grouped(counts.fact(state)));
+    Ok(format!("{images}; of the free grasps {held} held, {failed} failed and {untried} are untried"))
+}
 
 /// Longest side of the pictures of a release [px].
 const SIDE: u32 = 480;

@@ -9,6 +9,7 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::grouped,
+    counts::{count_kept, stored_samples},
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
     picture::Picture,
@@ -18,7 +19,7 @@ use crate::{
     templates::page_values,
 };
 use format::{
-    Product,
+    GraspLabel, PatchFacts, Product,
     dataset::{DatasetError, DatasetReader},
     products::patches::read_types,
 };
@@ -40,6 +41,7 @@ pub static PAGES: ProductPages = ProductPages {
     templates: &TEMPLATES,
     survey: |reader| Ok(Box::new(PatchSurvey::of(reader)?)),
     parts: None,
+    headline,
     counts_in_words: |folder, manifest| Ok(vec![types_in_words(&read_types(folder)?, is_by_trials(manifest))]),
     write_preview: |reader, _| Ok(write_patch_preview(reader, PREVIEWED)?),
     preview_shows_more: false,
@@ -51,6 +53,18 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[],
     },
 };
+
+/// Stored grasps, and what their trials say.
+fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
+    let manifest = reader.manifest();
+    let patched = stored_samples(reader)?;
+    if !is_by_trials(manifest) {
+        return Ok(patched);
+    }
+    let with_label = |label: GraspLabel| count_kept(reader, |row| PatchFacts::from(&row.facts).outcome == Some(label));
+    let [held, failed] = [with_label(GraspLabel::Held)?, with_label(GraspLabel::Failed)?].map(grouped);
+    Ok(format!("{patched}: {held} held, {failed} failed"))
+}
 
 impl Survey for PatchSurvey {
     fn inspection(&self) -> Inspection {

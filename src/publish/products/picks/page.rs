@@ -48,7 +48,6 @@ struct HeaderNumbers {
     with_free: String,
     candidates: String,
     free: String,
-    free_share: String,
 }
 
 /// Trials among neighbours.
@@ -72,7 +71,7 @@ pub(crate) struct CardView {
 }
 
 /// Side of a picture [px].
-const SIDE: u32 = 360;
+const SIDE: u32 = 520;
 
 /// Side of a picture on the page [px].
 const SHOWN_SIDE: u32 = 260;
@@ -154,7 +153,6 @@ impl<'a> PicksPage<'a> {
                 with_free: grouped(facts.bodies_with_free),
                 candidates: grouped(facts.candidates),
                 free: grouped(facts.free),
-                free_share: share(facts.free, facts.candidates),
             },
             rejects: share_rows(&facts.rejected, facts.samples),
             splits: split_rows(&facts.splits),

@@ -1,5 +1,7 @@
 //! The row of picks in the table of products.
 
+use std::path::Path;
+
 use super::{
     inspection::PickSurvey,
     page::{PicksPage, cards, pick_words},
@@ -9,6 +11,7 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::grouped,
+    counts::count_kept,
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
     picture::{Panel, Picture},
@@ -18,8 +21,8 @@ use crate::{
     templates::page_values,
 };
 use format::{
-    Noun, PickFacts, Product,
-    dataset::{DatasetError, DatasetReader, Sample},
+    Channel, Noun, PickFacts, PickVerdict, Product,
+    dataset::{Counts, DatasetError, DatasetReader, Manifest, Sample},
     products::grasps::SHAPES,
 };
 
@@ -46,7 +49,8 @@ pub static PAGES: ProductPages = ProductPages {
         noun: Noun { one: "grasp", many: "grasps" },
         count: |manifest| manifest.counts.fact("candidates"),
     }),
-    counts_in_words: |_, _| Ok(Vec::new()),
+    headline,
+    counts_in_words,
     write_preview: |reader, _| Ok(write_pick_preview(reader)?),
     preview_shows_more: false,
     assets: ProductAssets {
@@ -57,6 +61,39 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[],
     },
 };
+
+/// Bodies with a free grasp, and the trials that held.
+fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
+    let manifest = reader.manifest();
+    let counts = &manifest.counts;
+    let with_free = count_kept(reader, |row| PickFacts::from(&row.facts).free > 0)?;
+    let [with_free, bodies] = [with_free, counts.kept].map(grouped);
+    let [free, candidates] = ["free", "candidates"].map(|fact| grouped(counts.fact(fact)));
+    let [held, tried] = [counts.fact(PickVerdict::Held.name()), tried(counts)].map(grouped);
+    Ok(match manifest.channels().contains(&Channel::PICK_TRIALS) {
+        true => format!("{with_free} of {bodies} bodies have a free grasp; {held} of {tried} trials held"),
+        false => {
+            format!("{with_free} of {bodies} bodies have a free grasp; {free} of {candidates} grasps are free")
+        }
+    })
+}
+
+/// Trials of every verdict.
+fn tried(counts: &Counts) -> u64 {
+    PickVerdict::ALL.iter().map(|verdict| counts.fact(verdict.name())).sum()
+}
+
+/// Grasps that were evaluated, by what became of them.
+fn counts_in_words(_: &Path, manifest: &Manifest) -> Result<Vec<String>, DatasetError> {
+    let counts = &manifest.counts;
+    let lost = ["ground", "container", "own_object", "neighbour"].map(|to| (to, counts.fact(&format!("lost_to_{to}"))));
+    let lost = lost.iter().filter(|(_, count)| *count > 0);
+    let lost: Vec<String> =
+        lost.map(|(to, count)| format!("{} to {}", grouped(*count), to.replace('_', " "))).collect();
+    let [candidates, free] = ["candidates", "free"].map(|fact| grouped(counts.fact(fact)));
+    let lost = if lost.is_empty() { String::new() } else { format!(", lost: {}", lost.join(", ")) };
+    Ok(vec![format!("{candidates} grasps evaluated: {free} free{lost}")])
+}
 
 /// Side of each part of a sample's picture in a release [px].
 const SIDE: u32 = 240;
@@ -75,14 +112,16 @@ impl Survey for PickSurvey {
     fn add_numbers(&self, numbers: &mut Numbers) {
         let facts = &self.facts;
         let mut add = |name: String, count: u64| numbers.rows.push(NumberRow::new(name, grouped(count)));
-        add("scenes".to_owned(), facts.scenes);
         add("bodies with a free grasp".to_owned(), facts.bodies_with_free);
+        if let Some(trials) = &facts.trials {
+            add("grasps tried among neighbours".to_owned(), trials.tried);
+            add("trials that held".to_owned(), trials.held);
+        }
+        add("scenes".to_owned(), facts.scenes);
         for (name, count) in facts.ends() {
             add(if name == "free" { "free grasps".to_owned() } else { format!("grasps lost to {name}") }, count);
         }
         if let Some(trials) = &facts.trials {
-            add("grasps tried among neighbours".to_owned(), trials.tried);
-            add("trials that held".to_owned(), trials.held);
             add("trials that held and moved a neighbour".to_owned(), trials.held_moving);
             add("trials that held and carried a neighbour along".to_owned(), trials.held_carrying);
         }

@@ -48,6 +48,7 @@ pub static PAGES: ProductPages = ProductPages {
         noun: Noun { one: "pose", many: "poses" },
         count: |manifest| PoseCounts::of(manifest).poses(),
     }),
+    headline,
     counts_in_words: |_, manifest| Ok(PoseCounts::of(manifest).in_words()),
     write_preview: |reader, _| Ok(write_map_preview(reader.folder(), &read_field(reader.folder())?)?),
     preview_shows_more: false,
@@ -59,6 +60,14 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[FIELD],
     },
 };
+
+/// Poses that are reachable.
+fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
+    let counts = PoseCounts::of(reader.manifest());
+    let (reachable, poses) = (counts.labels.get(PoseLabel::Reachable.name()).copied().unwrap_or(0), counts.poses());
+    let share = percent(reachable as f64 / poses.max(1) as f64);
+    Ok(format!("{} of {} poses are reachable: {share}", grouped(reachable), grouped(poses)))
+}
 
 /// Side of a position in a cross-section [px].
 const CELL: u32 = 16;

@@ -9,6 +9,7 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::grouped,
+    counts::of_noun,
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
     picture::{Panel, Picture},
@@ -40,10 +41,8 @@ pub static PAGES: ProductPages = ProductPages {
     },
     templates: &TEMPLATES,
     survey: |reader| Ok(Box::new(SceneSurvey::of(reader)?)),
-    parts: Some(SampleParts {
-        noun: Noun { one: "body", many: "bodies" },
-        count: |manifest| manifest.counts.fact("bodies"),
-    }),
+    parts: Some(SampleParts { noun: BODIES, count: |manifest| manifest.counts.fact("bodies") }),
+    headline,
     counts_in_words: |_, _| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_scene_preview(reader)?),
     preview_shows_more: false,
@@ -55,6 +54,16 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[],
     },
 };
+
+/// Bodies.
+const BODIES: Noun = Noun { one: "body", many: "bodies" };
+
+/// Scenes, and the bodies in them.
+fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
+    let counts = &reader.manifest().counts;
+    let scenes = of_noun(counts.kept, &reader.manifest().product.samples);
+    Ok(format!("{scenes} with {}", of_noun(counts.fact("bodies"), &BODIES)))
+}
 
 /// Zoom of the pictures of a release.
 const ZOOM: u32 = 2;

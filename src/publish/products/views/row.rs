@@ -9,6 +9,7 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::grouped,
+    counts::{of_noun, scenes_in_words},
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
     picture::{Panel, Picture},
@@ -45,6 +46,7 @@ pub static PAGES: ProductPages = ProductPages {
         noun: Noun { one: "body", many: "bodies" },
         count: |manifest| manifest.counts.fact("bodies"),
     }),
+    headline,
     counts_in_words: |_, _| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_view_preview(reader)?),
     preview_shows_more: false,
@@ -56,6 +58,15 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[],
     },
 };
+
+/// Views, and how many of the bodies in them are seen.
+fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
+    let (manifest, scenes) = (reader.manifest(), scenes_in_words(reader)?);
+    let views = of_noun(manifest.counts.kept, &manifest.product.samples);
+    let bodies = manifest.counts.fact("bodies");
+    let [seen, bodies] = [bodies.saturating_sub(manifest.counts.fact("unseen")), bodies].map(grouped);
+    Ok(format!("{views} of {scenes}; {seen} of {bodies} bodies in them are seen"))
+}
 
 /// Longest side of the pictures of a release [px].
 const SIDE: u32 = 480;

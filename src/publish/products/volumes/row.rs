@@ -9,6 +9,7 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::grouped,
+    counts::{of_noun, scenes_in_words},
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
     picture::{Panel, Picture},
@@ -17,7 +18,7 @@ use crate::{
     templates::page_values,
 };
 use format::{
-    Product,
+    Channel, Noun, Product,
     dataset::{DatasetError, DatasetReader, Sample},
 };
 
@@ -42,6 +43,7 @@ pub static PAGES: ProductPages = ProductPages {
     templates: &TEMPLATES,
     survey: |reader| Ok(Box::new(VolumeSurvey::of(reader)?)),
     parts: None,
+    headline,
     counts_in_words: |_, _| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_volume_preview(reader)?),
     preview_shows_more: false,
@@ -53,6 +55,19 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[],
     },
 };
+
+/// Volumes with their images, and what trials say of the grasps in them.
+fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
+    let (manifest, scenes) = (reader.manifest(), scenes_in_words(reader)?);
+    let counts = &manifest.counts;
+    let volumes = of_noun(counts.kept, &manifest.product.samples);
+    let images = of_noun(counts.fact("images"), &Noun { one: "image", many: "images" });
+    let fused = format!("{volumes} fused from {images} of {scenes}");
+    let has_grasps = manifest.channels().contains(&Channel::VOLUME_AFFORDANCE);
+    let [held, failed, untried] = ["held", "failed", "untried"].map(|state| grouped(counts.fact(state)));
+    let grasps = format!("; of the free grasps in them {held} held, {failed} failed and {untried} are untried");
+    Ok(if has_grasps { fused + &grasps } else { fused })
+}
 
 /// Side of each part of a sample's picture in a release [px].
 const SIDE: u32 = 240;
