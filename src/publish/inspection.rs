@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fmt, path::Path};
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::Value;
 
-use super::{chart::grouped, notes::RunNotes, products::pages_of};
+use super::{chart::grouped, notes::RunNotes};
 use format::{
     Product,
     dataset::{DatasetError, DatasetReader, layout},
@@ -54,11 +54,11 @@ pub struct InspectionHeader {
 
 impl InspectionHeader {
     /// The header of a finished dataset: reads job, manifest and notes.
-    pub(super) fn of(reader: &DatasetReader) -> Result<Self, DatasetError> {
+    pub(super) fn of(reader: &DatasetReader, headline: String) -> Result<Self, DatasetError> {
         let manifest = reader.manifest();
         Ok(Self {
             name: dataset_name(reader)?,
-            headline: (pages_of(manifest.product).headline)(reader)?,
+            headline,
             generator: manifest.generator.clone(),
             product: manifest.product,
             format_version: manifest.format_version,

@@ -13,6 +13,7 @@ mod escape;
 mod evaluation;
 pub mod export;
 mod grasp_types;
+mod headline;
 mod inspect;
 mod inspection;
 mod markup;

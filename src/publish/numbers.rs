@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use serde::Serialize;
 
-use super::{chart::grouped, inspection::dataset_name, products::pages_of, tally::SpreadRow};
+use super::{asset::AssetKind, chart::grouped, inspection::dataset_name, tally::SpreadRow};
 use format::dataset::{DatasetError, DatasetReader};
 use kernel::words::{Split, size_in_words};
 
@@ -57,8 +57,8 @@ impl NumberRow {
 }
 
 impl Numbers {
-    /// The numbers of a dataset's manifest; its survey adds those of its samples.
-    pub fn of(reader: &DatasetReader) -> Result<Self, DatasetError> {
+    /// The numbers of a dataset's manifest, whose objects are assets of this kind; its survey adds those of its samples.
+    pub fn of(reader: &DatasetReader, headline: String, assets: AssetKind) -> Result<Self, DatasetError> {
         let manifest = reader.manifest();
         let counts = &manifest.counts;
         let product = manifest.product;
@@ -76,7 +76,6 @@ impl Numbers {
                 .map(|(reason, count)| NumberRow::new(format!("rejected: {reason}"), grouped(*count))),
         );
         // The manifest counts the rows of the asset table: objects or robots, also where the subjects are scenes.
-        let assets = pages_of(product).assets.subjects;
         rows.push(NumberRow::new(format!("{}s", assets.name()), grouped(counts.objects)));
         if counts.refused_meshes > 0 {
             rows.push(NumberRow::new("meshes that could not be used", grouped(counts.refused_meshes)));
@@ -93,7 +92,6 @@ impl Numbers {
             objects: None,
         };
         let splits = if counts.splits.is_empty() { Vec::new() } else { Split::ALL.map(split).to_vec() };
-        let headline = (pages_of(product).headline)(reader)?;
         Ok(Self { job_name: dataset_name(reader)?, headline, rows, spreads: Vec::new(), splits, leaks: Vec::new() })
     }
 }

@@ -194,7 +194,7 @@ fn grasps_page(name: &str, sampler: Option<&str>, tried: Option<bool>, is_full: 
         hand: is_full.then(|| name.to_owned()),
         runs: 3,
         kept_runs: 3,
-        rejected: BTreeMap::new(),
+        rejected: if is_full { [(name.to_owned(), 1)].into() } else { BTreeMap::new() },
         given_up: 1,
         verdicts: GraspVerdict::ALL.map(|verdict| (verdict.name().to_owned(), 1)).into(),
         energy: SPREAD,

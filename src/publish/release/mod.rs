@@ -199,17 +199,18 @@ struct Drawn {
 /// Preview, report and pictures, as far as they may be shown; the numbers in any case.
 fn draw(folder: &Path, staging: &Staging, left_out: LeftOut) -> Result<Drawn, ReleaseError> {
     let reader = DatasetReader::open(staging.path())?;
+    let pages = pages_of(reader.manifest().product);
+    let mut numbers = Numbers::of(&reader, (pages.headline)(&reader)?, pages.assets.subjects)?;
     if left_out == LeftOut::Samples {
-        return Ok(Drawn { numbers: Numbers::of(&reader)?, pictures: Vec::new() });
+        return Ok(Drawn { numbers, pictures: Vec::new() });
     }
-    let survey: Box<dyn Survey> = (pages_of(reader.manifest().product).survey)(&reader)?;
+    let survey: Box<dyn Survey> = (pages.survey)(&reader)?;
     let drawn = pictures::pictures(&reader, &*survey)?;
     for shown in &drawn {
         staging.write(&shown.path, &shown.picture.to_png())?;
     }
     preview(folder, &reader, staging)?;
     report(staging.path(), Some(&staging.path().join(layout::REPORT)))?;
-    let mut numbers = Numbers::of(&reader)?;
     survey.add_numbers(&mut numbers);
     Ok(Drawn { numbers, pictures: drawn.into_iter().map(|shown| (shown.path, shown.caption)).collect() })
 }

@@ -7,6 +7,7 @@
 
 mod models;
 mod scene;
+mod text;
 
 use std::collections::BTreeMap;
 
@@ -15,6 +16,7 @@ use serde_json::{Value, json};
 use self::{
     models::write_models,
     scene::{SceneTexts, Shown},
+    text::{LEAST_SEEN, pretty},
 };
 use super::{
     error::ExportError,
@@ -24,15 +26,6 @@ use super::{
 };
 use format::{Noun, Product, SceneImage, dataset::DatasetReader};
 use kernel::{geom::DepthCrop, ids::ObjectId, words::Split};
-
-/// Millimetres per metre.
-const MM: f64 = 1e3;
-
-/// Millimetres per step of stored depth: the first in which all depths of an image fit.
-const DEPTH_SCALES: [f64; 2] = [0.1, 1.0];
-
-/// Share of its silhouette that a target of the challenge of 2019 shows at least.
-const LEAST_SEEN: f64 = 0.1;
 
 /// Views as scenes of the BOP challenge.
 pub(super) static FORMAT: ExportFormat = ExportFormat {
@@ -141,18 +134,5 @@ impl Targets {
             target.write(name, pretty(&list.into()).as_bytes())?;
         }
         Ok(())
-    }
-}
-
-/// One line per entry of the outermost table or list.
-fn pretty(value: &Value) -> String {
-    let lines = |lines: Vec<String>| lines.join(",\n");
-    match value {
-        Value::Object(table) => {
-            let line = |(key, value): (&String, &Value)| format!("  \"{key}\": {value}");
-            format!("{{\n{}\n}}\n", lines(table.iter().map(line).collect()))
-        }
-        Value::Array(list) => format!("[\n{}\n]\n", lines(list.iter().map(|value| format!("  {value}")).collect())),
-        other => other.to_string(),
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Point3, Vector3};
 use serde_json::{Map, Value, json};
 
-use super::{MM, pretty};
+use super::text::{MM, pretty};
 use crate::export::{error::ExportError, target::Target};
 use format::{
     dataset::{AssetRow, DatasetError, DatasetReader},

@@ -5,7 +5,10 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde_json::{Map, Value, json};
 
-use super::{DEPTH_SCALES, LEAST_SEEN, MM, models::Model, pretty};
+use super::{
+    models::Model,
+    text::{DEPTH_SCALES, LEAST_SEEN, MM, pretty},
+};
 use crate::export::{
     error::ExportError,
     image_file::{colour_png, depth_png, depth_scale, mask_png},

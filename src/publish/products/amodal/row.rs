@@ -1,6 +1,7 @@
 //! The row of amodal pairs in the table of products.
 
 use super::{
+    headline::headline,
     inspection::AmodalSurvey,
     page::{AmodalPage, cards},
     painting::{PairPictures, pair_panel},
@@ -9,7 +10,6 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::grouped,
-    counts::scenes_in_words,
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
     picture::{Panel, Picture},
@@ -60,13 +60,6 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[],
     },
 };
-
-/// Bodies in views that have a pair.
-fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
-    let (counts, scenes) = (&reader.manifest().counts, scenes_in_words(reader)?);
-    let [pairs, bodies] = [counts.kept, counts.samples].map(grouped);
-    Ok(format!("{pairs} of {bodies} bodies in views of {scenes} have a pair"))
-}
 
 /// Side of each part of a sample's picture in a release [px].
 const SIDE: u32 = 240;

@@ -11,7 +11,7 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::percent,
-    counts::stored_samples,
+    headline::stored_samples,
     inspection::Inspection,
     numbers::{NumberRow, Numbers, SplitCounts},
     picture::{Panel, Picture},

@@ -333,7 +333,7 @@ fn facts(
     let mut types: Vec<TypeFacts> = pass.types.iter().map(|(kind, count)| TypeFacts::new(*kind, *count)).collect();
     types.sort_by_key(|row| (std::cmp::Reverse(row.grasps), row.kind));
     Ok(GraspsInspection {
-        header: InspectionHeader::of(reader)?,
+        header: InspectionHeader::of(reader, headline(reader.manifest()))?,
         hand: pass.method.as_ref().map(|(_, hand)| hand.name.clone()),
         runs: manifest.counts.samples,
         kept_runs: manifest.counts.kept,

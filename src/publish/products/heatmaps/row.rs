@@ -1,6 +1,7 @@
 //! The row of heatmaps in the table of products.
 
 use super::{
+    headline::headline,
     inspection::HeatmapSurvey,
     page::{HeatmapsPage, cards},
     painting::{heatmap_panel, heatmap_words, marked_picture, patches_picture},
@@ -9,7 +10,6 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::grouped,
-    counts::count_kept,
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
     picture::{Panel, Picture},
@@ -58,15 +58,6 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[],
     },
 };
-
-/// Images with a free grasp, and what trials say of these grasps.
-fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
-    let counts = &reader.manifest().counts;
-    let with_grasps = count_kept(reader, |row| HeatmapFacts::from(&row.facts).grasps() > 0)?;
-    let images = format!("{} of {} images have a free grasp", grouped(with_grasps), grouped(counts.kept));
-    let [held, failed, untried] = ["held", "failed", "untried"].map(|state| grouped(counts.fact(state)));
-    Ok(format!("{images}; of the free grasps {held} held, {failed} failed and {untried} are untried"))
-}
 
 /// Longest side of the pictures of a release [px].
 const SIDE: u32 = 480;

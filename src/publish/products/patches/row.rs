@@ -1,7 +1,7 @@
 //! The row of patches in the table of products.
 
 use super::{
-    inspection::{PatchSurvey, is_by_trials, types_in_words},
+    inspection::{PatchSurvey, headline, is_by_trials, types_in_words},
     page::PatchesPage,
     sheets::{PatchSheet, cards},
     templates::TEMPLATES,
@@ -9,7 +9,6 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::grouped,
-    counts::{count_kept, stored_samples},
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
     picture::Picture,
@@ -19,7 +18,7 @@ use crate::{
     templates::page_values,
 };
 use format::{
-    GraspLabel, PatchFacts, Product,
+    Product,
     dataset::{DatasetError, DatasetReader},
     products::patches::read_types,
 };
@@ -53,18 +52,6 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[],
     },
 };
-
-/// Stored grasps, and what their trials say.
-fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
-    let manifest = reader.manifest();
-    let patched = stored_samples(reader)?;
-    if !is_by_trials(manifest) {
-        return Ok(patched);
-    }
-    let with_label = |label: GraspLabel| count_kept(reader, |row| PatchFacts::from(&row.facts).outcome == Some(label));
-    let [held, failed] = [with_label(GraspLabel::Held)?, with_label(GraspLabel::Failed)?].map(grouped);
-    Ok(format!("{patched}: {held} held, {failed} failed"))
-}
 
 impl Survey for PatchSurvey {
     fn inspection(&self) -> Inspection {

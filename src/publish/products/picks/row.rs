@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::{
+    headline::headline,
     inspection::PickSurvey,
     page::{PicksPage, cards, pick_words},
     painting::{Drawn, pick_panel},
@@ -11,7 +12,6 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::grouped,
-    counts::count_kept,
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
     picture::{Panel, Picture},
@@ -21,8 +21,8 @@ use crate::{
     templates::page_values,
 };
 use format::{
-    Channel, Noun, PickFacts, PickVerdict, Product,
-    dataset::{Counts, DatasetError, DatasetReader, Manifest, Sample},
+    Noun, PickFacts, Product,
+    dataset::{DatasetError, DatasetReader, Manifest, Sample},
     products::grasps::SHAPES,
 };
 
@@ -61,27 +61,6 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[],
     },
 };
-
-/// Bodies with a free grasp, and the trials that held.
-fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
-    let manifest = reader.manifest();
-    let counts = &manifest.counts;
-    let with_free = count_kept(reader, |row| PickFacts::from(&row.facts).free > 0)?;
-    let [with_free, bodies] = [with_free, counts.kept].map(grouped);
-    let [free, candidates] = ["free", "candidates"].map(|fact| grouped(counts.fact(fact)));
-    let [held, tried] = [counts.fact(PickVerdict::Held.name()), tried(counts)].map(grouped);
-    Ok(match manifest.channels().contains(&Channel::PICK_TRIALS) {
-        true => format!("{with_free} of {bodies} bodies have a free grasp; {held} of {tried} trials held"),
-        false => {
-            format!("{with_free} of {bodies} bodies have a free grasp; {free} of {candidates} grasps are free")
-        }
-    })
-}
-
-/// Trials of every verdict.
-fn tried(counts: &Counts) -> u64 {
-    PickVerdict::ALL.iter().map(|verdict| counts.fact(verdict.name())).sum()
-}
 
 /// Grasps that were evaluated, by what became of them.
 fn counts_in_words(_: &Path, manifest: &Manifest) -> Result<Vec<String>, DatasetError> {

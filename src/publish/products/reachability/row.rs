@@ -1,7 +1,7 @@
 //! The row of reachability in the table of products.
 
 use super::{
-    inspection::{PoseCounts, ReachabilityFacts, facts_of},
+    inspection::{PoseCounts, ReachabilityFacts, facts_of, headline},
     page::{ReachabilityPage, pictures, upright_picture},
     templates::TEMPLATES,
 };
@@ -60,14 +60,6 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[FIELD],
     },
 };
-
-/// Poses that are reachable.
-fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
-    let counts = PoseCounts::of(reader.manifest());
-    let (reachable, poses) = (counts.labels.get(PoseLabel::Reachable.name()).copied().unwrap_or(0), counts.poses());
-    let share = percent(reachable as f64 / poses.max(1) as f64);
-    Ok(format!("{} of {} poses are reachable: {share}", grouped(reachable), grouped(poses)))
-}
 
 /// Side of a position in a cross-section [px].
 const CELL: u32 = 16;

@@ -1,6 +1,7 @@
 //! The row of scenes in the table of products.
 
 use super::{
+    headline::{BODIES, headline},
     inspection::SceneSurvey,
     page::{ScenesPage, cards},
     painting::{instance_picture, scene_words},
@@ -9,7 +10,6 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::grouped,
-    counts::of_noun,
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
     picture::{Panel, Picture},
@@ -18,7 +18,7 @@ use crate::{
     templates::page_values,
 };
 use format::{
-    Noun, Product,
+    Product,
     dataset::{DatasetError, DatasetReader, Sample},
     products::grasps::SHAPES,
 };
@@ -54,16 +54,6 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[],
     },
 };
-
-/// Bodies.
-const BODIES: Noun = Noun { one: "body", many: "bodies" };
-
-/// Scenes, and the bodies in them.
-fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
-    let counts = &reader.manifest().counts;
-    let scenes = of_noun(counts.kept, &reader.manifest().product.samples);
-    Ok(format!("{scenes} with {}", of_noun(counts.fact("bodies"), &BODIES)))
-}
 
 /// Zoom of the pictures of a release.
 const ZOOM: u32 = 2;

@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, fmt, path::Path};
 
 use serde::{Deserialize, Serialize};
 
+use super::headline::headline;
 use crate::{
     chart::{grouped, percent},
     inspection::{InspectionHeader, evenly, open_of},
@@ -84,7 +85,7 @@ impl ViewSurvey {
         let assets = reader.assets()?;
         let counts = &manifest.counts;
         let facts = ViewsInspection {
-            header: InspectionHeader::of(reader)?,
+            header: InspectionHeader::of(reader, headline(reader)?)?,
             scenes: assets.subjects.len() as u64,
             samples: counts.samples,
             kept: counts.kept,

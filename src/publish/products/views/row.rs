@@ -1,6 +1,7 @@
 //! The row of views in the table of products.
 
 use super::{
+    headline::headline,
     inspection::ViewSurvey,
     page::{ViewsPage, cards},
     painting::{colour_picture, depth_of_view, instance_picture, step_for, view_panels, view_words},
@@ -9,7 +10,6 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::grouped,
-    counts::{of_noun, scenes_in_words},
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
     picture::{Panel, Picture},
@@ -58,15 +58,6 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[],
     },
 };
-
-/// Views, and how many of the bodies in them are seen.
-fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
-    let (manifest, scenes) = (reader.manifest(), scenes_in_words(reader)?);
-    let views = of_noun(manifest.counts.kept, &manifest.product.samples);
-    let bodies = manifest.counts.fact("bodies");
-    let [seen, bodies] = [bodies.saturating_sub(manifest.counts.fact("unseen")), bodies].map(grouped);
-    Ok(format!("{views} of {scenes}; {seen} of {bodies} bodies in them are seen"))
-}
 
 /// Longest side of the pictures of a release [px].
 const SIDE: u32 = 480;

@@ -1,6 +1,7 @@
 //! The row of volumes in the table of products.
 
 use super::{
+    headline::headline,
     inspection::{VolumeSurvey, images_in_words},
     page::{VolumesPage, cards, volume_words},
     painting::VolumePictures,
@@ -9,7 +10,6 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::grouped,
-    counts::{of_noun, scenes_in_words},
     inspection::Inspection,
     numbers::{NumberRow, Numbers},
     picture::{Panel, Picture},
@@ -18,7 +18,7 @@ use crate::{
     templates::page_values,
 };
 use format::{
-    Channel, Noun, Product,
+    Product,
     dataset::{DatasetError, DatasetReader, Sample},
 };
 
@@ -55,19 +55,6 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[],
     },
 };
-
-/// Volumes with their images, and what trials say of the grasps in them.
-fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
-    let (manifest, scenes) = (reader.manifest(), scenes_in_words(reader)?);
-    let counts = &manifest.counts;
-    let volumes = of_noun(counts.kept, &manifest.product.samples);
-    let images = of_noun(counts.fact("images"), &Noun { one: "image", many: "images" });
-    let fused = format!("{volumes} fused from {images} of {scenes}");
-    let has_grasps = manifest.channels().contains(&Channel::VOLUME_AFFORDANCE);
-    let [held, failed, untried] = ["held", "failed", "untried"].map(|state| grouped(counts.fact(state)));
-    let grasps = format!("; of the free grasps in them {held} held, {failed} failed and {untried} are untried");
-    Ok(if has_grasps { fused + &grasps } else { fused })
-}
 
 /// Side of each part of a sample's picture in a release [px].
 const SIDE: u32 = 240;
