@@ -286,11 +286,11 @@ class Dataset(Generic[S]):
             selected &= index.in_subset(subset)
         if objects is not None:
             wanted = [objects] if isinstance(objects, str) else list(objects)
-            known_names = {row["name"] for row in self.folder.objects()}
+            known_names = {row["name"] for row in self.folder.subjects()}
             unknown = sorted(set(wanted) - known_names)
             if unknown:
                 some = ", ".join(sorted(known_names)[:12])
-                raise BadSelection(f"{path}: no object is called {', '.join(unknown)}; it has {some}, ...")
+                raise BadSelection(f"{path}: no samples of {', '.join(unknown)}; it has samples of {some}, ...")
             selected &= index.of_objects(wanted)
         return selected
 

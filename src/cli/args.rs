@@ -335,7 +335,7 @@ pub struct ExportArgs {
     /// Only this split: training, holdout, validation, test.
     #[arg(long, value_name = "SPLIT")]
     pub split: Option<String>,
-    /// Only objects of this name (repeatable).
+    /// Only samples of the object of this name, or of the scene where samples are of scenes: 'training 0' (repeatable).
     #[arg(long, value_name = "NAME")]
     pub object: Vec<String>,
     /// Maximal count of samples; with mujoco, of grasps, taken evenly over the dataset.
@@ -413,6 +413,30 @@ pub struct ReachArgs {
 pub enum MeshesCommand {
     /// Say what each mesh is, what would be repaired, what is refused and how to mend it.
     Check(MeshesCheckArgs),
+    /// Write each part of a mesh that nothing joins to the others as a mesh of its own.
+    Split(MeshesSplitArgs),
+}
+
+#[derive(Args, Debug)]
+pub struct MeshesSplitArgs {
+    /// Mesh file.
+    pub file: PathBuf,
+    /// Folder for the parts, new or empty: NAME-1.ply, NAME-2.ply and so on, in metres.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub scale: MeshScaleArgs,
+}
+
+/// Size of a mesh.
+#[derive(Args, Debug)]
+pub struct MeshScaleArgs {
+    /// Unit of the files: m, dm, cm, mm, in, ft, or the length of one unit in metres.
+    #[arg(long, default_value = "m")]
+    pub unit: String,
+    /// Longest side of each mesh in metres, for meshes that were normalised (ShapeNet, ModelNet).
+    #[arg(long, value_name = "METRES", conflicts_with = "unit")]
+    pub size: Option<f64>,
 }
 
 #[derive(Args, Debug)]
@@ -420,12 +444,8 @@ pub struct MeshesCheckArgs {
     /// Mesh files, or folders of them.
     #[arg(required = true)]
     pub paths: Vec<PathBuf>,
-    /// Unit of the files: m, dm, cm, mm, in, ft, or the length of one unit in metres.
-    #[arg(long, default_value = "m")]
-    pub unit: String,
-    /// Longest side of each mesh in metres, for meshes that were normalised (ShapeNet, ModelNet).
-    #[arg(long, value_name = "METRES", conflicts_with = "unit")]
-    pub size: Option<f64>,
+    #[command(flatten)]
+    pub scale: MeshScaleArgs,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,

@@ -4,9 +4,10 @@ use super::{
     args::{DatasetArgs, DigestArgs, ExportArgs, ReportArgs},
     exit::{Exit, Failure},
     folder::refuse_set,
+    local_path::in_shell,
     machine,
     printer::Printer,
-    submit::submitted,
+    submit::{Waiting, submitted},
 };
 use format::{
     Product,
@@ -55,11 +56,19 @@ pub struct Status {
 /// `graspmill status`: reads the folder alone.
 pub fn status(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failure> {
     let folder = &arguments.dir;
-    let status = status_of(folder)?.ok_or_else(|| Failure::no_dataset(folder))?;
+    let Some(status) = status_of(folder)? else {
+        let waiting = Waiting::read(folder)?.ok_or_else(|| Failure::no_dataset(folder))?;
+        return print(&waiting, waiting.words(), arguments, printer);
+    };
+    print(&status, status_words(folder, &status), arguments, printer)
+}
+
+/// Prints progress as JSON or in words.
+fn print(status: &impl Serialize, words: String, arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failure> {
     if arguments.json {
-        printer.json(&status)?;
+        printer.json(status)?;
     } else {
-        printer.result(&status_words(folder, &status));
+        printer.result(&words);
     }
     Ok(Exit::Complete)
 }
@@ -111,18 +120,17 @@ pub fn status_words(folder: &Folder, status: &Status) -> String {
         .iter()
         .map(|name| format!("strange: {}/{}: no run gives such a name; move it away", layout::SHARDS, name.shown()));
     lines.extend(capped(strange, MOST_BAD, "strange names"));
+    let in_words = in_shell(folder.path());
     match &status.root {
         Some(root) => lines.push(format!("root {root}")),
-        None if status.shards_missing.is_empty() => {
-            lines.push(format!("close it: graspmill merge {}", folder.path().shown()))
-        }
+        None if status.shards_missing.is_empty() => lines.push(format!("close it: graspmill merge {in_words}")),
         None => {
             lines.push(format!("missing: shards {}", status.shards_missing));
             if status.at_work > 0 {
                 lines.push(format!("{} being written", status.at_work));
             }
             lines.push(match submitted(folder) {
-                true => format!("what failed, again: graspmill submit --retry --out {}", folder.path().shown()),
+                true => format!("what failed, again: graspmill submit --retry --out {in_words}"),
                 false => "run the job again to resume".to_owned(),
             });
         }

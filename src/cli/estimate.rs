@@ -19,7 +19,7 @@ use factory::{
     job::JobText,
     run::{Estimate, OpenJob, PilotLimits, PilotRate, pilot},
 };
-use kernel::words::{Show, capped, counted, size_in_words};
+use kernel::words::{capped, counted, size_in_words};
 
 /// Limits of the pilot run.
 const PILOT: PilotLimits = PilotLimits { samples: 2000, time: Duration::from_secs(8) };
@@ -174,9 +174,9 @@ fn words(costs: &Costs, parallelism: &Parallelism) -> String {
         format!("on a cluster {tasks}"),
     ];
     lines.extend(open.job.work.remarks());
-    let warnings = open.warnings();
-    let warnings = warnings.iter().map(|warning| format!("warning: {}", warning.shown()));
-    lines.extend(capped(warnings, MOST_WARNINGS, "warnings"));
+    let remarks = open.warnings();
+    let remarks = remarks.iter().map(|remark| publish::remark_in_words(remark));
+    lines.extend(capped(remarks, MOST_WARNINGS, "remarks"));
     lines.push(format!("job {}", open.digest));
     lines.join("\n")
 }

@@ -152,6 +152,7 @@ fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
         Command::Diff(arguments) => diff::diff(arguments, printer),
         Command::Doctor(arguments) => doctor::doctor(arguments, printer),
         Command::Meshes(MeshesCommand::Check(arguments)) => meshes::check(arguments, printer),
+        Command::Meshes(MeshesCommand::Split(arguments)) => meshes::split(arguments, printer),
         Command::Model(ModelCommand::Check(arguments)) => model::check(arguments, printer),
         Command::Robot(args::RobotCommand::Check(arguments)) => robot::check(arguments, printer),
         Command::Hand(args::HandCommand::Check(arguments)) => hand::check(arguments, printer),

@@ -1,34 +1,59 @@
-//! `graspmill meshes check`.
+//! `graspmill meshes check` and `graspmill meshes split`.
 
 use super::{
-    args::MeshesCheckArgs,
+    args::{MeshScaleArgs, MeshesCheckArgs, MeshesSplitArgs},
     exit::{Exit, Failure},
     printer::Printer,
+    segment::write,
 };
+use format::dataset::NewFolder;
 use kernel::{
-    assets::{ScaleRule, SizeRule, check_report},
-    words::LengthUnit,
+    assets::{self, MeshSource, ScaleRule, SizeRule, check_report},
+    words::{LengthUnit, Show, counted},
 };
+use surface::write_ply;
 
 /// Says what each mesh is, what would be repaired, what is refused and how to mend it.
 pub fn check(arguments: &MeshesCheckArgs, printer: &Printer) -> Result<Exit, Failure> {
-    let scale = match arguments.size {
-        Some(size) if size > 0.0 && size.is_finite() => ScaleRule::LongestSide(size),
-        Some(size) => {
-            return Err(Failure::message(
-                Exit::BadSpec,
-                format!("--size {size}: give the longest side in metres, above 0"),
-            ));
-        }
-        None => ScaleRule::MetresPerUnit(metres_per_unit(&arguments.unit)?),
-    };
-    let report = check_report(&arguments.paths, scale, SizeRule::default());
+    let report = check_report(&arguments.paths, scale(&arguments.scale)?, SizeRule::default());
     if arguments.json {
         printer.json(&report)?
     } else {
         printer.result(&report.to_string())
     }
     Ok(if report.has_refusals() { Exit::Refused } else { Exit::Complete })
+}
+
+/// Writes the parts of a mesh that nothing joins as meshes of their own.
+pub fn split(arguments: &MeshesSplitArgs, printer: &Printer) -> Result<Exit, Failure> {
+    let MeshesSplitArgs { file, out, scale: of_file } = arguments;
+    let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let source = MeshSource { scale: scale(of_file)?, ..MeshSource::of_file(name.clone(), file) };
+    let parts = assets::parts(&source).map_err(|refusal| Failure::message(Exit::Refused, refusal))?;
+    if parts.is_empty() {
+        let message = format!("{}: it hangs together: there is nothing to split", file.shown());
+        return Err(Failure::message(Exit::BadSpec, message));
+    }
+    let folder = NewFolder::begin(out)?;
+    for (number, part) in (1..).zip(&parts) {
+        write(folder.folder(), &format!("{name}-{number}.ply"), &write_ply(part, &[]))?;
+    }
+    folder.publish()?;
+    let parts = counted(parts.len() as u64, "mesh");
+    printer.result(&format!("{parts} in {}, in metres: unit = \"m\" in a job", out.shown()));
+    Ok(Exit::Complete)
+}
+
+/// The scale that arguments give a mesh.
+fn scale(arguments: &MeshScaleArgs) -> Result<ScaleRule, Failure> {
+    match arguments.size {
+        Some(size) if size > 0.0 && size.is_finite() => Ok(ScaleRule::LongestSide(size)),
+        Some(size) => {
+            let message = format!("--size {size}: give the longest side in metres, above 0");
+            Err(Failure::message(Exit::BadSpec, message))
+        }
+        None => Ok(ScaleRule::MetresPerUnit(metres_per_unit(&arguments.unit)?)),
+    }
 }
 
 /// A unit by name, or as a number of metres.

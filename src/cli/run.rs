@@ -8,6 +8,7 @@ use super::{
     args::RunArgs,
     exit::{Exit, Failure},
     jobs::{self, run_failure},
+    local_path::in_shell,
     machine,
     printer::Printer,
     progress::{ProgressView, rate_text},
@@ -86,7 +87,7 @@ pub fn show(
         printer.json(&report(folder, parallelism, summary, seconds)?)?;
     } else {
         let text = text(folder, parallelism, summary, seconds)?;
-        printer.result(&format!("{text}\nnext: graspmill report {}", folder.path().shown()));
+        printer.result(&format!("{text}\nnext: graspmill report {}", in_shell(folder.path())));
     }
     Ok(exit_of(&summary.manifest))
 }
@@ -227,7 +228,7 @@ pub fn text(
     if *finished_before {
         lines.push(format!("{folder} is complete already: nothing to do"));
     }
-    lines.extend(publish::counts_in_words(dataset, manifest)?);
+    lines.extend(publish::counts_in_words(dataset)?);
     let shards = counted(manifest.shards.len() as u64, "shard");
     lines.push(format!("{shards}, {}, in {folder}", size_in_words(bytes(manifest))));
     if *made > 0 {
@@ -251,8 +252,8 @@ pub fn text(
         lines.push(format!("{} {were} refused:", counted(counts.refused_meshes, "mesh")));
     }
     let found = publish::warnings(dataset)?;
-    let warnings = manifest.warnings.iter().cloned().chain(found).chain(no_sample(dataset, manifest));
-    lines.extend(capped(warnings.map(|warning| format!("warning: {}", warning.shown())), MOST_WARNINGS, "warnings"));
+    let remarks = manifest.warnings.iter().cloned().chain(found).chain(no_sample(dataset, manifest));
+    lines.extend(capped(remarks.map(|remark| publish::remark_in_words(&remark)), MOST_WARNINGS, "remarks"));
     // Of one class alone, the root over all says it.
     if manifest.classes.len() > 1 {
         lines.extend(manifest.classes.iter().map(|(class, root)| format!("{} {root}", class.name())));

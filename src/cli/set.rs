@@ -11,7 +11,9 @@ use super::{
     args::{DatasetArgs, ReportArgs, RunArgs, VerifyArgs},
     dataset,
     exit::{Exit, Failure},
-    jobs, machine,
+    jobs,
+    local_path::in_shell,
+    machine,
     printer::Printer,
     progress::ProgressView,
     run, verify,
@@ -100,7 +102,8 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
     } else {
         texts.extend(found.words());
         texts.extend(words(&arguments.out, &table));
-        printer.result(&format!("{}\nnext: graspmill report {}", texts.join("\n\n"), arguments.out.path().shown()));
+        let folder = in_shell(arguments.out.path());
+        printer.result(&format!("{}\nnext: graspmill report {folder}", texts.join("\n\n")));
     }
     Ok(exit)
 }

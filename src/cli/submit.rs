@@ -2,7 +2,7 @@
 
 use std::{
     env, io,
-    path::{self, Path, PathBuf},
+    path::{Path, PathBuf},
     process::Stdio,
     time::Duration,
 };
@@ -13,7 +13,9 @@ use super::{
     args::{EngineName, JobArgs, SubmitArgs},
     estimate::{Costs, TimedJob},
     exit::{Exit, Failure},
-    jobs, machine,
+    jobs,
+    local_path::{absolute, in_shell},
+    machine,
     printer::Printer,
     progress::duration_text,
 };
@@ -23,7 +25,7 @@ use factory::{
 };
 use format::dataset::{DatasetError, layout, read_mark, scan_shards};
 use kernel::{
-    files::{Bound, Folder, Temporary},
+    files::{self, Bound, Folder, Temporary},
     words::{Show, counted, number_ranges},
 };
 
@@ -62,19 +64,80 @@ pub fn submitted(out: &Folder) -> bool {
     out.subfolder(layout::CLUSTER).contains(RECORD)
 }
 
+/// A dataset that was submitted and that no task has begun.
+#[derive(Serialize)]
+pub struct Waiting {
+    dataset: String,
+    state: &'static str,
+    /// The job's name.
+    job: String,
+    backend: Backend,
+    tasks: u32,
+    shards: u32,
+    /// Command that starts the tasks, where they are not in a queue.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    start: Option<String>,
+}
+
+impl Waiting {
+    /// Reads what was submitted to a folder; `None` where nothing was.
+    pub fn read(out: &Folder) -> Result<Option<Self>, Failure> {
+        if !submitted(out) {
+            return Ok(None);
+        }
+        let submission = read_record(out)?;
+        let scripts = out.subfolder(layout::CLUSTER);
+        let files = submission.files(&[], &absolute(&scripts.path_of(LOGS))?);
+        let files = files.map_err(|error| Failure::new(Exit::Failed, error))?;
+        Ok(Some(Self {
+            dataset: out.path().display().to_string(),
+            state: "submitted",
+            job: submission.name,
+            backend: submission.backend,
+            tasks: submission.plan.tasks,
+            shards: submission.plan.shards,
+            start: files.first().and_then(|file| start(submission.backend, &scripts.path_of(file.name))),
+        }))
+    }
+
+    /// In words, for people.
+    pub fn words(&self) -> String {
+        let Self { dataset, job, .. } = self;
+        let (tasks, shards) = (counted(self.tasks.into(), "task"), counted(self.shards.into(), "shard"));
+        let next = match &self.start {
+            Some(command) => format!("if nothing runs, start it: {command}"),
+            None => {
+                let folder = in_shell(Path::new(dataset));
+                format!("the queue: squeue; if it holds nothing: graspmill submit --retry --out {folder}")
+            }
+        };
+        format!("{dataset}: submitted; no task has begun\n{tasks} for {shards}, job {job}\n{next}")
+    }
+}
+
+/// Command that starts the tasks of a script; `None` where the engine has them already.
+fn start(backend: Backend, script: &Path) -> Option<String> {
+    match backend {
+        Backend::Slurm => None,
+        Backend::Kubernetes => Some(format!("kubectl apply -f {}", in_shell(script))),
+        Backend::Parallel | Backend::Local => Some(format!("bash {}", in_shell(script))),
+    }
+}
+
 /// Writes what an engine needs to make a job's dataset; sends it where the engine is Slurm.
 pub fn submit(arguments: &SubmitArgs, printer: &Printer) -> Result<Exit, Failure> {
     let folder = arguments.out.subfolder(layout::CLUSTER);
-    let (submission, tasks) = if arguments.retry { again(arguments, &folder)? } else { anew(arguments, printer)? };
+    let (submission, tasks) = if arguments.retry { again(arguments)? } else { anew(arguments, printer)? };
     if tasks.is_empty() {
         printer.result(&format!(
-            "{0}: all {1} shards are there: graspmill merge {0}",
+            "{}: all {} shards are there: graspmill merge {}",
             arguments.out.path().shown(),
-            submission.plan.shards
+            submission.plan.shards,
+            in_shell(arguments.out.path())
         ));
         return Ok(Exit::Complete);
     }
-    let files = submission.files(&tasks, &path::absolute(folder.path_of(LOGS))?);
+    let files = submission.files(&tasks, &absolute(&folder.path_of(LOGS))?);
     let files = files.map_err(|error| Failure::new(Exit::BadSpec, error))?;
     if arguments.print {
         printer.result(&files.iter().map(|file| file.text.as_str()).collect::<Vec<_>>().join("\n"));
@@ -123,9 +186,9 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
         name: open.job.name.clone(),
         program,
         folder: env::current_dir()?,
-        job: path::absolute(job)?,
+        job: absolute(job)?,
         overrides: arguments.set.clone(),
-        out: path::absolute(arguments.out.path())?,
+        out: absolute(arguments.out.path())?,
         // Until the pilot says more.
         plan: TaskPlan::suggested(0.0, cpus, 1),
         resources: Resources { cpus, memory: arguments.memory, minutes: arguments.minutes.unwrap_or(0) },
@@ -133,7 +196,7 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
         container,
     };
     // A name that no script may hold is refused before the pilot, which takes seconds.
-    let logs = path::absolute(arguments.out.subfolder(layout::CLUSTER).path_of(LOGS))?;
+    let logs = absolute(&arguments.out.subfolder(layout::CLUSTER).path_of(LOGS))?;
     submission.check(&logs).map_err(|error| Failure::new(Exit::BadSpec, error))?;
     let costs = Costs::measure(job_to_send, &context)?;
     let mut plan = costs.tasks(cpus);
@@ -168,19 +231,8 @@ fn container(arguments: &SubmitArgs) -> Result<Option<Container>, Failure> {
 }
 
 /// Reads what was sent before: the submission, and the tasks whose shards are missing.
-fn again(arguments: &SubmitArgs, folder: &Folder) -> Result<(Submission, Vec<u32>), Failure> {
-    let path = folder.path_of(RECORD);
-    let text = folder.read(RECORD, Bound::SUBMISSION).map_err(|error| {
-        // What was not submitted cannot be submitted again: the argument is wrong.
-        let is_absent = [io::ErrorKind::NotFound, io::ErrorKind::NotADirectory].contains(&error.kind());
-        let out = arguments.out.path().shown();
-        let what =
-            format!("{}: no job was submitted to {out}: `submit JOB --out {out} --backend ...` does", path.shown());
-        let error = anyhow::Error::new(error).context(what);
-        if is_absent { Failure::new(Exit::BadSpec, error) } else { Failure::from(error) }
-    })?;
-    let Record { submission } = serde_json::from_slice(&text)
-        .map_err(|error| Failure::message(Exit::Failed, format!("{}: {error}; submit the job anew", path.shown())))?;
+fn again(arguments: &SubmitArgs) -> Result<(Submission, Vec<u32>), Failure> {
+    let submission = read_record(&arguments.out)?;
     let Some(mark) = read_mark(&arguments.out)? else {
         let tasks = (0..submission.plan.tasks).collect();
         return Ok((submission, tasks));
@@ -189,7 +241,25 @@ fn again(arguments: &SubmitArgs, folder: &Folder) -> Result<(Submission, Vec<u32
     Ok((submission, tasks))
 }
 
-/// Writes the scripts and the record; where the scripts stand.
+/// Reads the record of what was sent.
+fn read_record(out: &Folder) -> Result<Submission, Failure> {
+    let folder = out.subfolder(layout::CLUSTER);
+    let path = folder.path_of(RECORD);
+    let text = folder.read(RECORD, Bound::SUBMISSION).map_err(|error| {
+        // What was not submitted cannot be submitted again: the argument is wrong.
+        let is_absent = files::is_absent(&error);
+        let out = in_shell(out.path());
+        let what =
+            format!("{}: no job was submitted to {out}: `submit JOB --out {out} --backend ...` does", path.shown());
+        let error = anyhow::Error::new(error).context(what);
+        if is_absent { Failure::new(Exit::BadSpec, error) } else { Failure::from(error) }
+    })?;
+    let Record { submission } = serde_json::from_slice(&text)
+        .map_err(|error| Failure::message(Exit::Failed, format!("{}: {error}; submit the job anew", path.shown())))?;
+    Ok(submission)
+}
+
+/// Writes the scripts and the record; returns the paths of the scripts.
 fn write(folder: &Folder, submission: &Submission, files: &[SubmissionFile]) -> Result<Vec<PathBuf>, Failure> {
     let logs = folder.subfolder(LOGS);
     let failed = |path: &Path| {
@@ -200,7 +270,7 @@ fn write(folder: &Folder, submission: &Submission, files: &[SubmissionFile]) -> 
     let record = serde_json::to_string_pretty(&Record { submission: submission.clone() })? + "\n";
     let mut written = Vec::new();
     for (name, text) in files.iter().map(|file| (file.name, &file.text)).chain([(RECORD, &record)]) {
-        let path = path::absolute(folder.path_of(name))?;
+        let path = absolute(&folder.path_of(name))?;
         Temporary::write(folder, name, text.as_bytes()).map_err(failed(&path))?;
         written.push(path);
     }
@@ -246,12 +316,12 @@ fn words(report: &SubmitReport, count: usize) -> String {
         counted(shards.into(), "shard")
     )];
     lines.extend(files.iter().map(|file| format!("wrote {}", file.shown())));
-    let first = files.first().map(|file| file.display().to_string()).unwrap_or_default();
-    match (submission.backend, sent) {
-        (_, Some(Sent { tasks, merge })) => lines.push(format!("sent: tasks {tasks}, then the merge {merge}")),
-        (Backend::Kubernetes, None) => lines.push(format!("send it: kubectl apply -f {first}")),
-        (_, None) => lines.push(format!("start it: bash {first}")),
+    let command = files.first().and_then(|script| start(submission.backend, script));
+    lines.extend(command.map(|command| format!("start it: {command}")));
+    if let Some(Sent { tasks, merge }) = sent {
+        lines.push(format!("sent: tasks {tasks}, then the merge {merge}"));
     }
+    let out = in_shell(&submission.out);
     lines.push(format!(
         "how far it is: graspmill status {out}; what failed, again: graspmill submit --retry --out {out}"
     ));

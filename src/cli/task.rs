@@ -1,6 +1,6 @@
 //! `graspmill run --task`: one task's share of a dataset.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, path::Path};
 
 use serde::Serialize;
 
@@ -8,6 +8,7 @@ use super::{
     args::RunArgs,
     exit::{Exit, Failure},
     jobs::{self, run_failure},
+    local_path::in_shell,
     machine,
     printer::Printer,
     progress::{ProgressView, rate_text},
@@ -96,10 +97,10 @@ fn words(report: &TaskReport, samples: &str) -> String {
         let rate = rate_text(report.samples_per_second);
         lines.push(format!("{made} {samples} in {seconds:.1} s: {rate} {samples}/s on {threads} threads"));
     }
-    let dataset = dataset.shown();
-    lines.push(format!("{dataset_shards_there} of {} of {dataset}", counted(*dataset_shards as u64, "shard")));
+    let shards = counted(*dataset_shards as u64, "shard");
+    lines.push(format!("{dataset_shards_there} of {shards} of {}", dataset.shown()));
     if dataset_shards_there == dataset_shards {
-        lines.push(format!("all are there: graspmill merge {dataset}"));
+        lines.push(format!("all are there: graspmill merge {}", in_shell(Path::new(dataset))));
     }
     lines.join("\n")
 }

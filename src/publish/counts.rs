@@ -1,6 +1,6 @@
-//! Counts of a manifest in words.
+//! Counts of a dataset in words, what its user wants to know first.
 
-use super::products::pages_of;
+use super::{chart::grouped, headline::of_noun, products::pages_of};
 use format::{
     Noun,
     dataset::{DatasetError, DatasetReader, Manifest},
@@ -31,35 +31,28 @@ pub fn warnings(folder: &Folder) -> Result<Vec<String>, DatasetError> {
     (pages_of(reader.manifest().product).warnings)(&reader)
 }
 
-/// Lines with the counts of a finished dataset.
+/// Lines with the counts of the finished dataset in a folder: its headline, its samples, then what its product counts besides.
 ///
 /// # Errors
 /// When a file of the dataset that holds counts is missing or damaged.
-pub fn counts_in_words(folder: &Folder, manifest: &Manifest) -> Result<Vec<String>, DatasetError> {
-    let (product, counts) = (manifest.product, &manifest.counts);
-    let samples = product.samples.of(counts.samples);
-    let mut lines = Vec::new();
-    match counted_parts(manifest) {
-        Some(CountedParts { noun, count }) => {
-            lines.push(format!("{count} {} at {} {samples}", noun.of(count), counts.samples));
-        }
-        None => {
-            let rejects: Vec<String> =
-                counts.rejected.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
-            let rejects = if rejects.is_empty() { String::new() } else { format!(" ({})", rejects.join(", ")) };
-            // The manifest counts objects, not scenes.
-            let about = match product.subjects_are_objects {
-                true => format!("{} {}", counts.objects, product.subjects.of(counts.objects)),
-                false => format!("{} objects in scenes", counts.objects),
-            };
-            lines.push(format!(
-                "{} {samples} of {about}: {} kept, {} rejected{rejects}",
-                counts.samples,
-                counts.kept,
-                counts.samples - counts.kept
-            ));
-        }
-    }
-    lines.extend((pages_of(product).counts_in_words)(folder, manifest)?);
+pub fn counts_in_words(folder: &Folder) -> Result<Vec<String>, DatasetError> {
+    let reader = DatasetReader::open(folder)?;
+    let pages = pages_of(reader.manifest().product);
+    let mut lines = vec![(pages.headline)(&reader)?, samples_in_words(reader.manifest())];
+    lines.extend((pages.counts_in_words)(folder, reader.manifest())?);
     Ok(lines)
+}
+
+/// Samples of the plan, and what became of them.
+fn samples_in_words(manifest: &Manifest) -> String {
+    let counts = &manifest.counts;
+    let rejects: Vec<String> =
+        counts.rejected.iter().map(|(reason, count)| format!("{} {reason}", grouped(*count))).collect();
+    let rejects = if rejects.is_empty() { String::new() } else { format!(" ({})", rejects.join(", ")) };
+    format!(
+        "{}: {} kept, {} rejected{rejects}",
+        of_noun(counts.samples, &manifest.product.samples),
+        grouped(counts.kept),
+        grouped(counts.samples - counts.kept)
+    )
 }

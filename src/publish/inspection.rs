@@ -11,19 +11,29 @@ use format::{
     dataset::{DatasetError, DatasetReader, layout},
 };
 use kernel::{
+    assets::is_note,
     files::Folder,
     ids::{Digest, JobDigest},
     words::{NumberClass, Show, capped},
 };
 
-/// Warnings that the text form shows.
-const MOST_WARNINGS: usize = 50;
+/// Remarks that the text form shows.
+const MOST_REMARKS: usize = 50;
+
+/// A line about one of a dataset's warnings: those about sound meshes are notes.
+pub fn remark_in_words(warning: &str) -> String {
+    let kind = if is_note(warning) { "note" } else { "warning" };
+    format!("{kind}: {}", warning.shown())
+}
 
 /// Facts that the inspections of all products share.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InspectionHeader {
     /// The job's name; the folder's when the job has none.
     pub name: String,
+    /// Headline: the first thing that a user wants to know.
+    #[serde(default)]
+    pub headline: String,
     /// Program and version that made it.
     pub generator: String,
     /// Product of the dataset.
@@ -48,10 +58,11 @@ pub struct InspectionHeader {
 
 impl InspectionHeader {
     /// The header of a finished dataset: reads job, manifest and notes.
-    pub(super) fn of(reader: &DatasetReader) -> Result<Self, DatasetError> {
+    pub(super) fn of(reader: &DatasetReader, headline: String) -> Result<Self, DatasetError> {
         let manifest = reader.manifest();
         Ok(Self {
             name: dataset_name(reader)?,
+            headline,
             generator: manifest.generator.clone(),
             product: manifest.product,
             format_version: manifest.format_version,
@@ -65,7 +76,7 @@ impl InspectionHeader {
         })
     }
 
-    /// Writes what names the dataset: its name and its root digest.
+    /// Writes the name of the dataset, its headline and its root digest.
     pub(super) fn write_names(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
@@ -75,6 +86,7 @@ impl InspectionHeader {
             self.format_version,
             self.generator.shown()
         )?;
+        writeln!(f, "  {}", self.headline)?;
         writeln!(f, "  root      {}", self.root)
     }
 
@@ -92,8 +104,8 @@ impl InspectionHeader {
 
     /// Writes a line for each warning.
     pub(super) fn write_warnings(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let lines = self.warnings.iter().map(|line| format!("warning: {}", line.shown()));
-        capped(lines, MOST_WARNINGS, "warnings").iter().try_for_each(|line| writeln!(f, "{line}"))
+        let lines = self.warnings.iter().map(|line| remark_in_words(line));
+        capped(lines, MOST_REMARKS, "remarks").iter().try_for_each(|line| writeln!(f, "{line}"))
     }
 }
 
@@ -157,7 +169,7 @@ pub(crate) fn job_table(reader: &DatasetReader) -> Result<toml::Table, DatasetEr
     reader.job_text()?.parse().map_err(|error: toml::de::Error| DatasetError::Invalid {
         path: reader.folder().path_of(layout::JOB),
         problem: error.message().to_owned(),
-        remedy: "restore it",
+        remedy: "delete manifest.json and `run` the job again: the shards are kept",
     })
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use serde::Serialize;
 
-use super::{chart::grouped, inspection::dataset_name, tally::SpreadRow};
+use super::{asset::AssetKind, chart::grouped, inspection::dataset_name, tally::SpreadRow};
 use format::dataset::{DatasetError, DatasetReader};
 use kernel::words::{Split, size_in_words};
 
@@ -21,6 +21,8 @@ pub(super) struct NumberRow {
 pub(super) struct Numbers {
     /// Name of the job.
     pub job_name: String,
+    /// Headline: the first thing that a user wants to know.
+    pub headline: String,
     /// Counts and measurements.
     pub rows: Vec<NumberRow>,
     /// Distributions over the stored samples.
@@ -55,8 +57,8 @@ impl NumberRow {
 }
 
 impl Numbers {
-    /// The numbers of a dataset's manifest; its survey adds those of its samples.
-    pub fn of(reader: &DatasetReader) -> Result<Self, DatasetError> {
+    /// The numbers of a dataset's manifest, whose objects are assets of this kind; its survey adds those of its samples.
+    pub fn of(reader: &DatasetReader, headline: String, assets: AssetKind) -> Result<Self, DatasetError> {
         let manifest = reader.manifest();
         let counts = &manifest.counts;
         let product = manifest.product;
@@ -73,7 +75,8 @@ impl Numbers {
                 .iter()
                 .map(|(reason, count)| NumberRow::new(format!("rejected: {reason}"), grouped(*count))),
         );
-        rows.push(NumberRow::new(product.subjects.many, grouped(counts.objects)));
+        // The manifest counts the rows of the asset table: objects or robots, also where the subjects are scenes.
+        rows.push(NumberRow::new(format!("{}s", assets.name()), grouped(counts.objects)));
         if counts.refused_meshes > 0 {
             rows.push(NumberRow::new("meshes that could not be used", grouped(counts.refused_meshes)));
         }
@@ -89,7 +92,7 @@ impl Numbers {
             objects: None,
         };
         let splits = if counts.splits.is_empty() { Vec::new() } else { Split::ALL.map(split).to_vec() };
-        Ok(Self { job_name: dataset_name(reader)?, rows, spreads: Vec::new(), splits, leaks: Vec::new() })
+        Ok(Self { job_name: dataset_name(reader)?, headline, rows, spreads: Vec::new(), splits, leaks: Vec::new() })
     }
 }
 

@@ -8,14 +8,18 @@ use super::{
     chart::{grouped, percent},
     inspection::InspectionHeader,
     notes::Speed,
-    picture::Picture,
+    picture::{Picture, body_swatch},
 };
-use kernel::words::{NumberClass, Split, size_in_words};
+use kernel::{
+    assets::is_note,
+    words::{NumberClass, Split, counted, size_in_words},
+};
 
 /// A dataset as the head of its page shows it.
 #[derive(Serialize)]
 pub(super) struct DatasetView<'a> {
     name: &'a str,
+    headline: &'a str,
     root: String,
     generator: &'a str,
     format: u32,
@@ -23,8 +27,18 @@ pub(super) struct DatasetView<'a> {
     /// Count and size of the shards.
     shards: String,
     classes: Vec<ClassView>,
-    warnings: &'a [String],
+    /// Things that a user should know, in colour.
+    warnings: Vec<&'a str>,
+    /// Notes on sound meshes, folded.
+    notes: Vec<&'a str>,
+    /// Count of the notes, in words.
+    notes_counted: String,
+    /// Whether the notes are unfolded: few, on a page about the objects themselves.
+    opens_notes: bool,
 }
+
+/// Notes that a page shows unfolded, at most.
+const OPEN_NOTES: usize = 4;
 
 /// The digest of a class of numbers.
 #[derive(Serialize)]
@@ -37,19 +51,25 @@ struct ClassView {
 impl<'a> DatasetView<'a> {
     pub fn of(header: &'a InspectionHeader) -> Self {
         let classes = header.classes.iter();
+        let (notes, warnings): (Vec<&str>, Vec<&str>) =
+            header.warnings.iter().map(String::as_str).partition(|warning| is_note(warning));
         let class = |(class, digest): (&NumberClass, &kernel::ids::Digest)| ClassView {
             name: class.name(),
             digest: digest.short().to_string(),
         };
         Self {
             name: &header.name,
+            headline: &header.headline,
             root: header.root.to_string(),
             generator: &header.generator,
             format: header.format_version,
             job: header.job.to_string(),
             shards: format!("{} · {}", grouped(header.shards), size_in_words(header.shard_bytes)),
             classes: classes.map(class).collect(),
-            warnings: &header.warnings,
+            opens_notes: header.product.subjects_are_objects && notes.len() <= OPEN_NOTES,
+            notes_counted: counted(notes.len() as u64, "note"),
+            warnings,
+            notes,
         }
     }
 }
@@ -108,6 +128,26 @@ impl ImageView {
     /// A picture, shown `width` x `height` pixels large.
     pub fn of(picture: &Picture, width: u32, height: u32) -> Self {
         Self { uri: picture.to_data_uri(), width, height }
+    }
+}
+
+/// A body of a scene in the legend of its pictures.
+#[derive(Clone, Serialize)]
+pub(super) struct BodyView {
+    number: u32,
+    /// Colour in maps of instances, as style sheets write it.
+    colour: String,
+    name: String,
+    /// Facts about it.
+    words: String,
+}
+
+impl BodyView {
+    /// A body by its number, from 1.
+    pub fn new(number: u32, name: impl Into<String>, words: String) -> Self {
+        // Maps of instances number at most 252 bodies.
+        let colour = body_swatch(u8::try_from(number).unwrap_or(u8::MAX)).hex();
+        Self { number, colour, name: name.into(), words }
     }
 }
 

@@ -31,7 +31,9 @@ pub struct ProductPages {
     pub(super) survey: fn(&DatasetReader) -> Result<Box<dyn Survey>, DatasetError>,
     /// Parts that each sample consists of, where people count those.
     pub(super) parts: Option<SampleParts>,
-    /// Lines with the counts that only this product has.
+    /// Headline of a finished dataset, the first thing that its user wants to know: `run`, `inspect`, pages and cards begin with it.
+    pub(super) headline: fn(&DatasetReader) -> Result<String, DatasetError>,
+    /// Further lines with counts that only this product has.
     pub(super) counts_in_words: fn(&Folder, &Manifest) -> Result<Vec<String>, DatasetError>,
     /// Warnings of what the samples show, each with its remedy.
     pub(super) warnings: fn(&DatasetReader) -> Result<Vec<String>, DatasetError>,

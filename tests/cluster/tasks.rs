@@ -120,6 +120,12 @@ fn a_script_of_this_machine_makes_the_dataset() {
     assert!(said.contains("4 of 4 tasks (0-3) for 15 shards"), "{said}");
     let script = out.join("cluster/local.sh");
     assert_eq!(read_text(&script), printed);
+    // No task has begun: `status` reports what was submitted and the command that starts it, which is the one below.
+    let status = Program::on("status", &out).succeed().stdout;
+    assert!(status.contains("submitted; no task has begun\n4 tasks for 15 shards"), "{status}");
+    assert!(status.contains(&format!("start it: bash {}", script.display())), "{status}");
+    let status: serde_json::Value = Program::on("status", &out).arg("--json").succeed().json();
+    assert_eq!((&status["state"], &status["backend"]), (&"submitted".into(), &"local".into()));
     // Ends with the merge's own code: a mesh was refused.
     let run_script = || Program::of_system("bash").arg(&script).expect_code(3);
     run_script();
@@ -139,6 +145,8 @@ fn a_script_of_this_machine_makes_the_dataset() {
     // Nothing says any more that a mesh was refused, until a task has read them.
     run_script();
     assert_same(&plain, &out);
+    let status = Program::on("status", &out).succeed().stdout;
+    assert!(status.contains(": complete\n15 of 15 shards done"), "{status}");
     let talk = submit(&workspace, &out).set(["seed=6"]).args(["--backend", "local"]).expect_code(2).stderr;
     assert!(talk.contains("another job") || talk.contains("belongs to job"), "{talk}");
 }

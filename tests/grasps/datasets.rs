@@ -618,7 +618,8 @@ fn write_job_in_parts(product: &str, bodies: &str) -> Workspace {
 #[test]
 fn loose_parts_are_refused_for_grasps_unless_the_job_joins_them() {
     let workspace = write_job_in_parts("grasps", "");
-    let said = workspace.run_job("job", "data").expect_code(3).stdout;
+    let said_apart = workspace.run_job("job", "data").expect_code(3).stdout;
+    let said = &said_apart;
     for words in
         ["parts.stl: has 2 parts that nothing joins: the nearest two are 30.0 mm apart", "set bodies = \"join\""]
     {
@@ -642,6 +643,30 @@ fn loose_parts_are_refused_for_grasps_unless_the_job_joins_them() {
         Manifest::read(&Folder::at(&again)).expect("a dataset").root,
         Manifest::read(&Folder::at(&joined.path("data"))).expect("one").root
     );
+    // The parts are several objects: the command of the remedy writes a mesh of each, of which grasps are made.
+    let mesh = workspace.path("parts.stl");
+    let split = |out: &str| Program::on("meshes", "split").arg(&mesh).option("--out", workspace.path(out));
+    assert!(said_apart.contains("`graspmill meshes split FILE --out DIR`"), "{said_apart}");
+    let told = split("apart").succeed().stdout;
+    assert!(told.starts_with("2 meshes in ") && told.ends_with("in metres: unit = \"m\" in a job\n"), "{told}");
+    let job =
+        read_text(workspace.path("job.toml")).replace("list = [\"parts.stl\"]", "folder = \"apart\"\nunit = \"m\"");
+    workspace.write("job.toml", job);
+    workspace.run_job("job", "data-apart").succeed();
+    let assets = read_json(workspace.path("data-apart/assets.json"));
+    let volume = |name: &str| {
+        let row = assets["objects"].as_array().expect("rows").iter().find(|row| row["name"] == name);
+        row.expect("a part")["volume"].as_f64().expect("a volume")
+    };
+    // Volumes of the two blocks [m^3].
+    for (name, expected) in [("parts-1", 0.05 * 0.04 * 0.04), ("parts-2", 0.05 * 0.04 * 0.01)] {
+        assert!((volume(name) - expected).abs() < 1e-9, "{name}: {}", volume(name));
+    }
+    // Nothing is overwritten, and a part has nothing to split.
+    assert!(split("apart").expect_code(2).stderr.contains("apart"));
+    let part = Program::on("meshes", "split").arg(workspace.path("apart/parts-1.ply"));
+    let told = part.option("--out", workspace.path("parts")).expect_code(2).stderr;
+    assert!(told.contains("there is nothing to split") && !workspace.path("parts").exists(), "{told}");
     // Completion takes it as before, with a note.
     let pairs = write_job_in_parts("completion", "");
     let said = pairs.run_job("job", "data").succeed().stdout;

@@ -355,7 +355,7 @@ fn only_finished_datasets_of_grasps_are_looked_at() {
     let said = fail(&["grasps.dataset=depth"]);
     assert!(said.contains("a dataset of patches, not of grasps"), "{said}");
     let said = fail(&["grasps.dataset=nowhere"]);
-    assert!(said.contains("nowhere") && said.contains("make it first"), "{said}");
+    assert!(said.contains("nowhere") && said.contains("make one first"), "{said}");
     let tips = "patches.tips=[\"distal_1_outer\", \"thumb\", \"distal_3_outer\"]";
     let said = WORKSPACE.run_job("patches", "never-tips").set([tips, "render.colour=false"]).expect_code(2).stderr;
     assert!(said.contains("no contact `thumb`") && said.contains("distal_2_outer"), "{said}");

@@ -15,6 +15,7 @@ mod links;
 mod names;
 mod panics;
 mod places;
+mod remedies;
 #[path = "../support/mod.rs"]
 mod support;
 mod surroundings;

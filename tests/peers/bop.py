@@ -4,43 +4,22 @@
 
 Uses no code of the project. Pixel centres are whole numbers. Prints, as JSON: by how many whole pixels `bbox_obj` and the box of the
 projected vertices differ at most; by how much the middles of the two differ in the mean [px]; how many pixels of `mask` and `mask_visib`
-differ from masks by Embree away from edges, and of `mask` in all, in the first two images; by how much depth differs [mm]; and which of the
-format's rules are broken. Names that end in `_unshifted` are of a `cam_K` whose centre is half a pixel farther right and down.
+differ from masks by Embree away from edges, and of `mask` in all, in the first two images; by how much depth differs [mm]; how far off its
+surface a symmetry takes a model's points, as a share of its diameter, and how many models have one; and which of the format's rules are
+broken. Names that end in `_unshifted` are of a `cam_K` whose centre is half a pixel farther right and down.
 """
 
 import json
-import struct
 import sys
-import zlib
 from pathlib import Path
 
 import numpy as np
 import trimesh
+from images import decode, inclusive_box, picture
 from pixels import calm
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
 FAR = 1e12
-
-
-def picture(path):
-    """Grey levels of a PNG of 8 or 16 bits, whose rows are unfiltered or differences to the left (PNG, third edition, section 9)."""
-    content = path.read_bytes()
-    assert content[:8] == b"\x89PNG\r\n\x1a\n"
-    at, packed, head = 8, b"", None
-    while at < len(content):
-        length, kind = struct.unpack(">I4s", content[at : at + 8])
-        body = content[at + 8 : at + 8 + length]
-        assert zlib.crc32(kind + body) == struct.unpack(">I", content[at + 8 + length : at + 12 + length])[0]
-        head = struct.unpack(">IIBBBBB", body) if kind == b"IHDR" else head
-        packed += body if kind == b"IDAT" else b""
-        at += 12 + length
-    width, height, depth, colour, *_, interlaced = head
-    assert colour == 0 and depth in (8, 16) and not interlaced
-    rows = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(height, -1)
-    filters, rows = rows[:, 0], rows[:, 1:].reshape(height, width, depth // 8)
-    assert set(np.unique(filters)) <= {0, 1}
-    rows = np.where(filters[:, None, None] == 1, np.cumsum(rows, axis=1, dtype=np.uint8), rows)
-    return rows[..., 0] if depth == 8 else rows[..., 0].astype(np.uint16) * 256 + rows[..., 1]
 
 
 def depth_by_rays(mesh, matrix, shape):
@@ -53,21 +32,60 @@ def depth_by_rays(mesh, matrix, shape):
     return depth.reshape(shape)
 
 
-def inclusive_box(mask):
-    rows, columns = np.nonzero(mask)
-    if len(rows) == 0:
-        return [-1, -1, -1, -1]
-    return [int(columns.min()), int(rows.min()), int(np.ptp(columns)), int(np.ptp(rows))]
+def rotation(axis, angle):
+    """The rotation about a unit axis (Rodrigues)."""
+    cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
 
 
-def decode(rle):
-    """The mask of COCO's run lengths."""
-    height, width = rle["size"]
-    flat, value = [], False
-    for count in rle["counts"]:
-        flat.append(np.full(count, value))
-        value = not value
-    return np.concatenate(flat).reshape(width, height).T
+def symmetries(info):
+    """Poses (4, 4) [mm] that take a model into itself, after the description of the format."""
+    for pose in info.get("symmetries_discrete", []):
+        yield np.array(pose).reshape(4, 4)
+    for symmetry in info.get("symmetries_continuous", []):
+        axis, offset = np.array(symmetry["axis"]), np.array(symmetry["offset"])
+        for angle in (0.4, 2.0, 4.5):
+            pose = np.eye(4)
+            pose[:3, :3] = rotation(axis, angle)
+            pose[:3, 3] = offset - pose[:3, :3] @ offset
+            yield pose
+
+
+def check_models_for_errors(root, infos, result, broken):
+    """`models_eval`: the same surfaces in short edges, which symmetries take into themselves."""
+    folder = root / "models_eval"
+    if json.loads((folder / "models_info.json").read_text()) != infos:
+        broken.append("models_info of models_eval")
+    for number, info in infos.items():
+        dense = trimesh.load(folder / f"obj_{int(number):06}.ply", process=False)
+        plain = trimesh.load(root / "models" / f"obj_{int(number):06}.ply", process=False)
+        if dense.edges_unique_length.max() > 1.001 * info["diameter"] / 50 or abs(dense.area / plain.area - 1) > 1e-5:
+            broken.append(f"models_eval of {number}")
+        poses = list(symmetries(info))
+        result["symmetric"] += bool(poses)
+        for pose in poses:
+            moved = trimesh.transform_points(plain.vertices, pose)
+            off = trimesh.proximity.closest_point_naive(plain, moved[:200])[1].max()
+            result["symmetry"] = max(result["symmetry"], float(off / info["diameter"]))
+
+
+def check_lists(root, scenes, broken):
+    """`camera.json` and the lists of targets, counted again."""
+    first = json.loads((scenes[0] / "scene_camera.json").read_text())["0"]
+    camera = json.loads((root / "camera.json").read_text())
+    if [camera[key] for key in ("fx", "cx", "fy", "cy")] != [first["cam_K"][place] for place in (0, 2, 4, 5)]:
+        broken.append("camera.json")
+    found, images = [], []
+    for scene in (scene for scene in scenes if scene.parent.name == "test"):
+        poses, facts = (json.loads((scene / f"scene_{name}.json").read_text()) for name in ("gt", "gt_info"))
+        for image in poses:
+            images.append({"scene_id": int(scene.name), "im_id": int(image)})
+            seen = [pose["obj_id"] for pose, fact in zip(poses[image], facts[image]) if fact["visib_fract"] >= 0.1]
+            found += [images[-1] | {"obj_id": number, "inst_count": seen.count(number)} for number in sorted(set(seen))]
+    for name, expected in (("bop19", found), ("bop24", images)):
+        path = root / f"test_targets_{name}.json"
+        if (json.loads(path.read_text()) if path.exists() else []) != expected:
+            broken.append(path.name)
 
 
 def main():
@@ -86,10 +104,15 @@ def main():
         if abs(widest - info["diameter"]) > 1e-3:
             broken.append(f"diameter of {number}: {widest} {info['diameter']}")
     result = {"images": 0, "bodies": 0, "box": 0.0, "mask_wrong": 0, "mask_differ": 0, "mask_differ_unshifted": 0, "visib_wrong": 0, "depth": 0.0}
+    result |= {"symmetry": 0.0, "symmetric": 0}
+    check_models_for_errors(root, infos, result, broken)
     offsets, unshifted = [], []
-    scenes = sorted(path for split in ("train_pbr", "val_holdout", "val", "test") for path in (root / split).glob("*") if path.is_dir())
+    scenes = sorted(path for split in ("train", "val_holdout", "val", "test") for path in (root / split).glob("*") if path.is_dir())
+    check_lists(root, scenes, broken)
     for scene in scenes:
-        cameras, poses, facts, coco = (json.loads((scene / f"scene_{name}.json").read_text()) for name in ("camera", "gt", "gt_info", "gt_coco"))
+        cameras, poses, facts, coco, modal = (
+            json.loads((scene / f"scene_{name}.json").read_text()) for name in ("camera", "gt", "gt_info", "gt_coco", "gt_coco_modal")
+        )
         if not set(cameras) == set(poses) == set(facts):
             broken.append(f"images of {scene.name}")
         for name, camera in cameras.items():
@@ -140,13 +163,17 @@ def main():
                     broken.append("px_count_all or mask")
                 if fact["px_count_all"] and abs(fact["visib_fract"] - fact["px_count_visib"] / fact["px_count_all"]) > 1e-12:
                     broken.append("visib_fract")
-                own = [each for each in coco["annotations"] if each["image_id"] == int(name) and each["category_id"] == pose["obj_id"] and each["area"] == int(visible.sum())]
-                if visible.any():
-                    if not any((decode(each["segmentation"]) == visible).all() for each in own):
-                        broken.append("COCO's segmentation")
-                    box = inclusive_box(visible)
-                    if not any(each["bbox"] == [box[0], box[1], box[2] + 1, box[3] + 1] for each in own):
-                        broken.append("COCO's box")
+                for kind, notes, boxed in (("amodal", coco, mask), ("modal", modal, visible)):
+                    own = [each for each in notes["annotations"] if each["image_id"] == int(name) and each["category_id"] == pose["obj_id"]]
+                    if visible.any():
+                        if not any((decode(each["segmentation"]) == visible).all() for each in own):
+                            broken.append(f"COCO's segmentation, {kind}")
+                        box = inclusive_box(boxed)
+                        if not any(each["bbox"] == [box[0], box[1], box[2] + 1, box[3] + 1] for each in own):
+                            broken.append(f"COCO's box, {kind}")
+                for image in coco["images"]:
+                    if not (scene / image["file_name"]).is_file():
+                        broken.append("COCO's images")
             nearest = np.argmin(np.stack(layers), axis=0)
             reached = np.min(np.stack(layers), axis=0)
             for index in range(len(layers)):

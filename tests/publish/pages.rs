@@ -15,9 +15,12 @@ use graspmill::{
 use serde_json::Value;
 
 use crate::support::{
-    files::read_text,
-    jobs::{NO_SPLIT, copy_small_datasets, small_job},
+    files::{read_text, repository_path},
+    first_words::{between, check_first_words},
+    jobs::{ABOUT, NO_SPLIT, copy_small_datasets, small_job},
+    meshes::{block, centred_block, write_stl},
     program::{Program, print_root},
+    robots::GRIPPER,
     shelf::Shelf,
     workspace::Workspace,
 };
@@ -27,11 +30,6 @@ use crate::support::{
 fn page_of(data: &Path) -> String {
     Program::on("report", data).succeed();
     read_text(data.join("report.html"))
-}
-
-/// Texts between each `start` and the next `end`.
-fn between<'a>(text: &'a str, start: &str, end: &str) -> Vec<&'a str> {
-    text.split(start).skip(1).filter_map(|rest| Some(rest.split_once(end)?.0)).collect()
 }
 
 #[test]
@@ -60,6 +58,74 @@ fn the_first_screen_shows_samples_and_every_link_leads_somewhere() {
         // The speed of one machine is no headline.
         assert!(!page[..check].contains("per second") && !page.contains("a second"), "{product}");
     }
+}
+
+/// Notes on sound meshes are not alarms: an open list on a page about the objects. Warnings keep their colour, and `run` names both.
+#[test]
+fn notes_on_sound_meshes_are_apart_from_warnings() {
+    let workspace = Workspace::new();
+    // Two blocks 0.5 mm apart are one part of two bodies; 30 mm apart they are loose parts.
+    for (name, gap) in [("pair", 0.0005), ("loose", 0.03)] {
+        let mut mesh = block([0.0; 3], [0.05, 0.04, 0.04]);
+        let above = block([0.0, 0.0, 0.04 + gap], [0.05, 0.04, 0.08 + gap]);
+        mesh.triangles.extend(above.triangles.iter().map(|face| face.map(|vertex| vertex + 8)));
+        mesh.vertices.extend(above.vertices);
+        write_stl(&workspace.path(format!("{name}.stl")), &mesh);
+    }
+    let job = format!("views = {{ even = 2 }}\n[[objects]]\nfolder = \".\"\nunit = \"m\"\n{NO_SPLIT}");
+    workspace.write("job.toml", job);
+    let said = workspace.run_job("job", "data").succeed().stdout;
+    assert!(said.contains("\nnote: pair: 2 separate bodies\n"), "{said}");
+    assert!(said.contains("\nwarning: loose: 2 loose parts that nothing joins"), "{said}");
+    let page = page_of(&workspace.path("data"));
+    // At the head, and in the row of the object.
+    let alarms = between(&page, " class=\"alarm\">", "</");
+    let words = ["loose: 2 loose parts that nothing joins", "2 loose parts that nothing joins"];
+    assert_eq!(alarms.len(), words.len(), "{alarms:?}");
+    assert!(alarms.iter().zip(words).all(|(alarm, words)| alarm.starts_with(words)), "{alarms:?}");
+    let notes = between(&page, "<details class=\"notes\" open>", "</details>");
+    assert!(notes.len() == 1 && notes[0].contains("<li>pair: 2 separate bodies</li>"), "{notes:?}");
+}
+
+/// The first words are the same wherever a user meets a dataset, and no number of a card is there under one label twice.
+#[test]
+fn run_inspect_report_and_card_begin_with_the_same_words() {
+    // As deep as the small datasets, so that the paths in their jobs lead where they did.
+    let workspace = Workspace::kept("publish-words");
+    let about = workspace.write("about.toml", ABOUT);
+    let expected = [
+        ("completion", "samples of 1 object"),
+        ("reachability", "poses are reachable"),
+        ("grasps", "grasps held in trials; "),
+        ("patches", "grasps of 1 object"),
+    ];
+    for (product, data) in copy_small_datasets(&workspace) {
+        let (_, words) = expected.iter().find(|(name, _)| *name == product).expect("a product");
+        let headline = check_first_words(&data, &about);
+        assert!(headline.contains(words), "{product}: {headline}");
+    }
+}
+
+/// Runs that found nothing are rejected and not given up, in sum and per object; without trials quality comes first.
+#[test]
+fn counts_of_runs_are_the_sums_of_their_rows() {
+    let workspace = Workspace::new();
+    write_stl(&workspace.path("wide.stl"), &centred_block([0.15; 3]));
+    let job = format!(
+        "product = \"grasps\"\nname = \"wide\"\nseed = 1\n[hand]\nscene = {:?}\n[[objects]]\nbuilt_in = [\"box-01\"]\n[[objects]]\n\
+         folder = \".\"\ninclude = [\"wide.stl\"]\nunit = \"m\"\n[grasps]\nseeds = 3\nsampler = \"antipodal\"\n\
+         [antipodal]\nbest = 4\n[keep]\ntorsion = 0.002\n{NO_SPLIT}",
+        repository_path(GRIPPER)
+    );
+    let data = workspace.make_dataset("data", &job, &[]);
+    let inspection = Program::on("inspect", &data).arg("--json").succeed().json::<Value>();
+    let rows = inspection["objects"].as_array().expect("rows");
+    let sum = |key: &str| -> u64 { rows.iter().map(|row| row[key].as_u64().expect("a count")).sum() };
+    let rejected: u64 = inspection["rejected"].as_object().expect("reasons").values().filter_map(Value::as_u64).sum();
+    assert_eq!((sum("runs"), sum("rejected"), rejected), (6, 3, 3), "{inspection}");
+    assert_eq!(Some(sum("given_up")), inspection["given_up"].as_u64());
+    let headline = inspection["headline"].as_str().expect("a headline");
+    assert!(headline.ends_with("grasps found have force closure and are kept"), "{headline}");
 }
 
 #[test]

@@ -273,6 +273,47 @@ fn what_has_no_known_licence_is_not_shipped() {
     assert!(said.contains("CC-BY-NC-4.0 forbids commercial use, the release's licence CC-BY-4.0 allows it"), "{said}");
 }
 
+/// A pattern fills gaps: what a dataset knows keeps licence, credit and source. A name replaces a licence, keeps the credit, and the
+/// release shows both licences.
+#[test]
+fn a_pattern_of_licences_replaces_nothing_that_is_known() {
+    let workspace = Workspace::new();
+    workspace.write("scan/scan.obj", BOX);
+    workspace.write("found/found.obj", BOX.replace("0.08", "0.09"));
+    let job = "name = \"shapes\"\nviews = { even = 4 }\n[[objects]]\nbuilt_in = [\"can-01\"]\n[[objects]]\nfolder = \"scan\"\n\
+               unit = \"m\"\nlicence = \"CC-BY-4.0\"\ncitation = \"Doe et al. 2020\"\n[[objects]]\nfolder = \"found\"\nunit = \"m\"\n";
+    let data = workspace.make_dataset("data", job, &[]);
+    let make = |name: &str, lines: &str| {
+        let out = workspace.path(name);
+        let said = release(&data, &out, &write_licences(&workspace, lines)).succeed().text();
+        let found = read_json(out.join("licences.json"));
+        let rows = found["assets"].as_array().expect("rows").iter();
+        let rows: BTreeMap<String, serde_json::Value> =
+            rows.map(|row| (row["name"].as_str().expect("a name").to_owned(), row.clone())).collect();
+        (said, rows, read_text(out.join("LICENCES.md")))
+    };
+    let all = "\"*\" = { licence = \"MIT\", attribution = \"Somebody else\", source = \"a drawer\" }";
+    let (said, rows, _) = make("all", all);
+    assert!(said.contains("\"*\" fills gaps only") && said.contains("scan (CC-BY-4.0)"), "{said}");
+    let stated = |name: &str| ["licence", "licence_source", "attribution"].map(|key| rows[name][key].clone());
+    assert_eq!(stated("scan"), ["CC-BY-4.0", "dataset", "Doe et al. 2020"]);
+    assert_eq!(rows["scan"]["source"], "file scan.obj");
+    assert_eq!(stated("found"), ["MIT", "about", "Somebody else"]);
+    assert_eq!(rows["found"]["source"], "a drawer");
+    assert_eq!(stated("can-01")[..2], ["CC0-1.0", "dataset"]);
+    assert!(rows.values().all(|row| row["replaces"].is_null()), "{rows:?}");
+    // By its name.
+    let (said, rows, page) =
+        make("named", &format!("{all}\nscan = {{ licence = \"CC0-1.0\", attribution = \"A. Buyer\" }}"));
+    let told = "the about file states CC0-1.0 for scan, in place of CC-BY-4.0 (the dataset); LICENCES.md shows both";
+    assert!(said.contains(told), "{said}");
+    assert_eq!(rows["scan"]["licence"], "CC0-1.0");
+    assert_eq!(rows["scan"]["replaces"]["licence"], "CC-BY-4.0");
+    assert_eq!(rows["scan"]["attribution"], "Doe et al. 2020; A. Buyer");
+    let row = page.lines().find(|line| line.starts_with("| scan ")).expect("a row");
+    assert!(row.contains("CC0-1.0") && row.contains("CC-BY-4.0"), "{row}");
+}
+
 /// Grasps carry the meshes themselves: these alone are left out where data made of them may be shipped.
 #[test]
 fn a_recipe_of_grasps_leaves_out_the_shapes_alone() {
@@ -282,11 +323,15 @@ fn a_recipe_of_grasps_leaves_out_the_shapes_alone() {
         barrett_line()
     );
     let data = workspace.make_dataset("data", &job, &SHORT_SEARCH);
-    let terms = "\"box-*\" = { licence = \"for our lab\", redistribute = false, derived = true }";
+    // A name replaces what is known of the built-in shape; a pattern fills gaps, and the hand has none.
+    let terms = "\"box-01\" = { licence = \"for our lab\", redistribute = false, derived = true }\n\"*\" = \"MIT\"";
     let (about, out) = (write_licences(&workspace, terms), workspace.path("release"));
     let said = release(&data, &out, &about).expect_code(2).text();
     assert!(said.contains("copies of its shape") && !said.contains("hand"), "the hand is graspmill's own: {said}");
-    release(&data, &out, &about).arg("--recipe").succeed();
+    let said = release(&data, &out, &about).arg("--recipe").succeed().text();
+    assert!(said.contains("\"*\" fills gaps only") && said.contains("barrett_bh8_280"), "{said}");
+    let hand = &read_json(out.join("licences.json"))["assets"][1];
+    assert!(hand["licence_source"] == "graspmill" && hand["licence"] != "MIT", "{hand}");
     let files = read_tree(&out);
     let left = [Path::new("shapes.mcap"), Path::new("preview.mcap")];
     assert!(left.iter().all(|path| !files.contains_key(*path)), "{:?}", files.keys());

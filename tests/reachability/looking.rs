@@ -130,7 +130,7 @@ print(int(full.sum()))
     let said = refused(&["--to", "npy"]);
     assert!(said.contains("reachability") && said.contains("give --to parquet or graspit"), "{said}");
     let said = refused(&["--to", "graspit", "--limit", "3"]);
-    assert!(said.contains("leave out split"), "{said}");
+    assert!(said.contains("leave out --split"), "{said}");
 }
 
 #[test]

@@ -59,7 +59,7 @@ pub(super) fn amodal_job(views: &str, more: &str) -> String {
 }
 
 /// A workspace with bins and views of them, which are made once.
-fn with_views() -> Workspace {
+pub(super) fn with_views() -> Workspace {
     static MADE: LazyLock<Workspace> = LazyLock::new(|| {
         let made = Workspace::kept("scenes-amodal");
         made.make_dataset("scenes", BINS, &[]);
@@ -451,7 +451,7 @@ fn mistakes_of_amodal_pairs_are_said_with_key_and_remedy() {
     };
     let fine = amodal_job("views", "");
     let nowhere = said(&amodal_job("nowhere", ""), 2);
-    assert!(nowhere.contains("views.dataset") && nowhere.contains("make it first"), "{nowhere}");
+    assert!(nowhere.contains("views.dataset") && nowhere.contains("make one first"), "{nowhere}");
     assert!(said(&amodal_job("scenes", ""), 2).contains("is a dataset of scenes, not of views"));
     assert!(said("product = \"amodal\"\n", 2).contains("the folder of a finished dataset of views"));
     let pinned = fine.replace("dataset = \"views\"", &format!("dataset = \"views\"\nroot = \"{}\"", "0".repeat(64)));

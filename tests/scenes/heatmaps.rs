@@ -237,10 +237,10 @@ fn mistakes_of_heatmaps_are_said_with_key_and_remedy() {
     };
     let barrett = fine.replace("parallel_gripper", "barrett_bh8_280");
     for (text, expected) in [
-        (fine.replace("dataset = \"views\"", "dataset = \"nowhere\""), ["views.dataset", "make it first"]),
-        (fine.replace("dataset = \"picks\"", "dataset = \"nowhere\""), ["picks.dataset", "make it first"]),
+        (fine.replace("dataset = \"views\"", "dataset = \"nowhere\""), ["views.dataset", "make one first"]),
+        (fine.replace("dataset = \"picks\"", "dataset = \"nowhere\""), ["picks.dataset", "make one first"]),
         (fine.replace("dataset = \"picks\"", "dataset = \"views\""), ["picks.dataset", "not of picks"]),
-        (fine.replace("[picks]\ndataset = \"picks\"\n", ""), ["picks.dataset", "make it first"]),
+        (fine.replace("[picks]\ndataset = \"picks\"\n", ""), ["picks.dataset", "make one first"]),
         (fine.replace("\"picks\"", "\"of-others\""), ["picks.dataset", "the same dataset of scenes"]),
         (root("views"), ["views.root", "take `root` out of the job"]),
         (root("picks"), ["picks.root", "take `root` out of the job"]),

@@ -315,7 +315,7 @@ fn a_dataset_of_bop_comes_back_as_scenes() {
     let views = workspace.make_dataset("views", views, &[]);
     let bop = workspace.path("bop");
     Program::on("export", &views).option("--to", "bop").option("--out", &bop).succeed();
-    let folders = ["000000", "000001"].map(|name| format!("\"bop/train_pbr/{name}\""));
+    let folders = ["000000", "000001"].map(|name| format!("\"bop/train/{name}\""));
     let import = |more: &str| {
         format!(
             "product = \"scenes\"\nseed = 5\n[[objects]]\nfolder = \"bop/models\"\nunit = \"mm\"\ninclude = [\"*.ply\"]\n[import]\n\

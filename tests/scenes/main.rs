@@ -14,6 +14,7 @@ mod segmenting;
 mod sets;
 #[path = "../support/mod.rs"]
 mod support;
+mod tables;
 mod tilted;
 mod verbs;
 mod vessels;

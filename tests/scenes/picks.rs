@@ -370,8 +370,8 @@ fn mistakes_of_picks_are_said_with_key_and_remedy() {
     let barrett = fine.replace("parallel_gripper", "barrett_bh8_280");
     assert!(barrett.contains(BARRETT.trim_start_matches("scenes/")), "{barrett}");
     for (text, expected) in [
-        (fine.replace("dataset = \"scenes\"", "dataset = \"nowhere\""), ["scenes.dataset", "make it first"]),
-        (fine.replace("dataset = \"grasps\"", "dataset = \"nowhere\""), ["grasps.dataset", "make it first"]),
+        (fine.replace("dataset = \"scenes\"", "dataset = \"nowhere\""), ["scenes.dataset", "make one first"]),
+        (fine.replace("dataset = \"grasps\"", "dataset = \"nowhere\""), ["grasps.dataset", "make one first"]),
         (fine.replace("dataset = \"grasps\"", "dataset = \"scenes\""), ["grasps.dataset", "not of grasps"]),
         (fine.replace("dataset = \"grasps\"", "dataset = \"others\""), ["grasps.dataset", "the same `[[objects]]`"]),
         (barrett.clone(), ["hand.scene", "name the hand's description"]),

@@ -227,7 +227,7 @@ fn mistakes_of_volumes_are_said_with_key_and_remedy() {
     };
     let fine = volumes_job("");
     let nowhere = said(&fine.replace("dataset = \"views\"", "dataset = \"nowhere\""));
-    assert!(nowhere.contains("views.dataset") && nowhere.contains("make it first"), "{nowhere}");
+    assert!(nowhere.contains("views.dataset") && nowhere.contains("make one first"), "{nowhere}");
     let pinned = fine.replace("dataset = \"views\"", &format!("dataset = \"views\"\nroot = \"{}\"", "0".repeat(64)));
     assert!(said(&pinned).contains("take `root` out of the job"));
     for (fusion, expected) in [

@@ -5,6 +5,7 @@
 pub mod annealing;
 pub mod files;
 pub mod first_change;
+pub mod first_words;
 pub mod jobs;
 pub mod measures;
 pub mod meshes;

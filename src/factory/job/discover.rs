@@ -160,6 +160,7 @@ fn check_entry(checker: &mut Checker, entry: &ObjectsSpec, path: &Path) {
             checker.contradiction(path.key(key), path.key("built_in"), because);
         }
     }
+    check_licence(checker, entry, path);
     let sizes = entry.sizes.as_deref().unwrap_or_default();
     if let Some(twice) = first_repeated(sizes) {
         checker.invalid(path.key("sizes").index(twice), "each factor once", sizes[twice].to_string());
@@ -171,6 +172,22 @@ fn check_entry(checker: &mut Checker, entry: &ObjectsSpec, path: &Path) {
             let found = format!("{} m to {} m", rule.min, rule.max);
             checker.invalid(path.key("limits").key(key), "a smallest size below the largest", found);
         }
+    }
+}
+
+/// Meshes whose licence is known keep it: an entry may state one for those without.
+fn check_licence(checker: &mut Checker, entry: &ObjectsSpec, path: &Path) {
+    let Some(stated) = &entry.licence else { return };
+    let of_package = entry.package.as_deref().and_then(packages::package).and_then(MeshPackage::licence_of_all);
+    let known = match of_package {
+        Some(licence) => Some(("package", licence.to_owned())),
+        None if entry.built_in.is_some() => assets::built_in_source("").licence.map(|licence| ("built_in", licence)),
+        None => None,
+    };
+    let Some((key, known)) = known else { return };
+    if *stated != known {
+        let because = format!("these meshes have the licence {known}; leave `licence` out");
+        checker.contradiction(path.key("licence"), path.key(key), because);
     }
 }
 

@@ -242,7 +242,8 @@ fn loose(mesh: &FoundMesh, LooseParts { parts, gap, joined_below }: &LooseParts)
         ),
         location: None,
         remedy: "if the object is one body whose scan lacks what joins it, set bodies = \"join\" in its entry, in its row of \
-                 `meshes` or in the table; otherwise exclude it"
+                 `meshes` or in the table; if these are several objects, split the file: `graspmill meshes split FILE --out DIR`; \
+                 otherwise exclude it"
             .to_owned(),
     }
 }

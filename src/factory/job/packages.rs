@@ -22,6 +22,13 @@ pub struct MeshPackage {
     pub remedy: &'static str,
 }
 
+impl MeshPackage {
+    /// Licence of all meshes; `None` where each has its own.
+    pub fn licence_of_all(&self) -> Option<&'static str> {
+        Some(self.licence).filter(|licence| !licence.contains(' '))
+    }
+}
+
 /// All known packages.
 pub const PACKAGES: &[MeshPackage] = &[
     MeshPackage {

@@ -277,6 +277,7 @@ fn io_remedy(action: &str, error: &io::Error) -> &'static str {
         io::ErrorKind::PermissionDenied if !READING.contains(&action) => {
             "give a folder that can be written, or change its permissions"
         }
+        io::ErrorKind::NotFound if action == "reading" => "`graspmill verify` of the dataset tells how to get it back",
         _ => remedy::for_reading(error),
     }
 }

@@ -8,8 +8,8 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use super::{
-    DatasetError, durable,
-    layout::{CLUSTER, MANIFEST, RUN, SHARDS, ShardName},
+    DatasetError,
+    layout::{RUN, SHARDS, ShardName},
     shard_file::has_magic,
 };
 use crate::{FORMAT_VERSION, Product};
@@ -46,79 +46,13 @@ impl RunMark {
     }
 }
 
-/// State of a folder when a run began.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Begun {
-    /// Empty or new: this run marked it.
-    New,
-    /// Begun before by the same job: finished shards are kept.
-    Again,
-    /// The folder has a manifest: the dataset is finished.
-    Finished,
-}
-
-/// Marks `folder` as this job's, or finds that it is; makes it and its `shards` where missing.
-///
-/// # Errors
-/// When it holds another job, the same job cut into other shards, or something that is no dataset; when a part of it is a link,
-/// or can't be made or written.
-pub fn begin_run(folder: &Folder, mark: &RunMark) -> Result<Begun, DatasetError> {
-    let (path, shards) = (folder.path(), folder.subfolder(SHARDS));
-    if let Some(found) = read_mark(folder)? {
-        if (found.product, found.job) != (mark.product, mark.job) {
-            return Err(DatasetError::ForeignJob { folder: path.to_owned(), found: found.job, expected: mark.job });
-        }
-        if found != *mark {
-            let words = |mark: &RunMark| {
-                format!("{} samples in {} shards of {}", mark.samples, mark.shards, mark.shard_samples)
-            };
-            return Err(DatasetError::OtherShards {
-                folder: path.to_owned(),
-                found: words(&found),
-                expected: words(mark),
-            });
-        }
-        shards.create().map_err(DatasetError::io("creating", shards.path()))?;
-        return Ok(if folder.contains(MANIFEST) { Begun::Finished } else { Begun::Again });
-    }
-    if folder.is_another_file() {
-        return Err(DatasetError::NotAFolder { path: path.to_owned() });
-    }
-    // What a first start that was killed, or another task of it, leaves behind is ours.
-    let is_ours = |name: &String| [SHARDS, CLUSTER].contains(&name.as_str()) || files::is_temporary_name(name);
-    let mut names = present_names(folder)?.into_iter();
-    if let Some(entry) = names.find(|name| !is_ours(name)) {
-        // Another task has marked the folder since its mark was looked for.
-        if folder.contains(RUN) {
-            return begin_run(folder, mark);
-        }
-        return Err(DatasetError::NotADataset { folder: path.to_owned(), entry });
-    }
-    let is_own_shard = |name: &String| files::is_temporary_name(name) || ShardName::parse(own_name(name)).is_some();
-    if let Some(entry) = present_names(&shards)?.into_iter().find(|name| !is_own_shard(name)) {
-        return Err(DatasetError::NotADataset { folder: shards.path().to_owned(), entry });
-    }
-    shards.create().map_err(DatasetError::io("creating", shards.path()))?;
-    durable::write_file(folder, RUN, mark_text(mark).as_bytes())?;
-    Ok(Begun::New)
-}
-
-/// Takes back what [`begin_run`] made of a new folder, so that it is free for another job. What else is there stays.
-pub fn abandon_run(folder: &Folder) {
-    // A folder that does not go is found by the next run, which says so. One with shards is another run's, too, which needs the mark.
-    if folder.remove_empty_folder(SHARDS).is_ok() {
-        _ = folder.remove_file(RUN);
-        _ = folder.remove_itself();
-    }
-}
-
 /// Text of the file of a mark; equal marks have equal texts.
 pub(super) fn mark_text(mark: &RunMark) -> String {
     serde_json::to_string_pretty(mark).expect("a run mark is plain data") + "\n"
 }
 
 /// The names in a folder, sorted; none where there is no folder.
-fn present_names(folder: &Folder) -> Result<Vec<String>, DatasetError> {
+pub(super) fn present_names(folder: &Folder) -> Result<Vec<String>, DatasetError> {
     match sorted_names(folder) {
         Err(DatasetError::Io { source, .. }) if files::is_absent(&source) => Ok(Vec::new()),
         names => names,
@@ -126,7 +60,7 @@ fn present_names(folder: &Folder) -> Result<Vec<String>, DatasetError> {
 }
 
 /// The name of a file before it was set aside.
-fn own_name(name: &str) -> &str {
+pub(super) fn own_name(name: &str) -> &str {
     name.strip_suffix(SET_ASIDE).unwrap_or(name)
 }
 

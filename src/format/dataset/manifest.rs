@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     DatasetError,
+    folder::RunMark,
     layout::{MANIFEST, RUN, SET, ShardName, files_of},
     seal::unsealed,
 };
@@ -181,6 +182,18 @@ impl Manifest {
             true => self.topics.iter().find(|topic| *topic == channel.topic).and(self.classes.keys().next().copied()),
             false => self.class_topics.iter().find_map(of),
         }
+    }
+
+    /// Whether the dataset is the one that a folder was begun for. A dataset of one shard does not show the size of shards, nor does
+    /// one whose shards end where the samples of an item end.
+    pub(super) fn is_of(&self, mark: &RunMark) -> bool {
+        let largest = self.shards.iter().map(|shard| shard.samples).max().unwrap_or(0);
+        let size = match &self.shards[..] {
+            [first, _, ..] if !self.product.has_instances => u64::from(mark.shard_samples) == first.samples,
+            _ => u64::from(mark.shard_samples) >= largest,
+        };
+        let plan = (self.product, self.job, self.counts.samples, self.shards.len());
+        size && plan == (mark.product, mark.job, mark.samples, mark.shards as usize)
     }
 
     /// The files of the dataset by their paths inside its folder, sorted: run mark, manifest, tables and shards.

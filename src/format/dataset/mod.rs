@@ -21,6 +21,7 @@
 //! knows no job, plan, simulator or producer.
 
 mod assets;
+mod begin;
 mod diff;
 pub(crate) mod durable;
 pub(crate) mod error;
@@ -47,13 +48,14 @@ mod subjects;
 mod verify;
 
 pub use assets::{AssetRow, AssetTable};
+pub use begin::{Begun, abandon_run, begin_run};
 pub use diff::{ChannelCounts, DatasetDifference, ObjectDifference, Reason, SampleCounts, diff, other_platform};
 pub use durable::Temporary;
 pub use error::DatasetError;
 pub use finish::{DatasetHeader, finish_dataset};
 pub use folder::{
-    BadShard, Begun, DoneShard, RunMark, ShardScan, abandon_run, begin_run, clear_away, listed_shards, read_mark,
-    scan_shards, scan_some_shards, shards_folder,
+    BadShard, DoneShard, RunMark, ShardScan, clear_away, listed_shards, read_mark, scan_shards, scan_some_shards,
+    shards_folder,
 };
 pub use index::{Cell, ColumnKind, IndexColumn, IndexFormat, IndexWriter, index_columns};
 pub use layout::ShardName;

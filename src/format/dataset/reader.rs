@@ -8,6 +8,7 @@ use std::{
 
 use super::{
     DatasetError, Ledger, Manifest, ShardEntry,
+    error::REWRITE,
     folder::shards_folder,
     layout::SPLITS,
     ledger::{LedgerOutline, Run},
@@ -457,7 +458,7 @@ pub(super) fn read_splits(folder: &Folder) -> Result<SplitTable, DatasetError> {
     let splits: SplitTable = serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
         path: path.clone(),
         problem: error.to_string(),
-        remedy: "delete manifest.json and `run` the job again: the shards are kept",
+        remedy: REWRITE,
     })?;
     checked_splits(splits, &path)
 }
@@ -467,7 +468,7 @@ pub(super) fn checked_splits(splits: SplitTable, path: &Path) -> Result<SplitTab
     splits.checked().map_err(|error| DatasetError::Invalid {
         path: path.to_owned(),
         problem: error.to_string(),
-        remedy: "`run` the job again to write it anew",
+        remedy: REWRITE,
     })
 }
 

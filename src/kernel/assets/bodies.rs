@@ -62,7 +62,38 @@ impl Bodies {
     }
 
     /// The parts that nothing joins; `None` where all hangs together, or where there are too many bodies to tell.
-    pub(super) fn loose(mut self, mesh: &TriMesh, shells: &Shells) -> Option<LooseParts> {
+    pub(super) fn loose(self, mesh: &TriMesh, shells: &Shells) -> Option<LooseParts> {
+        let Grouped { pieces, parts, gap } = self.grouped(mesh, shells)?;
+        let mut nearest = f32::INFINITY;
+        for (one, part) in pieces.iter().zip(&parts) {
+            for (other, _) in pieces.iter().zip(&parts).filter(|(_, other)| *other != part) {
+                nearest = one.distance_squared(other, nearest);
+            }
+        }
+        let distance = libm::sqrt(f64::from(nearest));
+        let count = distinct(&parts).len();
+        (count > 1).then_some(LooseParts { parts: count as u32, gap: distance, joined_below: gap })
+    }
+
+    /// The parts as meshes of their own, whose triangles share no vertex; none where [`Self::loose`] finds none.
+    pub(super) fn apart(self, mesh: &TriMesh, shells: &Shells) -> Vec<TriMesh> {
+        let Some(Grouped { pieces, parts, .. }) = self.grouped(mesh, shells) else { return Vec::new() };
+        let numbers = distinct(&parts);
+        if numbers.len() < 2 {
+            return Vec::new();
+        }
+        let mut meshes = vec![TriMesh::default(); numbers.len()];
+        for (piece, part) in pieces.iter().zip(&parts) {
+            let own = &mut meshes[numbers.binary_search(part).expect("every part has a number")];
+            let first = own.vertices.len() as u32;
+            own.vertices.extend(&piece.mesh.vertices);
+            own.triangles.extend(piece.mesh.triangles.iter().map(|face| face.map(|vertex| first + vertex)));
+        }
+        meshes
+    }
+
+    /// The bodies, and which part each is of; `None` of one body, where all hangs together, or where there are too many to tell.
+    fn grouped(mut self, mesh: &TriMesh, shells: &Shells) -> Option<Grouped> {
         // What lies in a body cannot leave it: a cavity's wall, a filling.
         for (shell, outer) in (0..).zip(&shells.container) {
             if let Some(outer) = outer {
@@ -76,20 +107,9 @@ impl Bodies {
         let longest = mesh.aabb().map_or(0.0, |bounds| bounds.longest_side());
         let gap = LooseParts::GAP.max(LooseParts::SHARE * longest);
         let pieces = self.pieces(mesh, shells, &roots);
-        let joined = joined(&pieces, gap);
-        let mut joined = joined?;
-        let parts: Vec<u32> = (0..pieces.len() as u32).map(|piece| joined.root(piece)).collect();
-        let mut nearest = f32::INFINITY;
-        for (one, part) in pieces.iter().zip(&parts) {
-            for (other, _) in pieces.iter().zip(&parts).filter(|(_, other)| *other != part) {
-                nearest = one.distance_squared(other, nearest);
-            }
-        }
-        let mut roots = parts;
-        roots.sort_unstable();
-        roots.dedup();
-        let distance = libm::sqrt(f64::from(nearest));
-        (roots.len() > 1).then_some(LooseParts { parts: roots.len() as u32, gap: distance, joined_below: gap })
+        let mut joined = joined(&pieces, gap)?;
+        let parts = (0..pieces.len() as u32).map(|piece| joined.root(piece)).collect();
+        Some(Grouped { pieces, parts, gap })
     }
 
     /// The bodies as meshes of their own.
@@ -102,6 +122,23 @@ impl Bodies {
         }
         faces.into_iter().map(|faces| Piece::of(mesh, &faces)).collect()
     }
+}
+
+/// Bodies and the parts that they make.
+struct Grouped {
+    pieces: Vec<Piece>,
+    /// Number of the part of each body.
+    parts: Vec<u32>,
+    /// Distance below which two bodies are one part [m].
+    gap: f64,
+}
+
+/// Numbers that occur, sorted.
+fn distinct(numbers: &[u32]) -> Vec<u32> {
+    let mut numbers = numbers.to_vec();
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers
 }
 
 /// One body.

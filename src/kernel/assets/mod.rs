@@ -28,7 +28,7 @@ pub use built_in::{DEFAULT_BUILT_INS, HalfShape, NoHalfShape, built_in_names, bu
 pub use check::{MeshCheckCounts, MeshCheckReport, MeshCheckRow, UnionVolume, check_report};
 pub use digest::object as object_id;
 pub use folder::{DuplicateOf, FolderError, duplicates, list_folder};
-pub use prepare::{effort_words, prepare};
+pub use prepare::{effort_words, is_note, parts, prepare};
 pub use read::read_triangles;
 use refuse::Refuse;
 pub use thin::refuse_without_solid;

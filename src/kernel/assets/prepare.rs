@@ -109,6 +109,18 @@ fn finish_faces(
     Ok((PreparedMesh { mesh, record }, Judgement { undecided, counts_space_twice }))
 }
 
+/// The parts of a mesh that nothing joins, each as a prepared mesh of its own [m]; none where the mesh hangs together, or has too many
+/// bodies to tell.
+///
+/// # Errors
+/// When the mesh cannot be used.
+pub fn parts(source: &MeshSource) -> Result<Vec<TriMesh>, MeshRefusal> {
+    let mut mesh = prepare(source)?.mesh;
+    let edges = Edges::of(&mesh.triangles, mesh.vertices.len());
+    let shells = shells::orient(&mut mesh, &edges);
+    Ok(Bodies::of(&mesh, &shells).apart(&mesh, &shells))
+}
+
 /// Settles the faces that are no part of a plain surface; returns the edges of what is left.
 fn mend_faces(mesh: &mut TriMesh, warnings: &mut Vec<String>) -> Result<(Edges, Vec<Repair>), Refuse> {
     let mut zero_area = mend::drop_collapsed(mesh);
@@ -435,6 +447,18 @@ pub fn effort_words(times: u32) -> String {
 /// Remedy for a solid that takes long.
 const CLOSE_IT: &str = "merge its vertices by distance and fill its holes in a mesh editor";
 
+/// End of the remark on a mesh of several bodies.
+const SEPARATE_BODIES: &str = "separate bodies";
+
+/// The remark on a mesh whose closed shells may overlap.
+const MAY_OVERLAP: &str = "parts may overlap";
+
+/// Whether a remark on a mesh, alone or after the name of its object, is a note on a sound mesh: it has several bodies, or parts that
+/// may overlap. All other remarks are warnings.
+pub fn is_note(remark: &str) -> bool {
+    remark.ends_with(SEPARATE_BODIES) || remark.ends_with(MAY_OVERLAP)
+}
+
 fn warn_of_topology(
     mesh: &TriMesh,
     edges: &Edges,
@@ -466,7 +490,7 @@ fn warn_of_topology(
         }
     }
     if bodies > 1 {
-        warnings.push(format!("{bodies} separate bodies"));
+        warnings.push(format!("{bodies} {SEPARATE_BODIES}"));
     }
     if let Some(LooseParts { parts, gap, .. }) = loose {
         warnings.push(format!(
@@ -488,7 +512,7 @@ fn warn_of_topology(
         );
     }
     if shells.may_overlap {
-        warnings.push("parts may overlap".to_owned());
+        warnings.push(MAY_OVERLAP.to_owned());
     }
 }
 

@@ -17,7 +17,7 @@ pub use bound::Bound;
 pub use folder::{Entry, Folder};
 pub use lines::BoundedLines;
 pub use named::{
-    canonical, is_file, is_folder, is_present, list, open, open_bounded, open_log, read, read_text, replace,
+    canonical, is_file, is_folder, is_link, is_present, list, open, open_bounded, open_log, read, read_text, replace,
 };
 pub use refusal::FileRefusal;
 pub use temporary::{Temporary, is_leftover, is_temporary_name, name_of_temporary, remove_leftover, unique_name};

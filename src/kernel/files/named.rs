@@ -65,6 +65,11 @@ pub fn is_present(path: &Path) -> bool {
     path.exists()
 }
 
+/// Whether a path is a symbolic link itself.
+pub fn is_link(path: &Path) -> bool {
+    path.is_symlink()
+}
+
 /// The one path of a file or folder that has neither links nor dots.
 ///
 /// # Errors

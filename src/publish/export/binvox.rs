@@ -46,7 +46,7 @@ impl WritePairs for BinvoxFiles {
         Ok(())
     }
 
-    fn finish(self) -> Result<Map<String, Value>, ExportError> {
+    fn finish(self, _: &mut Target) -> Result<Map<String, Value>, ExportError> {
         Ok(Map::new())
     }
 }

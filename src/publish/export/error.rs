@@ -27,7 +27,7 @@ pub enum ExportError {
         forms: Vec<&'static str>,
     },
     /// Bytes per cell in a format that has packed bits alone.
-    #[error("{format} holds packed bits alone; leave out --unpacked, or give --to npy")]
+    #[error("{format} holds packed bits alone; leave out --unpacked")]
     AlwaysPacked {
         /// The format.
         format: &'static str,
@@ -54,10 +54,30 @@ pub enum ExportError {
     },
     /// Images of several cameras in a format that has one.
     #[error(
-        "vgn has one camera for all images, and view {view} has another than the first one; export the views of one camera: make \
-         them by a job with one"
+        "vgn has one camera for all images, and view {view} has another than the first one; make the views by a job with one camera"
     )]
     OtherCamera {
+        /// The view.
+        view: SampleIndex,
+    },
+    /// A depth that the file's 16 bits do not hold.
+    #[error(
+        "view {view} has a depth of {depth:.3} m, and its images hold depths up to {farthest:.3} m; give --to parquet, which holds any \
+         depth"
+    )]
+    TooFar {
+        /// The view.
+        view: SampleIndex,
+        /// The depth [m].
+        depth: f64,
+        /// The largest depth that fits [m].
+        farthest: f64,
+    },
+    /// A view with neither depth nor colours.
+    #[error(
+        "view {view} has neither depth nor colours; give --to parquet, which holds masks and poses without an image"
+    )]
+    NoImages {
         /// The view.
         view: SampleIndex,
     },
@@ -70,7 +90,7 @@ pub enum ExportError {
         index: SampleIndex,
     },
     /// A map is written as a whole.
-    #[error("graspit writes the whole grid of poses; leave out split, object and limit")]
+    #[error("graspit writes the whole grid of poses; leave out --split, --object and --limit")]
     WholeGrid,
     /// A map over directions in files that know six axes only.
     #[error(
@@ -118,22 +138,24 @@ pub enum ExportError {
         /// Text that stands there.
         found: Option<String>,
     },
-    /// The dataset has no object of that name.
-    #[error("no object is called '{name}'; the dataset has {}", listed(known))]
+    /// The dataset has no object, or scene where samples are of scenes, of that name.
+    #[error("no {what} is called '{name}'; the dataset has {}", listed(known))]
     UnknownObject {
+        /// Kind of what is selected: object, scene, ...
+        what: &'static str,
         /// The name asked for.
         name: String,
         /// The names there are.
         known: Vec<String>,
     },
     /// No sample passes the selection.
-    #[error("no sample is selected, of {kept} in the dataset; widen split, objects or limit")]
+    #[error("no sample is selected, of {kept} in the dataset; leave out or change --split, --object or --limit")]
     NothingSelected {
         /// Stored samples of the dataset.
         kept: u64,
     },
     /// Arrays need grids of one size.
-    #[error("sample {index} has {found} cells a side, the first one {expected}; export one resolution at a time")]
+    #[error("sample {index} has {found} cells a side, the first one {expected}; `verify` the dataset")]
     OtherResolution {
         /// The sample.
         index: SampleIndex,
@@ -178,9 +200,8 @@ fn io_remedy(error: &io::Error) -> &'static str {
 /// The formats of a product, as a remedy.
 fn listed_forms(names: &[&str]) -> String {
     match names {
-        [] => "its shards are MCAP: read them as docs/format.md says".to_owned(),
-        [name] => format!("give --to {name}"),
-        [others @ .., last] => format!("give --to {} or {last}", others.join(", ")),
+        [others @ .., last] if !others.is_empty() => format!("give --to {} or {last}", others.join(", ")),
+        _ => format!("give --to {}", names.concat()),
     }
 }
 
@@ -196,7 +217,7 @@ fn listed(names: &[String]) -> String {
     sorted.sort_unstable();
     let head = sorted.iter().take(SHOWN).copied().collect::<Vec<_>>().join(", ");
     match sorted.len().checked_sub(SHOWN) {
-        Some(more) if more > 0 => format!("{head} and {more} more (see `graspmill inspect`)"),
+        Some(more) if more > 0 => format!("{head} and {more} more (assets.json of the dataset has all)"),
         _ => head,
     }
 }

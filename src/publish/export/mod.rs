@@ -11,6 +11,7 @@ mod error;
 mod form;
 mod graspit;
 mod half;
+mod image_file;
 mod mujoco;
 mod names;
 mod npy;

@@ -116,7 +116,7 @@ impl WritePairs for PairArrays {
         Ok(())
     }
 
-    fn finish(self) -> Result<Map<String, Value>, ExportError> {
+    fn finish(self, _: &mut Target) -> Result<Map<String, Value>, ExportError> {
         for (mut file, path) in self.open.into_iter().flat_map(|arrays| arrays.files) {
             file.flush().map_err(ExportError::io("writing", &path))?;
         }

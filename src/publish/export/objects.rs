@@ -6,13 +6,21 @@ use super::error::ExportError;
 use format::dataset::AssetRow;
 use kernel::ids::ObjectId;
 
-/// The objects of these names; every name must be known.
-pub(super) fn wanted_objects(assets: &[AssetRow], names: &[String]) -> Result<BTreeSet<ObjectId>, ExportError> {
+/// Word for what is selected where it is an object.
+pub(super) const OBJECT: &str = "object";
+
+/// The objects of these names, or the scenes where the samples are of scenes (`what`); every name must be known.
+pub(super) fn wanted_objects(
+    assets: &[AssetRow],
+    names: &[String],
+    what: &'static str,
+) -> Result<BTreeSet<ObjectId>, ExportError> {
     names
         .iter()
         .map(|name| {
             let row = assets.iter().find(|row| row.name == *name);
             row.map(|row| row.object).ok_or_else(|| ExportError::UnknownObject {
+                what,
                 name: name.clone(),
                 known: assets.iter().map(|row| row.name.clone()).collect(),
             })

@@ -1,6 +1,6 @@
 //! A pair as the formats take it.
 
-use super::selected::SampleNames;
+use super::selected::SelectedSample;
 use format::{TouchedPair, VoxelPair, dataset::Sample};
 use kernel::{geom::OccupancyGrid, ids::SampleIndex};
 
@@ -13,7 +13,7 @@ pub(super) struct PairSample<'a> {
     /// Touch; `None` in a dataset without.
     pub touched: Option<&'a TouchedPair>,
     /// Names of the sample, its object and split.
-    pub names: &'a SampleNames<'a>,
+    pub names: &'a SelectedSample<'a>,
     /// Path that the files of this sample share: `<object>/view_00003`.
     pub stem: &'a str,
 }

@@ -13,7 +13,10 @@ use super::{
     table::SampleTable,
     target::Target,
 };
-use format::{VoxelPair, dataset::DatasetReader};
+use format::{
+    VoxelPair,
+    dataset::{AssetTable, DatasetReader},
+};
 use kernel::ids::ObjectId;
 
 /// Facts of an export that a format needs before its first sample.
@@ -39,7 +42,7 @@ pub(super) trait WritePairs {
     ///
     /// # Errors
     /// When a file cannot be written.
-    fn finish(self) -> Result<Map<String, Value>, ExportError>;
+    fn finish(self, target: &mut Target) -> Result<Map<String, Value>, ExportError>;
 }
 
 /// Streams the selected samples to a format, in the dataset's order, and writes `samples.csv`.
@@ -49,7 +52,9 @@ pub(super) fn write_pairs<W: WritePairs>(
     target: &mut Target,
     open: impl FnOnce(PairStream) -> W,
 ) -> Result<Written, ExportError> {
-    let assets = reader.assets()?.objects;
+    let AssetTable { objects, subjects, .. } = reader.assets()?;
+    // The subjects of pairs in clutter are scenes.
+    let assets = if reader.manifest().product.subjects_are_objects { objects } else { subjects };
     let selected = SelectedSamples::of(reader, &assets, selection)?;
     let samples = selected.count();
     let folders = object_folders(&assets);
@@ -62,7 +67,7 @@ pub(super) fn write_pairs<W: WritePairs>(
         table.row(&sample)?;
         writer.write(&sample, target)
     })?;
-    let facts = writer.finish()?;
+    let facts = writer.finish(target)?;
     table.finish()?;
     let mut written = Written::selection(samples, "samples", selection);
     written.facts.extend(facts);

@@ -54,7 +54,7 @@ impl WritePairs for PcdFiles {
         }
     }
 
-    fn finish(self) -> Result<Map<String, Value>, ExportError> {
+    fn finish(self, _: &mut Target) -> Result<Map<String, Value>, ExportError> {
         Ok(Map::new())
     }
 }

@@ -3,11 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::{error::ExportError, form::ExportSelection, objects::wanted_objects};
-use format::dataset::{AssetRow, DatasetReader, Sample, Selection};
+use format::{
+    Facts,
+    dataset::{AssetRow, DatasetError, DatasetReader, Ledger, LedgerRow, Sample, Selection},
+};
 use kernel::ids::{ObjectId, SampleId, SampleIndex};
 
-/// Names of a sample, as tables give them.
-pub(super) struct SampleNames<'a> {
+/// Names and facts of a selected sample, as tables give them.
+pub(super) struct SelectedSample<'a> {
     /// Index in the dataset.
     pub index: SampleIndex,
     /// The sample.
@@ -18,6 +21,8 @@ pub(super) struct SampleNames<'a> {
     pub object: &'a str,
     /// Name of the split; empty where the product has none.
     pub split: &'static str,
+    /// Values of the product's facts.
+    pub facts: Facts,
 }
 
 /// The selected samples of a dataset, in its order.
@@ -40,7 +45,7 @@ impl<'a> SelectedSamples<'a> {
         assets: &'a [AssetRow],
         selection: &ExportSelection,
     ) -> Result<Self, ExportError> {
-        let wanted = wanted_objects(assets, &selection.objects)?;
+        let wanted = wanted_objects(assets, &selection.objects, reader.manifest().product.subjects.one)?;
         let limit = selection.limit.map_or(usize::MAX, |limit| usize::try_from(limit).unwrap_or(usize::MAX));
         let is_wanted = |index: &SampleIndex| {
             wanted.is_empty() || reader.id(*index).is_some_and(|sample| wanted.contains(&sample.subject))
@@ -69,19 +74,21 @@ impl<'a> SelectedSamples<'a> {
         samples
     }
 
-    /// Hands over every sample with its names; one chunk of a shard is in memory at a time.
+    /// Hands over every sample with its names and facts; one chunk and the ledger of one shard are in memory at a time.
     ///
     /// # Errors
     /// When a sample can't be read, and the errors of `take`.
     pub fn each(
         &self,
-        mut take: impl FnMut(&Sample, &SampleNames<'a>) -> Result<(), ExportError>,
+        mut take: impl FnMut(&Sample, &SelectedSample<'a>) -> Result<(), ExportError>,
     ) -> Result<(), ExportError> {
+        let mut ledger: Option<Ledger> = None;
         let mut named = |sample: &Sample| {
             let (index, id) = (sample.index, sample.id);
             let object = self.names.get(&id.subject).copied().unwrap_or_default();
             let split = self.reader.split(index).map_or("", |split| split.name());
-            take(sample, &SampleNames { index, id, subject: id.subject.to_string(), object, split })
+            let facts = self.facts_of(index, &mut ledger)?;
+            take(sample, &SelectedSample { index, id, subject: id.subject.to_string(), object, split, facts })
         };
         if self.all_objects {
             for sample in self.reader.iter(self.selection).take(self.indices.len()) {
@@ -96,4 +103,23 @@ impl<'a> SelectedSamples<'a> {
         }
         Ok(())
     }
+
+    /// The facts of a sample out of the ledger of its shard, which is kept for the next one.
+    fn facts_of(&self, index: SampleIndex, kept: &mut Option<Ledger>) -> Result<Facts, ExportError> {
+        let manifest = self.reader.manifest();
+        let ledger = match kept.take().filter(|ledger| row_of(ledger, index).is_some()) {
+            Some(ledger) => ledger,
+            None => self.reader.ledger(manifest.shard_of(index.0).unwrap_or_default())?,
+        };
+        let ledger = kept.insert(ledger);
+        row_of(ledger, index).map(|row| row.facts.clone()).ok_or_else(|| {
+            let (path, problem) = (self.reader.folder().path().to_owned(), format!("no ledger has sample {index}"));
+            DatasetError::Invalid { path, problem, remedy: "`verify` the dataset" }.into()
+        })
+    }
+}
+
+/// The row of a sample in a ledger; `None` where the ledger is of another shard.
+fn row_of(ledger: &Ledger, index: SampleIndex) -> Option<&LedgerRow> {
+    ledger.rows.get(usize::try_from(index.0.checked_sub(ledger.first.0)?).ok()?)
 }

@@ -6,7 +6,7 @@ use std::{
     path::PathBuf,
 };
 
-use super::{error::ExportError, pair::PairSample, selected::SampleNames, target::Target};
+use super::{error::ExportError, pair::PairSample, selected::SelectedSample, target::Target};
 
 const HEADING: &str = "row,sample_index,sample,object,subject,item,instance,camera,split,partial_cells,complete_cells,\
     both_cells,solid_share,resolution,cell_size,centre_x,centre_y,centre_z,stem";
@@ -28,7 +28,7 @@ impl SampleTable {
     /// One sample.
     pub fn row(&mut self, sample: &PairSample<'_>) -> Result<(), ExportError> {
         let PairSample { pair, names, stem, .. } = *sample;
-        let SampleNames { object, split, .. } = *names;
+        let SelectedSample { object, split, .. } = *names;
         let (index, id, grid, row) = (sample.index(), pair.sample, pair.grid, self.rows);
         self.rows += 1;
         writeln!(

@@ -72,7 +72,7 @@ impl WritePairs for TarShards {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<Map<String, Value>, ExportError> {
+    fn finish(mut self, _: &mut Target) -> Result<Map<String, Value>, ExportError> {
         self.close().map(|()| Map::new())
     }
 }

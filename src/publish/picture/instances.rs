@@ -5,8 +5,12 @@ use super::{Colour, Oklab, Picture};
 /// Step between the hues of two bodies, in turns: the golden section, so that few are alike.
 const HUE_STEP: f64 = 0.618_033_988_749_895;
 
-/// Lightness of the nearest and the farthest point of the bodies.
-const LIGHTNESS: [f64; 2] = [0.82, 0.45];
+/// Lightnesses of the bodies in turn, half way between near and far. Numbers whose hues are nearly alike differ by 5, 8 or 13: by no
+/// multiple of three, so that their lightnesses differ.
+const LIGHTNESSES: [f64; 3] = [0.66, 0.78, 0.52];
+
+/// Lightness of the nearest point of the bodies over that of the farthest.
+const NEARER: f64 = 0.2;
 
 /// Edges between two bodies are darker by this.
 const OUTLINE: f64 = 0.25;
@@ -31,10 +35,16 @@ pub struct InstanceMap<'a> {
     pub grey: fn(u8) -> Option<u8>,
 }
 
-/// Colour of a body at a lightness from 0 to 1.
-fn body_colour(instance: u8, lightness: f64) -> Colour {
+/// Colour of a body, lighter by `lighter` than half way between near and far.
+fn body_colour(instance: u8, lighter: f64) -> Colour {
     let hue = std::f64::consts::TAU * (f64::from(instance) * HUE_STEP).fract();
-    Oklab::from_hue(lightness, 0.13, hue).srgb()
+    let lightness = LIGHTNESSES[usize::from(instance) % LIGHTNESSES.len()];
+    Oklab::from_hue(lightness + lighter, 0.13, hue).srgb()
+}
+
+/// The colour by which a legend names a body, from 1.
+pub fn body_swatch(instance: u8) -> Colour {
+    body_colour(instance, 0.0)
 }
 
 impl InstanceMap<'_> {
@@ -58,11 +68,10 @@ impl InstanceMap<'_> {
                     let own_depth = depth(column, row);
                     let below =
                         if own_depth.is_nan() { 0.5 } else { f64::from((own_depth - near) / (far - near).max(1e-3)) };
-                    let [high, low] = LIGHTNESS;
                     let right = self.at((column + 1).min(width - 1), row);
                     let under = self.at(column, (row + 1).min(height - 1));
                     let edge = if right != own || under != own { OUTLINE } else { 0.0 };
-                    body_colour(own, high + (low - high) * below - edge).opaque()
+                    body_colour(own, NEARER * (0.5 - below) - edge).opaque()
                 }
             };
             picture.fill(column * zoom..(column + 1) * zoom, row * zoom..(row + 1) * zoom, pixel);

@@ -15,7 +15,7 @@ mod voxels;
 
 pub use colour::{Colour, Oklab, depth_colours};
 pub use depth::{DepthRange, colour_bar, depth_picture, grey_depth_picture, height_map};
-pub use instances::{FLOOR, InstanceMap, WALLS};
+pub use instances::{FLOOR, InstanceMap, WALLS, body_swatch};
 pub use lettering::Panel;
 pub use slices::{SLICE_COLOURS, SliceColours, Slices, centre_of_mass};
 pub use solids::{Solid, SolidView, seen_pixels, solid_picture};

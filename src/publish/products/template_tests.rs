@@ -27,6 +27,7 @@ use crate::{
     grasp_types::TypeFacts,
     inspection::InspectionHeader,
     notes::{RunNotes, Speed},
+    page::DatasetView,
     release::{DOCUMENT_TEMPLATES, Example},
     set::{self, SetPage},
     tally::{Spread, Tally},
@@ -58,6 +59,7 @@ fn header(name: &str, product: Product, warnings: usize, is_full: bool) -> Inspe
     let slow = Speed { peak_memory: None, ..speed };
     InspectionHeader {
         name: name.to_owned(),
+        headline: name.to_owned(),
         generator: name.to_owned(),
         product,
         format_version: FORMAT_VERSION,
@@ -66,7 +68,10 @@ fn header(name: &str, product: Product, warnings: usize, is_full: bool) -> Inspe
         job: JobDigest(Digest::of(b"job")),
         shards: 3,
         shard_bytes: 12_400_000,
-        warnings: vec![name.to_owned(); warnings],
+        warnings: vec![name.to_owned(); warnings]
+            .into_iter()
+            .chain(is_full.then(|| format!("{name}: parts may overlap")))
+            .collect(),
         notes: RunNotes {
             speed: is_full.then_some(if warnings > 4 { speed } else { slow }),
             leaks: [("straddling_views".to_owned(), u64::from(is_full)), (name.to_owned(), 3)].into(),
@@ -174,6 +179,7 @@ fn grasps_page(name: &str, sampler: Option<&str>, tried: Option<bool>, is_full: 
         name: name.to_owned(),
         object: object(),
         runs: 3,
+        rejected: 1,
         given_up: 1,
         verdicts: [1; GraspVerdict::ALL.len()],
         trials: if is_full { [1, 1] } else { [0, 0] },
@@ -188,7 +194,7 @@ fn grasps_page(name: &str, sampler: Option<&str>, tried: Option<bool>, is_full: 
         hand: is_full.then(|| name.to_owned()),
         runs: 3,
         kept_runs: 3,
-        rejected: BTreeMap::new(),
+        rejected: if is_full { [(name.to_owned(), 1)].into() } else { BTreeMap::new() },
         given_up: 1,
         verdicts: GraspVerdict::ALL.map(|verdict| (verdict.name().to_owned(), 1)).into(),
         energy: SPREAD,
@@ -562,5 +568,17 @@ fn names_are_text_in_documents() {
                 assert!(!line.contains(name), "{template}: {line}");
             }
         }
+    }
+}
+
+#[test]
+fn notes_on_meshes_are_folded_on_pages_about_other_things() {
+    for (product, opens) in [(Product::COMPLETION, true), (Product::GRASPS, true), (Product::VIEWS, false)] {
+        let header = header("name", product, 1, true);
+        let view = serde_json::to_value(DatasetView::of(&header)).expect("plain data");
+        assert_eq!(view["warnings"], json!(["name"]), "{product}");
+        assert_eq!(view["notes"], json!(["name: parts may overlap"]), "{product}");
+        assert_eq!(view["notes_counted"], "1 note", "{product}");
+        assert_eq!(view["opens_notes"], opens, "{product}");
     }
 }

@@ -1,6 +1,6 @@
 //! Facts that only the authors of a release know: its about file (TOML), strict as a job file is.
 
-use std::{collections::BTreeMap, path::Path};
+use std::{cmp::Reverse, collections::BTreeMap, path::Path};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -51,8 +51,9 @@ pub struct About {
     /// Uses that it should not be put to.
     #[serde(default)]
     pub out_of_scope_uses: Vec<String>,
-    /// Licences of objects, hands, containers and robots by pattern of their names (`*` any part, `?` one letter). Wins over what the
-    /// dataset says; of several patterns that fit, the first in the order of the alphabet.
+    /// Licences of objects, hands, containers and robots, by name or by pattern (`*` any part, `?` one letter). A pattern fills gaps:
+    /// it holds where the dataset knows no licence, or the same one. A name replaces what the dataset knows, and the release shows both.
+    /// A name counts before a pattern, a pattern of more letters before one of fewer.
     #[serde(default)]
     pub licences: BTreeMap<String, LicenceStatement>,
 }
@@ -142,6 +143,36 @@ impl LicenceStatement {
     }
 }
 
+/// The statement of an about file about one asset.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Statement<'a> {
+    /// The key: a name, or a pattern of names.
+    pub pattern: &'a str,
+    /// The statement with every part.
+    pub terms: LicenceTerms,
+}
+
+impl Statement<'_> {
+    /// Whether it names the asset, and not several by a pattern.
+    pub fn is_name(&self) -> bool {
+        let mut letters = self.pattern.chars();
+        while let Some(letter) = letters.next() {
+            match letter {
+                '*' | '?' => return false,
+                // What follows stands for itself.
+                '\\' => _ = letters.next(),
+                _ => {}
+            }
+        }
+        true
+    }
+}
+
+/// Letters of a pattern that stand for themselves.
+fn count_letters(pattern: &str) -> usize {
+    pattern.chars().filter(|letter| !['*', '?', '\\'].contains(letter)).count()
+}
+
 impl About {
     /// Reads an about file; `path` is for messages, `assets` are the names of the dataset's objects, hands and robots.
     ///
@@ -199,9 +230,11 @@ impl About {
         }
     }
 
-    /// The statement about the asset of this name.
-    pub fn licence_of(&self, name: &str) -> Option<LicenceTerms> {
-        self.licences.iter().find(|(pattern, _)| fits_name(pattern, name)).map(|(_, statement)| statement.terms())
+    /// The statement about the asset of this name: of the name itself, else of the pattern of most letters, of equals the first.
+    pub(super) fn statement_of(&self, name: &str) -> Option<Statement<'_>> {
+        let fitting = self.licences.iter().filter(|(pattern, _)| fits_name(pattern, name));
+        let statements = fitting.map(|(pattern, stated)| Statement { pattern, terms: stated.terms() });
+        statements.min_by_key(|statement| Reverse((statement.is_name(), count_letters(statement.pattern))))
     }
 
     /// All authors as people say their names.
@@ -302,9 +335,26 @@ bowl = { licence = "proprietary", redistribute = false, derived = true }
     fn a_good_file_is_read() {
         let about = read(GOOD).expect("no mistakes");
         assert_eq!(about.spoken_authors(), "Ada Lovelace, The Makers");
-        assert_eq!(about.licence_of("mug-02").map(|terms| terms.licence).as_deref(), Some("CC0-1.0"));
-        assert_eq!(about.licence_of("bowl").and_then(|terms| terms.derived), Some(true));
-        assert_eq!(about.licence_of("cup"), None);
+        let terms_of = |name| about.statement_of(name).map(|statement| statement.terms);
+        assert_eq!(terms_of("mug-02").map(|terms| terms.licence).as_deref(), Some("CC0-1.0"));
+        assert_eq!(terms_of("bowl").and_then(|terms| terms.derived), Some(true));
+        assert_eq!(terms_of("cup"), None);
+    }
+
+    #[test]
+    fn names_count_before_patterns_and_long_patterns_before_short_ones() {
+        let patterns =
+            ["\"*\" = \"MIT\"", "\"mug-*\" = \"ISC\"", "mug-01 = \"Zlib\"", "\"*-02\" = \"0BSD\""].join("\n");
+        let (head, _) = GOOD.split_once("[licences]").expect("the section");
+        let about = read(&format!("{head}[licences]\n{patterns}\n")).expect("no mistakes");
+        let found = ["bowl", "mug-01", "mug-02"].map(|name| {
+            let statement = about.statement_of(name).expect("a statement");
+            (statement.terms.licence.clone(), statement.is_name())
+        });
+        let expected = [("MIT", false), ("Zlib", true), ("ISC", false)];
+        assert_eq!(found, expected.map(|(licence, is_name)| (licence.to_owned(), is_name)));
+        let statement = |pattern| Statement { pattern, terms: LicenceStatement::Name("MIT".to_owned()).terms() };
+        assert!(statement("a\\*").is_name() && !statement("a?").is_name());
     }
 
     #[test]

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::{
-    About,
+    About, LicenceTerms,
+    about::Statement,
     rights::{self, Need},
 };
 use crate::{
@@ -43,6 +44,30 @@ pub(super) enum LicenceSource {
     Nobody,
 }
 
+/// Licence of an asset as it is known without the about file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub(super) struct Known {
+    /// The licence.
+    pub licence: String,
+    /// Source of that licence.
+    pub licence_source: LicenceSource,
+    /// Whom to name, and how to cite it.
+    pub attribution: Option<String>,
+}
+
+impl Known {
+    /// Licence by the asset table, else by this program; `None` where neither knows one.
+    fn of(kind: AssetKind, row: &AssetRow) -> Option<Self> {
+        let word = |key: &str| row.facts.get(key).and_then(Value::as_str).map(str::to_owned);
+        if let Some(licence) = word("licence") {
+            return Some(Self { licence, licence_source: LicenceSource::Dataset, attribution: word("citation") });
+        }
+        let described = described(kind, row)?;
+        let attribution = Some(described.attribution.clone());
+        Some(Self { licence: described.licence.clone(), licence_source: LicenceSource::Graspmill, attribution })
+    }
+}
+
 /// One asset of a release.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Asset {
@@ -63,6 +88,12 @@ pub(super) struct Asset {
     pub licence_source: LicenceSource,
     /// Whom to name, and how to cite it.
     pub attribution: Option<String>,
+    /// Licence that was known and that the about file replaces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub replaces: Option<Known>,
+    /// Pattern of the about file that states another licence and fills gaps only.
+    #[serde(skip)]
+    pub passed_over: Option<String>,
     /// Part of it that stands in the dataset.
     #[serde(rename = "use")]
     pub used: AssetUse,
@@ -135,21 +166,52 @@ pub(super) fn assets(
     assets
 }
 
+/// A description or container that comes with this program, by its content.
+fn described(kind: AssetKind, row: &AssetRow) -> Option<&'static Described> {
+    DESCRIBED.get(&row.object).filter(|_| kind != AssetKind::Object)
+}
+
+/// Whom to name: a credit that is known stays, a statement by name adds to it, one by pattern fills a gap.
+fn attribution(row: &AssetRow, known: Option<&Known>, terms: Option<&LicenceTerms>, is_name: bool) -> Option<String> {
+    let citation = row.facts.get("citation").and_then(Value::as_str);
+    let credit = known.map_or(citation, |known| known.attribution.as_deref());
+    let stated = terms.and_then(|terms| terms.attribution.as_deref());
+    match (credit, stated) {
+        (Some(credit), Some(stated)) if is_name && !credit.is_empty() && credit != stated => {
+            Some(format!("{credit}; {stated}"))
+        }
+        (Some(credit), Some(stated)) if is_name && credit.is_empty() => Some(stated.to_owned()),
+        (Some(credit), _) => Some(credit.to_owned()),
+        (None, stated) => stated.map(str::to_owned),
+    }
+}
+
 fn asset(product: &ProductAssets, kind: AssetKind, row: &AssetRow, sources: &Sources, about: &About) -> Asset {
     let word = |key: &str| row.facts.get(key).and_then(Value::as_str).map(str::to_owned);
-    let known = DESCRIBED.get(&row.object).filter(|_| kind != AssetKind::Object);
-    let stated = about.licence_of(&row.name);
-    let (licence, licence_source) = match (&stated, word("licence"), known) {
-        (Some(terms), _, _) => (Some(terms.licence.clone()), LicenceSource::About),
-        (None, Some(licence), _) => (Some(licence), LicenceSource::Dataset),
-        (None, None, Some(known)) => (Some(known.licence.clone()), LicenceSource::Graspmill),
-        (None, None, None) => (None, LicenceSource::Nobody),
+    let (known, statement) = (Known::of(kind, row), about.statement_of(&row.name));
+    let contradicts = match (&known, &statement) {
+        (Some(known), Some(statement)) => known.licence != statement.terms.licence,
+        _ => false,
     };
-    let attribution = (stated.as_ref().and_then(|terms| terms.attribution.clone()))
-        .or_else(|| word("citation"))
-        .or_else(|| known.map(|known| known.attribution.clone()));
-    let source = (stated.as_ref().and_then(|terms| terms.source.clone()))
-        .or_else(|| known.map(|known| format!("graspmill, {}", known.scene)))
+    // A pattern fills gaps: it states nothing about an asset that is known to have another licence.
+    let (statement, passed_over) = match statement {
+        Some(statement) if contradicts && !statement.is_name() => (None, Some(statement.pattern.to_owned())),
+        statement => (statement, None),
+    };
+    let is_name = statement.as_ref().is_some_and(Statement::is_name);
+    let terms = statement.map(|statement| statement.terms);
+    let attribution = attribution(row, known.as_ref(), terms.as_ref(), is_name);
+    // What is known holds, but for a licence that the about file replaces by name.
+    let (known, replaces) = if contradicts && terms.is_some() { (None, known) } else { (known, None) };
+    let (licence, licence_source) = match (&known, &terms) {
+        (Some(known), _) => (Some(known.licence.clone()), known.licence_source),
+        (None, Some(terms)) => (Some(terms.licence.clone()), LicenceSource::About),
+        (None, None) => (None, LicenceSource::Nobody),
+    };
+    let known_origin = described(kind, row).map(|described| format!("graspmill, {}", described.scene));
+    let source = (terms.as_ref().filter(|_| is_name || licence_source == LicenceSource::About))
+        .and_then(|terms| terms.source.clone())
+        .or(known_origin)
         .unwrap_or_else(|| sources.of_asset(kind, row));
     let used = match kind {
         AssetKind::Object => product.objects,
@@ -161,7 +223,7 @@ fn asset(product: &ProductAssets, kind: AssetKind, row: &AssetRow, sources: &Sou
         None => (Allowed::Nothing, Some("its licence is not known".to_owned())),
         Some(_) if used == AssetUse::Measured => (Allowed::Derived, None),
         Some(licence) => {
-            let said = stated.as_ref().map_or([None; 2], |terms| [terms.redistribute, terms.derived]);
+            let said = terms.as_ref().map_or([None; 2], |terms| [terms.redistribute, terms.derived]);
             allowed(licence, said, &about.licence)
         }
     };
@@ -174,6 +236,8 @@ fn asset(product: &ProductAssets, kind: AssetKind, row: &AssetRow, sources: &Sou
         licence,
         licence_source,
         attribution,
+        replaces,
+        passed_over,
         used,
         may_be_shipped,
         because,

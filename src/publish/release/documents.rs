@@ -70,7 +70,7 @@ impl<'a> Documents<'a> {
         let numbers = NumbersView::of(release);
         Self {
             about: AboutView::of(about),
-            dataset: DatasetView::of(manifest),
+            dataset: DatasetView::of(manifest, &release.numbers.headline),
             product: ProductView::of(pages_of(manifest.product)),
             counts: CountsView::of(manifest, &numbers.splits),
             numbers,
@@ -193,6 +193,8 @@ impl ProductView {
 /// The dataset of the release.
 #[derive(Serialize)]
 struct DatasetView<'a> {
+    /// Headline: the first thing that a user wants to know.
+    headline: &'a str,
     root: String,
     job: String,
     generator: &'a str,
@@ -201,8 +203,9 @@ struct DatasetView<'a> {
 }
 
 impl<'a> DatasetView<'a> {
-    fn of(manifest: &'a Manifest) -> Self {
+    fn of(manifest: &'a Manifest, headline: &'a str) -> Self {
         Self {
+            headline,
             root: manifest.root.to_string(),
             job: manifest.job.to_string(),
             generator: &manifest.generator,

@@ -6,7 +6,7 @@ use minijinja::{Value, value::Serde};
 
 use super::{
     About, Documents, LeftOutFile,
-    assets::{Allowed, Asset, LicenceSource},
+    assets::{Allowed, Asset, Known, LicenceSource},
     checksums::FileDigests,
     material::Release,
 };
@@ -109,6 +109,7 @@ impl Example<'_> {
         let objects = self.counts_objects.then_some(3);
         Numbers {
             job_name: self.name.to_owned(),
+            headline: "5 of 7 samples".to_owned(),
             rows: Numbers::example_rows(self.name),
             spreads: self.only_full(SpreadRow::new("epsilon", 3, &Spread::default())),
             splits: self.only_full(SplitCounts { split: Split::Holdout, samples: 84, objects }),
@@ -127,6 +128,8 @@ impl Example<'_> {
             licence: Some("CC-BY-SA-4.0".to_owned()),
             licence_source: LicenceSource::Dataset,
             attribution: self.is_full.then(|| name.to_owned()),
+            replaces: None,
+            passed_over: None,
             used: AssetUse::Derived,
             may_be_shipped: Allowed::Everything,
             because: None,
@@ -140,9 +143,15 @@ impl Example<'_> {
             because: Some(format!("{name} is no licence; say `derived = true`")),
             ..with_source(LicenceSource::Nobody)
         };
+        let replaces = Known {
+            licence: name.to_owned(),
+            licence_source: LicenceSource::Dataset,
+            attribution: Some(name.to_owned()),
+        };
+        let replaced = Asset { replaces: Some(replaces), ..with_source(LicenceSource::About) };
         let hand = Asset { kind: AssetKind::Hand, used: AssetUse::Measured, ..barred.clone() };
         if self.is_full {
-            vec![free.clone(), with_source(LicenceSource::About), with_source(LicenceSource::Graspmill), barred, hand]
+            vec![free.clone(), replaced, with_source(LicenceSource::Graspmill), barred, hand]
         } else {
             vec![barred]
         }

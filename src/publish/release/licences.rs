@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::{
-    assets::{Allowed, Asset, LicenceSource},
+    assets::{Allowed, Asset, Known, LicenceSource},
     material::Release,
     rights,
 };
@@ -29,6 +29,8 @@ pub(super) struct LicenceRow {
     source: String,
     licence: String,
     licence_source: &'static str,
+    /// Licence that was known and that the authors replace, with who states it.
+    replaces: Option<String>,
     r#use: &'static str,
     /// Part of it that may be shipped.
     may: &'static str,
@@ -43,7 +45,8 @@ impl LicenceRow {
             kind: asset.kind.name(),
             source: asset.source.clone(),
             licence: asset.licence.clone().unwrap_or_else(|| "not known".to_owned()),
-            licence_source: source_name(asset),
+            licence_source: source_name(asset.licence_source),
+            replaces: asset.replaces.as_ref().map(replaced_in_words),
             r#use: in_words(asset.used),
             may: may(asset),
             because: asset.because.clone(),
@@ -51,8 +54,14 @@ impl LicenceRow {
     }
 }
 
-fn source_name(asset: &Asset) -> &'static str {
-    match asset.licence_source {
+/// A licence that was known, in words.
+pub(super) fn replaced_in_words(known: &Known) -> String {
+    format!("{} ({})", known.licence, source_name(known.licence_source))
+}
+
+/// Source of a licence, in words.
+pub(super) fn source_name(source: LicenceSource) -> &'static str {
+    match source {
         LicenceSource::Dataset => "the dataset",
         LicenceSource::About => "the authors",
         LicenceSource::Graspmill => "graspmill",

@@ -202,17 +202,18 @@ struct Drawn {
 /// Preview, report and pictures, as far as they may be shown; the numbers in any case.
 fn draw(folder: &Folder, staging: &Staging, left_out: LeftOut) -> Result<Drawn, ReleaseError> {
     let reader = DatasetReader::open(staging.folder())?;
+    let pages = pages_of(reader.manifest().product);
+    let mut numbers = Numbers::of(&reader, (pages.headline)(&reader)?, pages.assets.subjects)?;
     if left_out == LeftOut::Samples {
-        return Ok(Drawn { numbers: Numbers::of(&reader)?, pictures: Vec::new() });
+        return Ok(Drawn { numbers, pictures: Vec::new() });
     }
-    let survey: Box<dyn Survey> = (pages_of(reader.manifest().product).survey)(&reader)?;
+    let survey: Box<dyn Survey> = (pages.survey)(&reader)?;
     let drawn = pictures::pictures(&reader, &*survey)?;
     for shown in &drawn {
         staging.write(&shown.path, &shown.picture.to_png())?;
     }
     preview(folder, &reader, staging)?;
-    report(staging.folder(), None)?;
-    let mut numbers = Numbers::of(&reader)?;
+    report(staging.folder(), Some(&staging.folder().path_of(layout::REPORT)))?;
     survey.add_numbers(&mut numbers);
     Ok(Drawn { numbers, pictures: drawn.into_iter().map(|shown| (shown.path, shown.caption)).collect() })
 }
@@ -300,6 +301,7 @@ fn notes_of(release: &Release) -> Vec<String> {
             "job.toml names {key} = \"{path}\"{more}, from where the data was made; the card says what to do elsewhere"
         ));
     }
+    notes.extend(licence_notes(release.assets));
     let about = release.about;
     let said = [
         ("url", about.url.is_some() || about.doi.is_some()),
@@ -311,6 +313,33 @@ fn notes_of(release: &Release) -> Vec<String> {
     let unsaid: Vec<&str> = said.iter().filter(|(_, said)| !said).map(|(key, _)| *key).collect();
     if !unsaid.is_empty() {
         notes.push(format!("the about file does not say {}; the datasheet says so", unsaid.join(", ")));
+    }
+    notes
+}
+
+/// Licences that the about file replaces, and patterns of it that hold for less than they fit.
+fn licence_notes(assets: &[Asset]) -> Vec<String> {
+    let mut notes = Vec::new();
+    let mut kept: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+    for asset in assets {
+        let licence = asset.licence.as_deref().unwrap_or_default();
+        if let Some(known) = &asset.replaces {
+            let (name, known) = (&asset.name, licences::replaced_in_words(known));
+            notes.push(format!(
+                "the about file states {licence} for {name}, in place of {known}; LICENCES.md shows both"
+            ));
+        }
+        if let Some(pattern) = &asset.passed_over {
+            kept.entry(pattern).or_default().push(format!("{} ({licence})", asset.name));
+        }
+    }
+    for (pattern, assets) in kept {
+        let names: Vec<&str> = assets.iter().map(String::as_str).collect();
+        let names = about::some_of(&names);
+        notes.push(format!(
+            "[licences] \"{pattern}\" fills gaps only: these keep the licence that is known for them: {names}; give an \
+             asset's own name to replace its licence"
+        ));
     }
     notes
 }

@@ -94,7 +94,7 @@ impl<'a> SetPage<'a> {
                 size: size_in_words(bytes),
                 root: manifest.root.short().to_string(),
                 report: has_links.then(|| format!("{name}/{REPORT}")),
-                counts: counts_in_words(reader.folder(), manifest)?,
+                counts: counts_in_words(reader.folder())?,
             });
         }
         let panel = |panel: &ScenePanel| PanelView {

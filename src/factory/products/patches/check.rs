@@ -15,7 +15,7 @@ use sim::HandModel;
 /// The section that names the dataset.
 const GRASPS: InputSection = InputSection {
     name: "grasps",
-    make: "make it first: `graspmill run jobs/ycb-grasps.toml --out datasets/ycb-grasps`",
+    make: "make one first, and name its folder: `graspmill run jobs/grasps-quick.toml --out datasets/grasps-quick`",
 };
 
 const MAKE_TRIALS: &str = "make a dataset with trials (a section `[physics]` in the job for grasps), or take labels by analytic \

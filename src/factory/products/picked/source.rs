@@ -13,7 +13,7 @@ use kernel::words::Show;
 /// The section that names the dataset.
 pub const PICKS: InputSection = InputSection {
     name: "picks",
-    make: "make it first: `graspmill run jobs/picks-quick.toml --out datasets/picks-quick`",
+    make: "make one first, and name its folder: `graspmill run jobs/picks-quick.toml --out datasets/picks-quick`",
 };
 
 /// The picks, compared with the roots that the job pins and with the scenes of the views; `None` when something is wrong, which is

@@ -25,7 +25,8 @@ use sim::HandModel;
 /// The section that names the dataset of grasps.
 const GRASPS: InputSection = InputSection {
     name: "grasps",
-    make: "make it first: `graspmill run jobs/clutter-grasps-quick.toml --out datasets/clutter-grasps-quick`",
+    make: "make one first, and name its folder: `graspmill run jobs/clutter-grasps-quick.toml --out \
+           datasets/clutter-grasps-quick`",
 };
 
 const MAKE_TRIALS: &str = "make a dataset with trials (a section `[physics]` in the job for grasps), or take the kept ones: `picks.take = \"kept\"`";

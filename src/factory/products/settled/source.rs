@@ -12,7 +12,7 @@ use form::Checker;
 /// The section that names the dataset.
 pub const SCENES: InputSection = InputSection {
     name: "scenes",
-    make: "make it first: `graspmill run jobs/scenes-quick.toml --out datasets/scenes-quick`",
+    make: "make one first, and name its folder: `graspmill run jobs/scenes-quick.toml --out datasets/scenes-quick`",
 };
 
 /// Source of the scenes.

@@ -12,7 +12,7 @@ use form::Checker;
 /// The section that names the dataset.
 pub const VIEWS: InputSection = InputSection {
     name: "views",
-    make: "make it first: `graspmill run jobs/views-quick.toml --out datasets/views-quick`",
+    make: "make one first, and name its folder: `graspmill run jobs/views-quick.toml --out datasets/views-quick`",
 };
 
 /// Source of the views.

@@ -102,8 +102,7 @@ pub(super) fn check_foreign(
     Ok(())
 }
 
-/// Compares the folder's mark with the manifest. A dataset of one shard does not show the size of shards, nor does one whose shards
-/// end where the samples of an item end.
+/// Compares the folder's mark with the manifest.
 pub(super) fn check_mark(folder: &Folder, manifest: &Manifest, problems: &mut Vec<Problem>) {
     let remedy = "delete it and `run` the job again: finished shards are kept";
     let mark = match read_mark(folder) {
@@ -111,22 +110,16 @@ pub(super) fn check_mark(folder: &Folder, manifest: &Manifest, problems: &mut Ve
         Ok(None) => return problems.push(whole(RUN, "the file is missing".to_owned(), remedy)),
         Err(error) => return problems.push(whole(RUN, error.to_string(), remedy)),
     };
-    let shards = manifest.shards.len();
-    let largest = manifest.shards.iter().map(|shard| shard.samples).max().unwrap_or(0);
-    let size = match &manifest.shards[..] {
-        [first, _, ..] if !manifest.product.has_instances => u64::from(mark.shard_samples) == first.samples,
-        _ => u64::from(mark.shard_samples) >= largest,
-    };
-    let found = (mark.product, mark.job, mark.samples, mark.shards as usize);
-    if found != (manifest.product, manifest.job, manifest.counts.samples, shards) || !size {
+    if !manifest.is_of(&mark) {
         let what = format!(
-            "it was begun for job {}, {} samples in {} shards of {}; the manifest says job {}, {} samples in {shards} shards",
+            "it was begun for job {}, {} samples in {} shards of {}; the manifest says job {}, {} samples in {} shards",
             mark.job.0.short(),
             mark.samples,
             mark.shards,
             mark.shard_samples,
             manifest.job.0.short(),
-            manifest.counts.samples
+            manifest.counts.samples,
+            manifest.shards.len()
         );
         problems.push(whole(RUN, what, remedy));
     } else if folder.read(RUN, Bound::RUN).is_ok_and(|bytes| bytes != mark_text(&mark).as_bytes()) {

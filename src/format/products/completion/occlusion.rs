@@ -74,6 +74,11 @@ impl PixelMask {
         x < self.width && y < self.height && self.bits[index / 8] >> (index % 8) & 1 != 0
     }
 
+    /// The whole image of this size [px]: whether each pixel is set. Shape (height, width), row-major.
+    pub fn whole(&self, width: u32, height: u32) -> Vec<bool> {
+        (0..height).flat_map(|row| (0..width).map(move |column| self.get(column, row))).collect()
+    }
+
     /// Count of the set pixels.
     pub fn count(&self) -> u32 {
         self.bits.iter().map(|byte| byte.count_ones()).sum()

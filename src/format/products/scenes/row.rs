@@ -10,7 +10,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
     name: "scenes",
     summary: "Bodies dropped or put down and settled on their true meshes, in a bin or on a plane.",
     samples: Noun { one: "scene", many: "scenes" },
-    subjects: Noun { one: "object", many: "objects" },
+    subjects: Noun { one: "split", many: "splits" },
     subjects_are_objects: false,
     subject_meaning: "The digest of container, mode and split, 64 hexadecimal digits.",
     item_meaning: "Number of the scene in its split.",

@@ -55,4 +55,5 @@ impl LeftOut {
 const REMEDY: &str = "cut it into triangles in the program that made it, and export it again";
 
 /// Remedy for a format that is not read here.
-pub(super) const CONVERT: &str = "convert it: python scripts/convert_mesh.py IN OUT.ply";
+pub(super) const CONVERT: &str = "convert it: pip install trimesh pycollada, then python3 -c \"import trimesh; \
+                                  trimesh.load_mesh('IN').export('OUT.ply')\"";

@@ -11,8 +11,8 @@ use super::{
         form::{ExportForm, ExportSelection, Written},
         names::object_folders,
         object_mesh::write_mesh,
-        objects::wanted_objects,
-        selected::{SampleNames, SelectedSamples},
+        objects::{OBJECT, wanted_objects},
+        selected::{SelectedSample, SelectedSamples},
         target::Target,
     },
     parts::{CONTACT, inertial, joined},
@@ -78,7 +78,7 @@ struct Shared {
 
 fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Target) -> Result<Written, ExportError> {
     let assets = reader.assets()?;
-    let wanted = wanted_objects(&assets.objects, &selection.objects)?;
+    let wanted = wanted_objects(&assets.objects, &selection.objects, OBJECT)?;
     // Subjects are no objects: which bodies a scene has is known when it is read.
     let limit = selection.limit.filter(|_| wanted.is_empty());
     let of_any_object = ExportSelection { objects: Vec::new(), limit, ..selection.clone() };
@@ -143,7 +143,7 @@ impl Shared {
     }
 
     /// The scene in the table of all.
-    fn row(&self, scene: &Scene, names: &SampleNames<'_>, [file, file_sdf]: [&str; 2]) -> Value {
+    fn row(&self, scene: &Scene, names: &SelectedSample<'_>, [file, file_sdf]: [&str; 2]) -> Value {
         let body = |(name, body): (String, &SceneBody)| {
             json!({
                 "name": name,

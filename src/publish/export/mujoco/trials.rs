@@ -10,7 +10,7 @@ use super::{
         form::{ExportForm, ExportSelection, Written},
         names::object_folders,
         object_mesh::{mass_properties, write_touched_mesh},
-        objects::wanted_objects,
+        objects::{OBJECT, wanted_objects},
         target::Target,
     },
     parts::{CONTACT, inertial},
@@ -77,7 +77,7 @@ fn chosen(
     assets: &[AssetRow],
     selection: &ExportSelection,
 ) -> Result<BTreeMap<ObjectId, Vec<TriedGrasp>>, ExportError> {
-    let wanted = wanted_objects(assets, &selection.objects)?;
+    let wanted = wanted_objects(assets, &selection.objects, OBJECT)?;
     let mut all = Vec::new();
     for sample in reader.iter(selection.samples) {
         let sample = sample?;

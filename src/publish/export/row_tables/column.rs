@@ -1,13 +1,11 @@
-//! Columns of a table of rows, and the table while it grows.
+//! Columns of a table of rows.
 
-use std::{borrow::Cow, fs::File, path::PathBuf};
+use std::borrow::Cow;
 
-use serde_json::{Map, Value as Json, json};
-
-use crate::export::{error::ExportError, selected::SampleNames, target::Target};
-use format::dataset::DatasetReader;
-use kernel::geom::{Frame, Pose};
-use tables::{ColumnType, TableColumn, TableFormat, TableWriter, Value};
+use crate::export::selected::SelectedSample;
+use format::{Channel, FactKind, Product, SceneContainer};
+use kernel::geom::{Frame, Intrinsics, Pose};
+use tables::{ColumnType, TableColumn, Value};
 
 /// A column of a table whose rows are made of records `R`.
 pub(super) struct RowColumn<R> {
@@ -18,46 +16,154 @@ pub(super) struct RowColumn<R> {
     /// Whether a value may be missing.
     pub optional: bool,
     /// Content in words, with unit and frame.
-    pub meaning: &'static str,
-    /// The value of a row.
-    pub value: fn(&R) -> Value<'_>,
+    pub meaning: Cow<'static, str>,
+    /// Channels without which a dataset has no such column; `None`: every dataset has it.
+    needs: Option<fn(Channel) -> bool>,
+    /// Topic without which a dataset has no such column.
+    topic: Option<&'static str>,
+    cell: Cell<R>,
+}
+
+/// The value of a row.
+enum Cell<R> {
+    /// Out of the record.
+    Record(fn(&R) -> Value<'_>),
+    /// The fact of the sample with this index, a whole number or not.
+    Fact(fn(&R, usize) -> f64, usize, bool),
 }
 
 impl<R> RowColumn<R> {
     /// A column with a value in every row.
     pub fn new(name: &'static str, kind: ColumnType, meaning: &'static str, value: fn(&R) -> Value<'_>) -> Self {
-        Self { name, kind, optional: false, meaning, value }
+        let (meaning, cell) = (Cow::Borrowed(meaning), Cell::Record(value));
+        Self { name, kind, optional: false, meaning, needs: None, topic: None, cell }
     }
 
     /// A column whose value may be missing.
     pub fn optional(name: &'static str, kind: ColumnType, meaning: &'static str, value: fn(&R) -> Value<'_>) -> Self {
-        Self { name, kind, optional: true, meaning, value }
+        Self { optional: true, ..Self::new(name, kind, meaning, value) }
+    }
+
+    /// The column of datasets that store a channel.
+    pub fn of_channel(self, channel: Channel) -> Self {
+        Self { topic: Some(channel.topic), ..self }
+    }
+
+    /// The column of datasets that store one of some channels.
+    pub fn of_channels(self, needs: fn(Channel) -> bool) -> Self {
+        Self { needs: Some(needs), ..self }
+    }
+
+    /// Whether a dataset with these channels has the column.
+    pub fn is_stored(&self, channels: &[Channel]) -> bool {
+        self.needs.is_none_or(|needs| channels.iter().any(|channel| needs(*channel)))
+            && self.topic.is_none_or(|topic| channels.iter().any(|channel| channel.topic == topic))
+    }
+
+    /// The column as the library of tables takes it.
+    pub fn format(&self) -> TableColumn {
+        TableColumn { name: self.name.into(), kind: self.kind, optional: self.optional }
+    }
+
+    /// The value of a row.
+    pub fn value<'r>(&self, row: &'r R) -> Value<'r> {
+        match self.cell {
+            Cell::Record(value) => value(row),
+            Cell::Fact(value, index, true) => Value::U32(value(row, index) as u32),
+            Cell::Fact(value, index, false) => Value::F64(value(row, index)),
+        }
     }
 }
 
 /// A row of something in a sample.
 pub(super) trait OfSample {
-    /// Names of the sample.
-    fn names(&self) -> &SampleNames<'_>;
+    /// The sample.
+    fn sample(&self) -> &SelectedSample<'_>;
 }
 
-/// Columns that say which sample a row is of.
+/// A row with a camera.
+pub(super) trait HasCamera {
+    /// The camera [px].
+    fn camera(&self) -> &Intrinsics;
+}
+
+/// A row with the container of a scene.
+pub(super) trait HasContainer {
+    /// The container.
+    fn container(&self) -> &SceneContainer;
+}
+
+/// Columns that name the sample of a row.
 pub(super) fn sample_columns<R: OfSample>() -> Vec<RowColumn<R>> {
     use ColumnType::{Text, U32, U64};
     vec![
         RowColumn::new("sample_index", U64, "index of the sample in the dataset", |row| {
-            Value::U64(row.names().index.0)
+            Value::U64(row.sample().index.0)
         }),
         RowColumn::new("subject", Text, "the subject by content, 64 hexadecimal digits", |row| {
-            Value::Text(&row.names().subject)
+            Value::Text(&row.sample().subject)
         }),
-        RowColumn::new("object", Text, "name of the subject", |row| Value::Text(row.names().object)),
+        RowColumn::new("object", Text, "name of the subject", |row| Value::Text(row.sample().object)),
         RowColumn::new("split", Text, "split of the sample; empty where the product has none", |row| {
-            Value::Text(row.names().split)
+            Value::Text(row.sample().split)
         }),
-        RowColumn::new("item", U32, "number of the sample's item: view, run, position or grasp", |row| {
-            Value::U32(row.names().id.item.0)
+        RowColumn::new("item", U32, "number of the sample's item: view, run, position, grasp or body", |row| {
+            Value::U32(row.sample().id.item.0)
         }),
+    ]
+}
+
+/// Columns of the facts of a product's samples, but for those that the table has out of the records.
+pub(super) fn fact_columns<R: OfSample>(product: Product, known: &[RowColumn<R>]) -> Vec<RowColumn<R>> {
+    let facts =
+        product.facts.iter().enumerate().filter(|(_, fact)| known.iter().all(|column| column.name != fact.name));
+    let column = |(index, fact): (usize, &'static format::FactFormat)| {
+        let is_whole = !matches!(fact.kind, FactKind::Number(_));
+        RowColumn {
+            name: fact.name,
+            kind: if is_whole { ColumnType::U32 } else { ColumnType::F64 },
+            optional: false,
+            meaning: as_meaning(fact.meaning).into(),
+            needs: None,
+            topic: fact.topic,
+            cell: Cell::Fact(|row: &R, index| row.sample().facts.values()[index], index, is_whole),
+        }
+    };
+    facts.map(column).collect()
+}
+
+/// A sentence as the meaning of a column: without the capital and the full stop.
+fn as_meaning(sentence: &str) -> String {
+    let mut letters = sentence.trim_end_matches('.').chars();
+    letters.next().map(|first| first.to_lowercase().chain(letters).collect()).unwrap_or_default()
+}
+
+/// Columns of a camera.
+pub(super) fn camera_columns<R: HasCamera>() -> [RowColumn<R>; 6] {
+    use ColumnType::{F64, U32};
+    [
+        RowColumn::new("width", U32, "width of the camera's image [px]", |row: &R| Value::U32(row.camera().width)),
+        RowColumn::new("height", U32, "height of the camera's image [px]", |row| Value::U32(row.camera().height)),
+        RowColumn::new("fx", F64, "focal length of the camera [px]", |row| Value::F64(row.camera().fx)),
+        RowColumn::new("fy", F64, "focal length of the camera [px]", |row| Value::F64(row.camera().fy)),
+        RowColumn::new("cx", F64, "principal point of the camera [px]", |row| Value::F64(row.camera().cx)),
+        RowColumn::new("cy", F64, "principal point of the camera [px]", |row| Value::F64(row.camera().cy)),
+    ]
+}
+
+/// Columns of the container of a scene.
+pub(super) fn container_columns<R: HasContainer>() -> [RowColumn<R>; 2] {
+    [
+        RowColumn::new("container", ColumnType::Text, "container of the scene: plane, bin or mesh", |row: &R| {
+            Value::Text(row.container().name())
+        }),
+        RowColumn::new(
+            "container_size",
+            ColumnType::F64s,
+            "sides along x and y of a plane; room inside a bin and thickness of its walls; room inside a mesh [m]; last the tilt of a bin \
+             or mesh that has one [degree]",
+            |row| Value::F64s(row.container().sizes().into()),
+        ),
     ]
 }
 
@@ -71,77 +177,23 @@ pub(super) fn numbers(values: Option<&[f64]>) -> Value<'_> {
     values.map_or(Value::Empty, |values| Value::F64s(Cow::Borrowed(values)))
 }
 
-/// A table of an export that is being written.
-pub(super) struct RowTable {
-    writer: TableWriter<File>,
-    path: PathBuf,
-    name: &'static str,
-    columns: Json,
-    rows: u64,
+/// A list of numbers that become doubles.
+pub(super) fn list<T: Into<f64>>(values: impl IntoIterator<Item = T>) -> Value<'static> {
+    Value::F64s(values.into_iter().map(Into::into).collect())
 }
 
-impl RowTable {
-    /// Begins the table `<name>.parquet` of rows called `row`, `group` of them per row group. The dataset's root digest goes
-    /// into its metadata, with `facts`.
-    ///
-    /// # Errors
-    /// When the file can't be written.
-    pub fn create<R>(
-        (name, row, group): (&'static str, &'static str, usize),
-        columns: &[RowColumn<R>],
-        (reader, target): (&DatasetReader, &mut Target),
-        facts: &[(&str, Json)],
-    ) -> Result<Self, ExportError> {
-        let (file, path) = target.file(&format!("{name}.parquet"))?;
-        let root = ("graspmill.root".to_owned(), reader.manifest().root.to_string());
-        let facts = facts.iter().map(|(key, value)| (format!("graspmill.{key}"), value.to_string()));
-        let column = |column: &RowColumn<R>| TableColumn {
-            name: column.name.into(),
-            kind: column.kind,
-            optional: column.optional,
-        };
-        let format = TableFormat {
-            name: row,
-            columns: columns.iter().map(column).collect(),
-            group,
-            metadata: [root].into_iter().chain(facts).collect(),
-        };
-        let writer = TableWriter::begin(file, format).map_err(ExportError::io("writing", &path))?;
-        let meaning = |column: &RowColumn<R>| json!({ "name": column.name, "meaning": column.meaning });
-        Ok(Self { writer, path, name, columns: columns.iter().map(meaning).collect(), rows: 0 })
-    }
-
-    /// Adds a row.
-    ///
-    /// # Errors
-    /// When the file can't be written.
-    pub fn push<R>(&mut self, columns: &[RowColumn<R>], row: &R) -> Result<(), ExportError> {
-        self.rows += 1;
-        let values = columns.iter().map(|column| (column.value)(row));
-        self.writer.push(values).map_err(ExportError::io("writing", &self.path))
-    }
-
-    /// Writes what is left, and the footer.
-    ///
-    /// # Errors
-    /// When the file can't be written.
-    pub fn finish(self) -> Result<WrittenTable, ExportError> {
-        let facts = json!({ "rows": self.rows, "columns": self.columns });
-        self.writer.finish().map_err(ExportError::io("writing", &self.path))?;
-        Ok(WrittenTable { file: format!("{}.parquet", self.name), rows: self.rows, facts })
-    }
+/// Little-endian bytes of single precision.
+pub(super) fn le_bytes<'v>(values: impl IntoIterator<Item = &'v f32>) -> Vec<u8> {
+    values.into_iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 
-/// A table that is complete.
-pub(super) struct WrittenTable {
-    file: String,
-    /// Count of its rows.
-    pub rows: u64,
-    facts: Json,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// Facts of the tables for `export.json`: rows and columns of each, by file.
-pub(super) fn table_facts(tables: impl IntoIterator<Item = WrittenTable>) -> Map<String, Json> {
-    let tables: Map<String, Json> = tables.into_iter().map(|table| (table.file, table.facts)).collect();
-    [("tables".to_owned(), tables.into())].into_iter().collect()
+    #[test]
+    fn sentences_become_meanings() {
+        assert_eq!(as_meaning("Bodies of the scene; 0 of a rejected one."), "bodies of the scene; 0 of a rejected one");
+        assert_eq!(as_meaning(""), "");
+    }
 }

@@ -3,19 +3,20 @@
 use serde_json::{Map, Value as Json, json};
 
 use super::{
-    column::{OfSample, RowColumn, RowTable, WrittenTable, matrix, numbers, sample_columns, table_facts},
-    objects,
-    series::{self, SeriesRow},
-    trials::{self, TrialRow},
+    column::{OfSample, RowColumn, fact_columns, matrix, numbers, sample_columns},
+    objects::{self, ObjectCounts},
+    row_table::{RowTable, TableName, TableRow, WrittenTable, table_facts},
+    series::SeriesRow,
+    trials::TrialRow,
 };
 use crate::export::{
     error::ExportError,
     form::{ExportSelection, Written},
-    selected::{SampleNames, SelectedSamples},
+    selected::{SelectedSample, SelectedSamples},
     target::Target,
 };
 use format::{
-    Grasp, GraspRun, GraspTrial, GraspTrials, HeldContact, PressedContact, TableTrial, WayObstacles,
+    Channel, Grasp, GraspRun, GraspTrial, GraspTrials, HeldContact, PressedContact, Product, TableTrial, WayObstacles,
     dataset::DatasetReader,
 };
 use kernel::{
@@ -23,7 +24,7 @@ use kernel::{
     words::{BothWays, PathStage},
 };
 use tables::{
-    ColumnType::{Boolean, F64, F64s, Text, Texts, U32},
+    ColumnType::{Boolean, F64, F64s, Text, Texts, U32, U64},
     Value,
 };
 
@@ -32,16 +33,16 @@ const ROW_GROUP: usize = 4096;
 
 /// Layout of the tables in words.
 pub(super) const LAYOUT: &str = "\
-    grasps.parquet: one row per grasp, kept or not, the runs in the dataset's order and the lowest energy \
-    first in each; contacts.parquet: one row per contact of a closed hand, in the search and, where the \
+    runs.parquet: one row per run; grasps.parquet: one row per grasp, kept or not, the runs in the dataset's order and the lowest \
+    energy first in each; contacts.parquet: one row per contact of a closed hand, in the search and, where the \
     grasps were tried, in the trial; with trials trials.parquet: one row per trial, perturbed ones included, \
     and series.parquet: one row per 20 ms of chosen trials, with the forces of the links. \
     objects.parquet: one row per object. sample_index and rank join those of samples, object all. Poses are 16 numbers, 4 x 4 row-major, numpy.stack(column).reshape(-1, \
     4, 4)";
 
 /// One grasp of a run.
-struct GraspRow<'a> {
-    names: &'a SampleNames<'a>,
+pub(super) struct GraspRow<'a> {
+    sample: &'a SelectedSample<'a>,
     rank: u32,
     grasp: &'a Grasp,
     trial: Option<&'a GraspTrial>,
@@ -52,9 +53,15 @@ struct GraspRow<'a> {
     pregrasp: Pose<Object, HandBase>,
 }
 
+/// One run.
+pub(super) struct RunRow<'a> {
+    sample: &'a SelectedSample<'a>,
+    run: &'a GraspRun,
+}
+
 /// One contact of a closed hand.
-struct ContactRow<'a> {
-    names: &'a SampleNames<'a>,
+pub(super) struct ContactRow<'a> {
+    sample: &'a SelectedSample<'a>,
     rank: u32,
     closed_in: &'static str,
     link: &'a str,
@@ -62,36 +69,43 @@ struct ContactRow<'a> {
     force: Option<f64>,
 }
 
+impl OfSample for RunRow<'_> {
+    fn sample(&self) -> &SelectedSample<'_> {
+        self.sample
+    }
+}
+
 impl OfSample for GraspRow<'_> {
-    fn names(&self) -> &SampleNames<'_> {
-        self.names
+    fn sample(&self) -> &SelectedSample<'_> {
+        self.sample
     }
 }
 
 impl OfSample for ContactRow<'_> {
-    fn names(&self) -> &SampleNames<'_> {
-        self.names
+    fn sample(&self) -> &SelectedSample<'_> {
+        self.sample
     }
 }
 
-/// Writes `grasps.parquet`, `contacts.parquet`, `objects.parquet` and, with trials, `trials.parquet` and `series.parquet`.
+/// Writes the tables.
 pub(super) fn write(
     reader: &DatasetReader,
     selection: &ExportSelection,
     target: &mut Target,
 ) -> Result<Written, ExportError> {
-    let assets = reader.assets()?.objects;
-    let selected = SelectedSamples::of(reader, &assets, selection)?;
-    let mut tables: Option<GraspTables> = None;
-    selected.each(|sample, names| {
-        let (run, trials) = (sample.grasp_run()?, sample.grasp_trials()?);
+    let assets = reader.assets()?;
+    let selected = SelectedSamples::of(reader, &assets.objects, selection)?;
+    let (mut tables, mut counts): (Option<GraspTables>, _) = (None, ObjectCounts::default());
+    selected.each(|stored, sample| {
+        let (run, trials) = (stored.grasp_run()?, stored.grasp_trials()?);
+        counts.add([sample.id.subject]);
         let tables = match &mut tables {
             Some(tables) => tables,
             none => none.insert(GraspTables::create(reader, target, &run, trials.as_ref())?),
         };
-        tables.push(names, &run, trials.as_ref())
+        tables.push(sample, &run, trials.as_ref())
     })?;
-    let objects = objects::write(reader, &assets, &selected, target)?;
+    let objects = objects::write(reader, &assets.objects, &counts, target)?;
     let (grasps, facts) = tables.map_or(Ok((0, Map::new())), |tables| tables.finish(objects))?;
     let mut written = Written::selection(grasps, "grasps", selection);
     written.facts.extend(facts);
@@ -100,6 +114,7 @@ pub(super) fn write(
 
 /// The tables while they grow.
 struct GraspTables {
+    runs: RowTable,
     grasps: RowTable,
     contacts: RowTable,
     trials: Option<RowTable>,
@@ -107,74 +122,49 @@ struct GraspTables {
 }
 
 impl GraspTables {
-    /// Begins the tables; the first run and its trials say what joints and links are called, and which tables there are.
+    /// Begins the tables; the first run and its trials name joints and links, and decide which tables there are.
     fn create(
         reader: &DatasetReader,
         target: &mut Target,
         run: &GraspRun,
         trials: Option<&GraspTrials>,
     ) -> Result<Self, ExportError> {
-        let (hand, is_tried) = (&run.hand, trials.is_some());
+        let hand = &run.hand;
         let facts = [
             ("hand", json!(hand.name)),
             ("joints", json!(hand.joints)),
             ("driven", json!(hand.driven)),
             ("quality_space", json!(run.method.space)),
         ];
-        let grasps = ("grasps", "grasp", ROW_GROUP);
-        let contacts = ("contacts", "contact", 8 * ROW_GROUP);
-        let grasps = RowTable::create(grasps, &grasp_columns(is_tried), (reader, &mut *target), &facts)?;
-        let contacts = RowTable::create(contacts, &contact_columns(), (reader, &mut *target), &[])?;
+        let links = [facts[0].clone(), ("links", json!(hand.links))];
         let has_series = trials.is_some_and(|trials| trials.method.series_interval.is_some());
-        let trials = is_tried.then(|| {
-            RowTable::create(("trials", "trial", ROW_GROUP), &trials::columns(), (reader, &mut *target), &facts[..2])
-        });
-        let series = has_series.then(|| {
-            let facts = [facts[0].clone(), ("links", json!(hand.links))];
-            RowTable::create(("series", "sample", 8 * ROW_GROUP), &series::columns(), (reader, target), &facts)
-        });
-        Ok(Self { grasps, contacts, trials: trials.transpose()?, series: series.transpose()? })
+        let trials = trials.map(|_| RowTable::create::<TrialRow>(reader, target, &facts[..2])).transpose()?;
+        let series = has_series.then(|| RowTable::create::<SeriesRow>(reader, target, &links)).transpose()?;
+        Ok(Self {
+            runs: RowTable::create::<RunRow>(reader, target, &facts[..1])?,
+            grasps: RowTable::create::<GraspRow>(reader, target, &facts)?,
+            contacts: RowTable::create::<ContactRow>(reader, target, &[])?,
+            trials,
+            series,
+        })
     }
 
-    /// Adds the grasps of a run.
+    /// Adds a run with its grasps.
     fn push(
         &mut self,
-        names: &SampleNames<'_>,
+        sample: &SelectedSample<'_>,
         run: &GraspRun,
         trials: Option<&GraspTrials>,
     ) -> Result<(), ExportError> {
-        let (grasp_columns, contact_columns) = (grasp_columns(trials.is_some()), contact_columns());
-        for (rank, grasp) in (0..).zip(&run.grasps) {
-            let trial = trials.and_then(|trials| trial_of(trials, rank));
-            let clearances = [0, 1].map(|way| grasp.clearances.iter().map(|lowest| lowest[way]).collect());
-            let pregrasp = grasp.object_from_base_back(run.method.stand_off);
-            self.grasps.push(&grasp_columns, &GraspRow { names, rank, grasp, trial, clearances, pregrasp })?;
-            for contact in &grasp.contacts {
-                let link = run.hand.links[contact.link as usize].as_str();
-                let row = ContactRow { names, rank, closed_in: "search", link, contact: *contact, force: None };
-                self.contacts.push(&contact_columns, &row)?;
-            }
-            let closed = trial.and_then(|trial| trial.closed.as_ref());
-            if let (Some(trials), Some(closed)) = (trials, closed) {
-                for PressedContact { link, point, normal, distance, force } in closed.contacts.iter().copied() {
-                    let contact = HeldContact { link, point, normal, distance };
-                    let (link, force) = (trials.links[link as usize].as_str(), Some(force));
-                    let row = ContactRow { names, rank, closed_in: "trial", link, contact, force };
-                    self.contacts.push(&contact_columns, &row)?;
-                }
-            }
-        }
+        self.runs.extend([RunRow { sample, run }])?;
+        self.grasps
+            .extend((0..).zip(&run.grasps).map(|(rank, grasp)| GraspRow::new(sample, run, trials, (rank, grasp))))?;
+        self.contacts.extend((0..).zip(&run.grasps).flat_map(|of| ContactRow::of_grasp(sample, run, trials, of)))?;
         if let (Some(table), Some(trials)) = (&mut self.trials, trials) {
-            let columns = trials::columns();
-            for row in TrialRow::all(names, trials) {
-                table.push(&columns, &row)?;
-            }
+            table.extend(TrialRow::all(sample, trials))?;
         }
         if let (Some(table), Some(trials)) = (&mut self.series, trials) {
-            let columns = series::columns();
-            for row in SeriesRow::all(names, trials) {
-                table.push(&columns, &row)?;
-            }
+            table.extend(SeriesRow::all(sample, trials))?;
         }
         Ok(())
     }
@@ -182,11 +172,50 @@ impl GraspTables {
     /// Ends the tables, beside that of the objects; also returns the count of grasps.
     fn finish(self, objects: WrittenTable) -> Result<(u64, Map<String, Json>), ExportError> {
         let grasps = self.grasps.finish()?;
-        let (count, mut tables) = (grasps.rows, vec![grasps, self.contacts.finish()?, objects]);
+        let (count, mut tables) = (grasps.rows, vec![self.runs.finish()?, grasps, self.contacts.finish()?, objects]);
         for table in self.trials.into_iter().chain(self.series) {
             tables.push(table.finish()?);
         }
         Ok((count, table_facts(tables)))
+    }
+}
+
+impl<'a> GraspRow<'a> {
+    fn new(
+        sample: &'a SelectedSample<'a>,
+        run: &GraspRun,
+        trials: Option<&'a GraspTrials>,
+        (rank, grasp): (u32, &'a Grasp),
+    ) -> Self {
+        let trial = trials.and_then(|trials| trial_of(trials, rank));
+        let clearances = [0, 1].map(|way| grasp.clearances.iter().map(|lowest| lowest[way]).collect());
+        let pregrasp = grasp.object_from_base_back(run.method.stand_off);
+        Self { sample, rank, grasp, trial, clearances, pregrasp }
+    }
+}
+
+impl<'a> ContactRow<'a> {
+    /// Contacts of a grasp: in the search, and where it was tried in the trial.
+    fn of_grasp(
+        sample: &'a SelectedSample<'a>,
+        run: &'a GraspRun,
+        trials: Option<&'a GraspTrials>,
+        (rank, grasp): (u32, &'a Grasp),
+    ) -> impl Iterator<Item = Self> {
+        let searched = grasp.contacts.iter().map(move |contact| {
+            let link = run.hand.links[contact.link as usize].as_str();
+            Self { sample, rank, closed_in: "search", link, contact: *contact, force: None }
+        });
+        let pressed = trials.into_iter().flat_map(move |trials| {
+            let closed = trial_of(trials, rank).and_then(|trial| trial.closed.as_ref());
+            closed.into_iter().flat_map(|closed| &closed.contacts).map(move |contact| {
+                let PressedContact { link, point, normal, distance, force } = *contact;
+                let (contact, link) =
+                    (HeldContact { link, point, normal, distance }, trials.links[link as usize].as_str());
+                Self { sample, rank, closed_in: "trial", link, contact, force: Some(force) }
+            })
+        });
+        searched.chain(pressed)
     }
 }
 
@@ -195,15 +224,74 @@ fn trial_of(trials: &GraspTrials, rank: u32) -> Option<&GraspTrial> {
     trials.trials.binary_search_by_key(&rank, |trial| trial.grasp).ok().map(|index| &trials.trials[index])
 }
 
-fn grasp_columns<'a>(is_tried: bool) -> Vec<RowColumn<GraspRow<'a>>> {
-    let mut columns = sample_columns();
-    columns.extend(hand_columns());
-    columns.extend(way_columns());
-    columns.extend(quality_columns());
-    if is_tried {
-        columns.extend(outcome_columns());
+impl TableRow for RunRow<'_> {
+    const TABLE: TableName = TableName {
+        name: "runs",
+        row: "run",
+        group: 16384,
+        meaning: "One row per run that was kept: how its search went, and how many grasps of each verdict it found.",
+    };
+
+    fn columns(product: Product) -> Vec<RowColumn<Self>> {
+        let mut columns = sample_columns();
+        columns.extend([
+            RowColumn::new("asked_steps", U32, "steps of the search that the job asks for", |row: &Self| {
+                Value::U32(row.run.asked_steps)
+            }),
+            RowColumn::new("steps", U32, "steps that were taken; fewer where the seed was given up", |row| {
+                Value::U32(row.run.steps)
+            }),
+            RowColumn::new("failed_steps", U32, "steps without a legal neighbour", |row| Value::U32(row.run.failed)),
+            RowColumn::new("tries", U64, "neighbours that were evaluated", |row| Value::U64(row.run.tries)),
+            RowColumn::new("potentials", U64, "tries whose wrench space was evaluated", |row| {
+                Value::U64(row.run.potentials)
+            }),
+            RowColumn::new("resting_poses", U32, "resting poses of the object", |row| {
+                Value::U32(row.run.resting_poses)
+            }),
+        ]);
+        let facts = fact_columns(product, &columns);
+        columns.extend(facts);
+        columns
     }
-    columns
+}
+
+impl TableRow for GraspRow<'_> {
+    const TABLE: TableName = TableName {
+        name: "grasps",
+        row: "grasp",
+        group: ROW_GROUP,
+        meaning: "One row per grasp, kept or not. The columns from `trial` on are there where the job has `[physics]`; states that were not \
+                  tried are untested, not bad. `graspmill.joints`, `graspmill.driven`, `graspmill.hand` and `graspmill.quality_space` in the \
+                  table's metadata are JSON: names of the joints of `joints` and of the driven ones, name of the hand, and the space of \
+                  epsilon that decided what is kept. `grasp_frame` of the Python package (docs/python.md) is the same table without the \
+                  detour.",
+    };
+
+    fn columns(_: Product) -> Vec<RowColumn<Self>> {
+        let mut columns = sample_columns();
+        columns.extend(hand_columns());
+        columns.extend(way_columns());
+        columns.extend(quality_columns());
+        columns.extend(outcome_columns().map(|column| column.of_channel(Channel::GRASP_TRIALS)));
+        columns
+    }
+}
+
+impl TableRow for ContactRow<'_> {
+    const TABLE: TableName = TableName {
+        name: "contacts",
+        row: "contact",
+        group: 8 * ROW_GROUP,
+        meaning: "One row per contact of a closed hand: of every grasp that the search closed, and, where it was tried, of the hand in the \
+                  simulation when gravity came on.",
+    };
+
+    fn columns(_: Product) -> Vec<RowColumn<Self>> {
+        let mut columns = sample_columns();
+        columns.extend(contact_columns());
+        columns
+    }
 }
 
 /// Columns of the verdict and of the hand: where it is, and its joints.
@@ -449,9 +537,9 @@ fn outcome_columns<'a>() -> [RowColumn<GraspRow<'a>>; 11] {
     ]
 }
 
-fn contact_columns<'a>() -> Vec<RowColumn<ContactRow<'a>>> {
-    let mut columns = sample_columns();
-    columns.extend([
+/// Columns of a contact.
+fn contact_columns<'a>() -> [RowColumn<ContactRow<'a>>; 7] {
+    [
         RowColumn::new("rank", U32, "number of the grasp in its run", |row: &ContactRow<'a>| Value::U32(row.rank)),
         RowColumn::new("closed_in", Text, "what closed the hand: search, or trial when gravity came on", |row| {
             Value::Text(row.closed_in)
@@ -469,6 +557,5 @@ fn contact_columns<'a>() -> Vec<RowColumn<ContactRow<'a>>> {
         RowColumn::optional("force", F64, "force along the normal [N]; none in the search", |row| {
             row.force.map_or(Value::Empty, Value::F64)
         }),
-    ]);
-    columns
+    ]
 }

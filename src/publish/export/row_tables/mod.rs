@@ -1,52 +1,57 @@
-//! Parquet tables of rows, for pandas, DuckDB and dataset viewers: a table per kind of row. docs/tables.md lists their columns.
+//! Parquet tables of rows, for pandas, DuckDB and dataset viewers: a table per kind of row. docs/tables.md lists their columns; it is
+//! generated from the declarations here.
 
+mod bodies;
 mod column;
 mod grasps;
+mod heatmaps;
 mod objects;
 mod pairs;
 mod patches;
+mod pick_trials;
+mod picks;
 mod poses;
+mod row_table;
+mod scenes;
 mod series;
 mod touch;
 mod trials;
+mod views;
+mod volumes;
 
-use super::form::{ExportForm, ExportFormat};
-use format::{Noun, Product};
+#[cfg(test)]
+mod reference;
 
-/// Tables of every product: pairs and their touch, grasps with contacts and trials, patches, each with their objects; poses of
-/// a map.
+use super::{
+    error::ExportError,
+    form::{ExportForm, ExportFormat, ExportSelection, Written},
+    target::Target,
+};
+use format::{Noun, Product, dataset::DatasetReader};
+
+/// Writes the tables of a dataset.
+type WriteTables = fn(&DatasetReader, &ExportSelection, &mut Target) -> Result<Written, ExportError>;
+
+/// The form of a product.
+const fn tables(product: Product, counted: Noun, layout: fn(bool) -> &'static str, write: WriteTables) -> ExportForm {
+    ExportForm { product, counted, keys: &[], layout, write }
+}
+
+/// Tables of every product: a row per sample with its facts, and tables of what samples consist of.
 pub(super) static FORMAT: ExportFormat = ExportFormat {
     name: "parquet",
-    summary: "Parquet tables of pairs, touch, grasps, trials, patches, objects or poses, for pandas, DuckDB and dataset viewers.",
+    summary: "Parquet tables of any dataset, for pandas, DuckDB and dataset viewers.",
     has_unpacked: false,
     forms: &[
-        ExportForm {
-            product: Product::COMPLETION,
-            counted: Noun { one: "sample", many: "samples" },
-            keys: &[],
-            layout: |_| pairs::LAYOUT,
-            write: pairs::write,
-        },
-        ExportForm {
-            product: Product::GRASPS,
-            counted: Noun { one: "grasp", many: "grasps" },
-            keys: &[],
-            layout: |_| grasps::LAYOUT,
-            write: grasps::write,
-        },
-        ExportForm {
-            product: Product::PATCHES,
-            counted: Noun { one: "sample", many: "samples" },
-            keys: &[],
-            layout: |_| patches::LAYOUT,
-            write: patches::write,
-        },
-        ExportForm {
-            product: Product::REACHABILITY,
-            counted: Noun { one: "pose", many: "poses" },
-            keys: &[],
-            layout: |_| poses::LAYOUT,
-            write: poses::write,
-        },
+        tables(Product::COMPLETION, Noun { one: "sample", many: "samples" }, |_| pairs::LAYOUT, pairs::write),
+        tables(Product::GRASPS, Noun { one: "grasp", many: "grasps" }, |_| grasps::LAYOUT, grasps::write),
+        tables(Product::PATCHES, Noun { one: "sample", many: "samples" }, |_| patches::LAYOUT, patches::write),
+        tables(Product::REACHABILITY, Noun { one: "pose", many: "poses" }, |_| poses::LAYOUT, poses::write),
+        tables(Product::SCENES, Noun { one: "scene", many: "scenes" }, |_| scenes::LAYOUT, scenes::write),
+        tables(Product::VIEWS, Noun { one: "view", many: "views" }, |_| views::LAYOUT, views::write),
+        tables(Product::AMODAL, Noun { one: "pair", many: "pairs" }, |_| pairs::LAYOUT, pairs::write),
+        tables(Product::VOLUMES, Noun { one: "volume", many: "volumes" }, |_| volumes::LAYOUT, volumes::write),
+        tables(Product::PICKS, Noun { one: "body", many: "bodies" }, |_| picks::LAYOUT, picks::write),
+        tables(Product::HEATMAPS, Noun { one: "image", many: "images" }, |_| heatmaps::LAYOUT, heatmaps::write),
     ],
 };

@@ -1,23 +1,32 @@
 //! The table of objects: what each weighs and is, and how it rests on a table.
 
-use std::borrow::Cow;
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, BTreeSet},
+};
 
 use serde_json::Value as Json;
 
-use super::column::{RowColumn, RowTable, WrittenTable};
-use crate::export::{error::ExportError, selected::SelectedSamples, target::Target};
-use format::dataset::{AssetRow, DatasetError, DatasetReader, ObjectFacts};
-use kernel::geom::{MassProperties, RestingPose, RestingPoses};
+use super::{
+    column::RowColumn,
+    row_table::{RowTable, TableName, TableRow, WrittenTable},
+};
+use crate::export::{error::ExportError, target::Target};
+use format::{
+    Product,
+    dataset::{AssetRow, DatasetError, DatasetReader, ObjectFacts},
+};
+use kernel::{
+    geom::{MassProperties, RestingPose, RestingPoses},
+    ids::{Digest, ObjectId},
+};
 use tables::{
     ColumnType::{Boolean, F64, F64s, Text, U32, U64},
     Value,
 };
 
-/// Rows of a row group.
-const ROW_GROUP: usize = 1024;
-
 /// One object.
-struct ObjectRow<'a> {
+pub(super) struct ObjectRow<'a> {
     asset: &'a AssetRow,
     facts: Option<ObjectFacts>,
     resting: Option<RestingPoses>,
@@ -26,27 +35,46 @@ struct ObjectRow<'a> {
     samples: u64,
 }
 
-/// Writes `objects.parquet`: the objects of the selected samples, in the order of `assets.json`.
+/// Samples of an export in which each object is.
+#[derive(Default)]
+pub(super) struct ObjectCounts(BTreeMap<ObjectId, u64>);
+
+impl ObjectCounts {
+    /// Counts a sample with these objects, each once.
+    pub fn add(&mut self, objects: impl IntoIterator<Item = ObjectId>) {
+        let objects: BTreeSet<ObjectId> = objects.into_iter().collect();
+        objects.into_iter().for_each(|object| *self.0.entry(object).or_default() += 1);
+    }
+}
+
+/// The objects of each scene, in the order of its bodies, as rows of the asset table list them.
+pub(super) fn bodies_of_scenes(scenes: &[AssetRow]) -> BTreeMap<ObjectId, Vec<ObjectId>> {
+    let digests = |row: &AssetRow| {
+        let listed = row.facts.get("objects").and_then(Json::as_array).cloned().unwrap_or_default();
+        listed.iter().filter_map(|digest| digest.as_str().and_then(Digest::from_hex).map(ObjectId)).collect()
+    };
+    scenes.iter().map(|row| (row.object, digests(row))).collect()
+}
+
+/// Writes `objects.parquet`: the objects of the exported samples, in the order of `assets.json`.
 ///
 /// # Errors
 /// When a row of the asset table makes no sense, or the file can't be written.
 pub(super) fn write(
     reader: &DatasetReader,
     assets: &[AssetRow],
-    selected: &SelectedSamples<'_>,
+    counts: &ObjectCounts,
     target: &mut Target,
 ) -> Result<WrittenTable, ExportError> {
-    let columns = columns();
-    let mut table = RowTable::create(("objects", "object", ROW_GROUP), &columns, (reader, target), &[])?;
-    let samples = selected.by_object();
+    let mut table = RowTable::create::<ObjectRow>(reader, target, &[])?;
     for asset in assets {
-        let Some(samples) = samples.get(&asset.object) else { continue };
+        let Some(samples) = counts.0.get(&asset.object) else { continue };
         let (facts, resting) = (asset.object_facts(), asset.resting());
         let facts = facts.map_err(|error| invalid(reader, error.to_string()))?;
         let resting = resting.map_err(|error| invalid(reader, error.to_string()))?;
         let split = reader.splits().object(&asset.object).map_or("", |split| split.split.name());
         let subject = asset.object.to_string();
-        table.push(&columns, &ObjectRow { asset, facts, resting, subject, split, samples: samples.len() as u64 })?;
+        table.extend([ObjectRow { asset, facts, resting, subject, split, samples: *samples }])?;
     }
     table.finish()
 }
@@ -100,24 +128,39 @@ fn matrix_of(solid: &MassProperties, factor: f64) -> Value<'static> {
     Value::F64s((solid.inertia * factor).transpose().as_slice().to_vec().into())
 }
 
-fn columns<'a>() -> Vec<RowColumn<ObjectRow<'a>>> {
-    let mut columns = vec![
-        RowColumn::new("subject", Text, "the object by content, 64 hexadecimal digits", |row: &ObjectRow<'a>| {
-            Value::Text(&row.subject)
-        }),
-        RowColumn::new("object", Text, "name of the object", |row| Value::Text(&row.asset.name)),
-        RowColumn::new("split", Text, "split of the object; empty where the product has none", |row| {
-            Value::Text(row.split)
-        }),
-        RowColumn::new("samples", U64, "samples of the object in this export", |row| Value::U64(row.samples)),
-        RowColumn::optional("group", Text, "family, for splits by group", |row| row.text("group")),
-        RowColumn::optional("category", Text, "kind of thing, where the job says it", |row| row.text("category")),
-        RowColumn::optional("material", Text, "class of material, where the job says it", |row| row.text("material")),
-        RowColumn::optional("licence", Text, "licence of the mesh", |row| row.text("licence")),
-    ];
-    columns.extend(weight_columns());
-    columns.extend(shape_columns());
-    columns
+impl TableRow for ObjectRow<'_> {
+    const TABLE: TableName = TableName {
+        name: "objects",
+        row: "object",
+        group: 1024,
+        meaning: "One row per object of the exported samples: what it weighs and is ([format](format.md#tables)). Where samples are of objects, \
+                  `object` joins it with the other tables; in tables of scenes `body_name` does. `object_facts` of the Python package has \
+                  the same without the detour.",
+    };
+
+    fn columns(_: Product) -> Vec<RowColumn<Self>> {
+        let mut columns = vec![
+            RowColumn::new("subject", Text, "the object by content, 64 hexadecimal digits", |row: &Self| {
+                Value::Text(&row.subject)
+            }),
+            RowColumn::new("object", Text, "name of the object", |row| Value::Text(&row.asset.name)),
+            RowColumn::new("split", Text, "split of the object; empty where the product has none", |row| {
+                Value::Text(row.split)
+            }),
+            RowColumn::new("samples", U64, "samples in this export that the object is in", |row| {
+                Value::U64(row.samples)
+            }),
+            RowColumn::optional("group", Text, "family, for splits by group", |row| row.text("group")),
+            RowColumn::optional("category", Text, "kind of thing, where the job says it", |row| row.text("category")),
+            RowColumn::optional("material", Text, "class of material, where the job says it", |row| {
+                row.text("material")
+            }),
+            RowColumn::optional("licence", Text, "licence of the mesh", |row| row.text("licence")),
+        ];
+        columns.extend(weight_columns());
+        columns.extend(shape_columns());
+        columns
+    }
 }
 
 /// Columns of what the object weighs.

@@ -3,26 +3,25 @@
 use serde_json::json;
 
 use super::{
-    column::{OfSample, RowColumn, RowTable, matrix, sample_columns, table_facts},
-    objects,
+    column::{HasCamera, OfSample, RowColumn, camera_columns, fact_columns, le_bytes, matrix, sample_columns},
+    objects::{self, ObjectCounts},
+    row_table::{RowTable, TableName, TableRow, table_facts},
 };
 use crate::export::{
     error::ExportError,
     form::{ExportSelection, Written},
-    selected::{SampleNames, SelectedSamples},
+    selected::{SelectedSample, SelectedSamples},
     target::Target,
 };
 use format::{
-    Channel, HeatmapPatch, POINT_NAMES, PatchColour, PatchMetric, PatchTable, PatchTrial, PatchVisibility,
+    Channel, HeatmapPatch, POINT_NAMES, PatchColour, PatchMetric, PatchTable, PatchTrial, PatchVisibility, Product,
     dataset::DatasetReader,
 };
+use kernel::geom::Intrinsics;
 use tables::{
     ColumnType::{Bytes, F64, F64s, Text, U32},
     Value,
 };
-
-/// Rows of a row group: 5 MB of patches of 72 x 72 pixels.
-const ROW_GROUP: usize = 64;
 
 /// Layout of the table in words.
 pub(super) const LAYOUT: &str = "\
@@ -32,8 +31,8 @@ pub(super) const LAYOUT: &str = "\
     one row per object";
 
 /// One sample.
-struct PatchRow<'a> {
-    names: &'a SampleNames<'a>,
+pub(super) struct PatchRow<'a> {
+    sample: &'a SelectedSample<'a>,
     patch: &'a HeatmapPatch,
     grasps: String,
     depth: Vec<u8>,
@@ -48,8 +47,8 @@ struct PatchRow<'a> {
 }
 
 impl OfSample for PatchRow<'_> {
-    fn names(&self) -> &SampleNames<'_> {
-        self.names
+    fn sample(&self) -> &SelectedSample<'_> {
+        self.sample
     }
 }
 
@@ -59,115 +58,128 @@ pub(super) fn write(
     selection: &ExportSelection,
     target: &mut Target,
 ) -> Result<Written, ExportError> {
-    let assets = reader.assets()?.objects;
-    let selected = SelectedSamples::of(reader, &assets, selection)?;
-    let stored = reader.manifest().channels();
-    let facts = [("points", json!(POINT_NAMES))];
-    let table = ("patches", "patch", ROW_GROUP);
-    let mut table = RowTable::create(table, &columns(&stored), (reader, &mut *target), &facts)?;
-    selected.each(|sample, names| {
-        let (patch, colour) = (sample.heatmap_patch()?, sample.patch_colour()?);
-        let depth = patch.depth.iter().flat_map(|depth| depth.to_le_bytes()).collect();
-        let grasps = patch.grasps.hex();
-        let (trial, visibility) = (sample.patch_trial()?, sample.patch_visibility()?);
-        let (metric, metric_colour) = (sample.patch_metric()?, sample.patch_metric_colour()?);
-        let (table_under, in_metres) = (sample.patch_table()?, metric.iter().flat_map(|metric| &metric.depth));
-        let row = PatchRow {
-            names,
+    let assets = reader.assets()?;
+    let selected = SelectedSamples::of(reader, &assets.objects, selection)?;
+    let mut table = RowTable::create::<PatchRow>(reader, target, &[("points", json!(POINT_NAMES))])?;
+    let mut counts = ObjectCounts::default();
+    selected.each(|stored, sample| {
+        counts.add([sample.id.subject]);
+        let (patch, colour) = (stored.heatmap_patch()?, stored.patch_colour()?);
+        let (trial, visibility) = (stored.patch_trial()?, stored.patch_visibility()?);
+        let (metric, metric_colour) = (stored.patch_metric()?, stored.patch_metric_colour()?);
+        let table_under = stored.patch_table()?;
+        table.extend([PatchRow {
+            sample,
             patch: &patch,
-            grasps,
-            depth,
+            grasps: patch.grasps.hex(),
+            depth: le_bytes(&patch.depth),
             colour: colour.as_ref(),
             trial: trial.as_ref(),
             trials: trial.as_ref().map(|trial| trial.trials.hex()).unwrap_or_default(),
             visibility: visibility.as_ref(),
             metric: metric.as_ref(),
-            metric_depth: in_metres.flat_map(|depth| depth.to_le_bytes()).collect(),
+            metric_depth: le_bytes(metric.iter().flat_map(|metric| &metric.depth)),
             metric_colour: metric_colour.as_ref(),
             table: table_under.as_ref(),
-        };
-        table.push(&columns(&stored), &row)
+        }])
     })?;
-    let objects = objects::write(reader, &assets, &selected, target)?;
+    let objects = objects::write(reader, &assets.objects, &counts, target)?;
     let mut written = Written::selection(selected.count(), "samples", selection);
     written.facts.extend(table_facts([table.finish()?, objects]));
     Ok(written)
 }
 
-fn columns<'a>(stored: &[Channel]) -> Vec<RowColumn<PatchRow<'a>>> {
-    let mut columns = sample_columns();
-    columns.extend([
-        RowColumn::new(
-            "grasps",
-            Text,
-            "root digest of the exact numbers of the grasps' dataset",
-            |row: &PatchRow<'a>| Value::Text(&row.grasps),
-        ),
-        RowColumn::new("run", U32, "item of the grasp's run in that dataset", |row| Value::U32(row.patch.run)),
-        RowColumn::new("rank", U32, "number of the grasp in that run", |row| Value::U32(row.patch.rank)),
-        RowColumn::new("type", U32, "type of the grasp", |row| Value::U32(row.patch.kind())),
-        RowColumn::new("type_index", U32, "index of the type among those chosen, the commonest first", |row| {
-            Value::U32(row.patch.type_index)
-        }),
-        RowColumn::new("energy", F64, "energy that the search minimised, before closing", |row| {
-            Value::F64(row.patch.energy)
-        }),
-        RowColumn::new("epsilon", F64, "quality of the closed hand, in `space`", |row| Value::F64(row.patch.epsilon)),
-        RowColumn::new("space", Text, "space of epsilon: force, wrench", |row| Value::Text(&row.patch.space)),
-        RowColumn::new(
-            "label",
-            Text,
-            "content of `value`: epsilon (-epsilon), energy, trial (-1 held, 1 failed, 0 not known)",
-            |row| Value::Text(&row.patch.label),
-        ),
-        RowColumn::new("value", F64, "the label; lower is better", |row| Value::F64(row.patch.value.into())),
-        RowColumn::new("hand", Text, "name of the hand", |row| Value::Text(&row.patch.hand)),
-        RowColumn::new("width", U32, "width of the camera's image [px]", |row| Value::U32(row.patch.camera.width)),
-        RowColumn::new("height", U32, "height of the camera's image [px]", |row| Value::U32(row.patch.camera.height)),
-        RowColumn::new("fx", F64, "focal length of the camera [px]", |row| Value::F64(row.patch.camera.fx)),
-        RowColumn::new("fy", F64, "focal length of the camera [px]", |row| Value::F64(row.patch.camera.fy)),
-        RowColumn::new("cx", F64, "principal point of the camera [px]", |row| Value::F64(row.patch.camera.cx)),
-        RowColumn::new("cy", F64, "principal point of the camera [px]", |row| Value::F64(row.patch.camera.cy)),
-        RowColumn::new("camera_from_object", F64s, "16 numbers: pose of the object in camera axes [m]", |row| {
-            matrix(&row.patch.camera_from_object)
-        }),
-        RowColumn::new(
-            "object_from_approach",
-            F64s,
-            "16 numbers: pose of the approach frame in the object's frame, before closing [m]",
-            |row| matrix(&row.patch.object_from_approach),
-        ),
-        RowColumn::new(
-            "points",
-            F64s,
-            "12 numbers: palm, F0, F1, F2 of the closed hand, in the object's frame [m]",
-            |row| Value::F64s(row.patch.points.iter().flat_map(|point| point.point).collect()),
-        ),
-        RowColumn::new("pixels", F64s, "8 numbers: column and row of each point in the image [px]", |row| {
-            Value::F64s(row.patch.points.iter().flat_map(|point| point.pixel).collect())
-        }),
-        RowColumn::new("corners", F64s, "8 numbers: left and top pixel of each patch [px]", |row| {
-            Value::F64s(row.patch.points.iter().flat_map(|point| point.corner).map(f64::from).collect())
-        }),
-        RowColumn::new("side", U32, "side of each patch [px]", |row| Value::U32(row.patch.side)),
-        RowColumn::new(
-            "depth",
-            Bytes,
-            "float32 (4, side, side): depth along the optical axis [m], NaN = no return",
-            |row| Value::Bytes(&row.depth),
-        ),
-    ]);
-    if stored.contains(&Channel::PATCH_COLOUR) {
-        columns.push(RowColumn::optional("rgb", Bytes, "uint8 (4, side, side, 3): the patches in colour", |row| {
-            row.colour.map_or(Value::Empty, |colour| Value::Bytes(colour.rgb.as_flattened()))
-        }));
+impl HasCamera for PatchRow<'_> {
+    fn camera(&self) -> &Intrinsics {
+        &self.patch.camera
     }
-    for (channel, of_channel) in mark_columns() {
-        if stored.contains(&channel) {
-            columns.extend(of_channel());
+}
+
+impl TableRow for PatchRow<'_> {
+    const TABLE: TableName = TableName {
+        name: "patches",
+        row: "patch",
+        group: 64,
+        meaning: "One row per grasp that patches were cut for. `numpy.frombuffer(depth, \"<f4\").reshape(4, side, side)` are the patches; \
+                  `rgb` is there where the job renders colours, and the columns from `outcome` to `camera_from_table` where it asks for \
+                  labels by trials, marks, squares in metres or a table.",
+    };
+
+    fn columns(product: Product) -> Vec<RowColumn<Self>> {
+        let mut columns = sample_columns();
+        columns.extend([
+            RowColumn::new("grasps", Text, "root digest of the exact numbers of the grasps' dataset", |row: &Self| {
+                Value::Text(&row.grasps)
+            }),
+            RowColumn::new("run", U32, "item of the grasp's run in that dataset", |row| Value::U32(row.patch.run)),
+            RowColumn::new("rank", U32, "number of the grasp in that run", |row| Value::U32(row.patch.rank)),
+            RowColumn::new("type", U32, "type of the grasp", |row| Value::U32(row.patch.kind())),
+            RowColumn::new("type_index", U32, "index of the type among those chosen, the commonest first", |row| {
+                Value::U32(row.patch.type_index)
+            }),
+            RowColumn::new("energy", F64, "energy that the search minimised, before closing", |row| {
+                Value::F64(row.patch.energy)
+            }),
+            RowColumn::new("epsilon", F64, "quality of the closed hand, in `space`", |row| {
+                Value::F64(row.patch.epsilon)
+            }),
+            RowColumn::new("space", Text, "space of epsilon: force, wrench", |row| Value::Text(&row.patch.space)),
+            RowColumn::new(
+                "label",
+                Text,
+                "content of `value`: epsilon (-epsilon), energy, trial (-1 held, 1 failed, 0 not known)",
+                |row| Value::Text(&row.patch.label),
+            ),
+            RowColumn::new("value", F64, "the label; lower is better", |row| Value::F64(row.patch.value.into())),
+            RowColumn::new("hand", Text, "name of the hand", |row| Value::Text(&row.patch.hand)),
+        ]);
+        columns.extend(camera_columns());
+        columns.extend([
+            RowColumn::new(
+                "camera_from_object",
+                F64s,
+                "16 numbers: pose of the object in camera axes [m]",
+                |row: &Self| matrix(&row.patch.camera_from_object),
+            ),
+            RowColumn::new(
+                "object_from_approach",
+                F64s,
+                "16 numbers: pose of the approach frame in the object's frame, before closing [m]",
+                |row| matrix(&row.patch.object_from_approach),
+            ),
+            RowColumn::new(
+                "points",
+                F64s,
+                "12 numbers: palm, F0, F1, F2 of the closed hand, in the object's frame [m]",
+                |row| Value::F64s(row.patch.points.iter().flat_map(|point| point.point).collect()),
+            ),
+            RowColumn::new("pixels", F64s, "8 numbers: column and row of each point in the image [px]", |row| {
+                Value::F64s(row.patch.points.iter().flat_map(|point| point.pixel).collect())
+            }),
+            RowColumn::new("corners", F64s, "8 numbers: left and top pixel of each patch [px]", |row| {
+                Value::F64s(row.patch.points.iter().flat_map(|point| point.corner).map(f64::from).collect())
+            }),
+            RowColumn::new("side", U32, "side of each patch [px]", |row| Value::U32(row.patch.side)),
+            RowColumn::new(
+                "depth",
+                Bytes,
+                "float32 (4, side, side): depth along the optical axis [m], NaN = no return",
+                |row| Value::Bytes(&row.depth),
+            ),
+        ]);
+        columns.push(
+            RowColumn::optional("rgb", Bytes, "uint8 (4, side, side, 3): the patches in colour", |row: &Self| {
+                row.colour.map_or(Value::Empty, |colour| Value::Bytes(colour.rgb.as_flattened()))
+            })
+            .of_channel(Channel::PATCH_COLOUR),
+        );
+        for (channel, of_channel) in mark_columns() {
+            columns.extend(of_channel().into_iter().map(|column| column.of_channel(channel)));
         }
+        let facts = fact_columns(product, &columns);
+        columns.extend(facts);
+        columns
     }
-    columns
 }
 
 /// Makes the columns of a channel.

@@ -1,8 +1,11 @@
 //! Rows of trials over time: one per sample, those of the trial in the air before those on a table.
 
-use super::column::{OfSample, RowColumn, sample_columns};
-use crate::export::selected::SampleNames;
-use format::{GraspTrials, SeriesMoment, TrialSeries, trial_phases};
+use super::{
+    column::{OfSample, RowColumn, sample_columns},
+    row_table::{TableName, TableRow},
+};
+use crate::export::selected::SelectedSample;
+use format::{GraspTrials, Product, SeriesMoment, TrialSeries, trial_phases};
 use tables::{
     ColumnType::{Boolean, F64, F64s, Text, U32},
     Value,
@@ -10,7 +13,7 @@ use tables::{
 
 /// One sample of a trial.
 pub(super) struct SeriesRow<'a> {
-    names: &'a SampleNames<'a>,
+    sample: &'a SelectedSample<'a>,
     rank: u32,
     is_on_table: bool,
     phase: &'static str,
@@ -21,14 +24,14 @@ pub(super) struct SeriesRow<'a> {
 }
 
 impl OfSample for SeriesRow<'_> {
-    fn names(&self) -> &SampleNames<'_> {
-        self.names
+    fn sample(&self) -> &SelectedSample<'_> {
+        self.sample
     }
 }
 
 impl<'a> SeriesRow<'a> {
     /// The samples of a run's trials, in the order of its grasps.
-    pub fn all(names: &'a SampleNames<'a>, trials: &'a GraspTrials) -> impl Iterator<Item = Self> {
+    pub fn all(sample: &'a SelectedSample<'a>, trials: &'a GraspTrials) -> impl Iterator<Item = Self> {
         let interval = trials.method.series_interval.unwrap_or_default();
         let stored = trials.trials.iter().flat_map(|trial| {
             let on_table = trial.table.iter().flat_map(|table| &table.series).map(|series| (true, series));
@@ -43,17 +46,25 @@ impl<'a> SeriesRow<'a> {
                     forces[*link as usize] = f64::from(*force);
                 }
                 let time = f64::from(moment.number + 1) * interval;
-                Self { names, rank, is_on_table, phase: phases[moment.phase], time, moment, forces }
+                Self { sample, rank, is_on_table, phase: phases[moment.phase], time, moment, forces }
             })
         })
     }
 }
 
-/// Columns of the table.
-pub(super) fn columns<'a>() -> Vec<RowColumn<SeriesRow<'a>>> {
-    let mut columns = sample_columns();
-    columns.extend([
-        RowColumn::new("rank", U32, "number of the grasp in its run", |row: &SeriesRow<'a>| Value::U32(row.rank)),
+impl TableRow for SeriesRow<'_> {
+    const TABLE: TableName = TableName {
+        name: "series",
+        row: "sample",
+        group: 32768,
+        meaning: "One row per 20 ms of the trials of chosen grasps (`physics.series_share`), that in the air before that on a table. \
+                  `graspmill.links` in the table's metadata is JSON: names of the links of `forces`.",
+    };
+
+    fn columns(_: Product) -> Vec<RowColumn<Self>> {
+        let mut columns = sample_columns();
+        columns.extend([
+        RowColumn::new("rank", U32, "number of the grasp in its run", |row: &Self| Value::U32(row.rank)),
         RowColumn::new("on_table", Boolean, "whether the trial is that on a table, else that in the air", |row| {
             Value::Boolean(row.is_on_table)
         }),
@@ -81,5 +92,6 @@ pub(super) fn columns<'a>() -> Vec<RowColumn<SeriesRow<'a>>> {
             Value::F64(f64::from(row.moment.turned))
         }),
     ]);
-    columns
+        columns
+    }
 }

@@ -1,8 +1,11 @@
 //! Rows of physical trials: one per simulated trial, the perturbed ones after that under the conditions as given.
 
-use super::column::{OfSample, RowColumn, matrix, numbers, sample_columns};
-use crate::export::selected::SampleNames;
-use format::{ClosedHand, GraspTrial, GraspTrials, PerturbedTrial, TrialOutcome};
+use super::{
+    column::{OfSample, RowColumn, matrix, numbers, sample_columns},
+    row_table::{TableName, TableRow},
+};
+use crate::export::selected::SelectedSample;
+use format::{ClosedHand, GraspTrial, GraspTrials, PerturbedTrial, Product, TrialOutcome};
 use tables::{
     ColumnType::{Boolean, F64, F64s, Text, U32},
     Value,
@@ -10,7 +13,7 @@ use tables::{
 
 /// One simulated trial.
 pub(super) struct TrialRow<'a> {
-    names: &'a SampleNames<'a>,
+    sample: &'a SelectedSample<'a>,
     rank: u32,
     /// Number of the perturbed trial, and its conditions; `None` under the conditions as given.
     perturbed: Option<(u32, &'a PerturbedTrial)>,
@@ -23,18 +26,18 @@ pub(super) struct TrialRow<'a> {
 }
 
 impl OfSample for TrialRow<'_> {
-    fn names(&self) -> &SampleNames<'_> {
-        self.names
+    fn sample(&self) -> &SelectedSample<'_> {
+        self.sample
     }
 }
 
 impl<'a> TrialRow<'a> {
     /// The trials of a run, in the order of its grasps.
-    pub fn all(names: &'a SampleNames<'a>, trials: &'a GraspTrials) -> impl Iterator<Item = Self> {
+    pub fn all(sample: &'a SelectedSample<'a>, trials: &'a GraspTrials) -> impl Iterator<Item = Self> {
         let slips = |outcome: &TrialOutcome| [0, 1].map(|way| outcome.slips.iter().map(|slip| slip[way]).collect());
         trials.trials.iter().flat_map(move |GraspTrial { grasp: rank, outcome, closed, perturbed, .. }| {
             let given = Self {
-                names,
+                sample,
                 rank: *rank,
                 perturbed: None,
                 friction: trials.method.friction,
@@ -44,7 +47,7 @@ impl<'a> TrialRow<'a> {
                 slips: slips(outcome),
             };
             let perturbed = (0..).zip(perturbed).map(move |(number, trial)| Self {
-                names,
+                sample,
                 rank: *rank,
                 perturbed: Some((number, trial)),
                 friction: trial.friction,
@@ -58,12 +61,21 @@ impl<'a> TrialRow<'a> {
     }
 }
 
-/// Columns of the table.
-pub(super) fn columns<'a>() -> Vec<RowColumn<TrialRow<'a>>> {
-    let mut columns = sample_columns();
-    columns.extend(condition_columns());
-    columns.extend(outcome_columns());
-    columns
+impl TableRow for TrialRow<'_> {
+    const TABLE: TableName = TableName {
+        name: "trials",
+        row: "trial",
+        group: 4096,
+        meaning: "One row per simulated trial: that under the conditions as given, then the perturbed ones. Roll-outs are counted in \
+                  `grasps.parquet` alone.",
+    };
+
+    fn columns(_: Product) -> Vec<RowColumn<Self>> {
+        let mut columns = sample_columns();
+        columns.extend(condition_columns());
+        columns.extend(outcome_columns());
+        columns
+    }
 }
 
 /// Columns of the grasp that is tried, and of the conditions.

@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
+use super::headline::headline;
 use crate::{
     chart::{grouped, percent},
     inspection::{InspectionHeader, evenly, open_of},
@@ -137,7 +138,7 @@ impl AmodalSurvey {
         let assets = reader.assets()?;
         let counts = &manifest.counts;
         let facts = AmodalInspection {
-            header: InspectionHeader::of(reader)?,
+            header: InspectionHeader::of(reader, headline(reader)?)?,
             scenes: assets.subjects.len() as u64,
             samples: counts.samples,
             kept: counts.kept,

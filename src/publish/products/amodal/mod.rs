@@ -1,5 +1,6 @@
 //! Amodal pairs as people meet them: facts, page, pictures.
 
+mod headline;
 mod inspection;
 mod page;
 mod painting;

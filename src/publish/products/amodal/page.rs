@@ -43,7 +43,6 @@ pub(crate) struct AmodalPage<'a> {
 struct HeaderNumbers {
     kept: String,
     samples: String,
-    share: String,
     scenes: String,
     truncated: String,
 }
@@ -128,7 +127,6 @@ impl<'a> AmodalPage<'a> {
             numbers: HeaderNumbers {
                 kept: grouped(facts.kept),
                 samples: grouped(facts.samples),
-                share: percent(facts.kept as f64 / facts.samples.max(1) as f64),
                 scenes: grouped(facts.scenes),
                 truncated: grouped(facts.truncated),
             },

@@ -1,6 +1,7 @@
 //! The row of amodal pairs in the table of products.
 
 use super::{
+    headline::headline,
     inspection::AmodalSurvey,
     page::{AmodalPage, cards},
     painting::{PairPictures, pair_panel},
@@ -44,6 +45,7 @@ pub static PAGES: ProductPages = ProductPages {
     templates: &TEMPLATES,
     survey: |reader| Ok(Box::new(AmodalSurvey::of(reader)?)),
     parts: None,
+    headline,
     counts_in_words: |_, _| Ok(Vec::new()),
     warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| {

@@ -22,7 +22,7 @@ use format::{
     ArrayFormat,
     dataset::{DatasetError, DatasetReader},
 };
-use kernel::ids::ObjectId;
+use kernel::{assets::is_note, ids::ObjectId};
 
 /// Rule of a job by which every cell that a perfect camera sees is solid.
 const ALL_OF_SURFACE: &str = "any_overlap";
@@ -106,7 +106,7 @@ struct HeaderNumbers {
 impl HeaderNumbers {
     fn of(facts: &CompletionInspection) -> Self {
         let rejected = facts.rejected.values().sum::<u64>();
-        let warnings = facts.header.warnings.len();
+        let warnings = facts.header.warnings.iter().filter(|warning| !is_note(warning)).count();
         let contacts = |touch: &TouchFacts| format!("{:.1}", TouchFacts::share(touch.contacts(), touch.samples));
         Self {
             kept: grouped(facts.kept),
@@ -366,7 +366,10 @@ impl<'a> ObjectRow<'a> {
 
 fn remarks(object: &ObjectFacts) -> Vec<RemarkView> {
     let repairs = object.repairs.iter().map(|repair| RemarkView { class: None, text: format!("mended: {repair}") });
-    let warnings = object.warnings.iter().map(|text| RemarkView { class: Some("alarm"), text: text.clone() });
+    let warnings = object
+        .warnings
+        .iter()
+        .map(|text| RemarkView { class: Some(if is_note(text) { "quiet" } else { "alarm" }), text: text.clone() });
     let rejects = object.rejected.iter().map(|(reason, count)| RemarkView {
         class: Some("quiet"),
         text: format!("{} rejected: {}", grouped(*count), reason.replace('_', " ")),

@@ -11,6 +11,7 @@ use super::{
 use crate::{
     asset::{AssetKind, AssetUse},
     chart::percent,
+    headline::stored_samples,
     inspection::Inspection,
     numbers::{NumberRow, Numbers, SplitCounts},
     picture::{Panel, Picture},
@@ -43,6 +44,7 @@ pub static PAGES: ProductPages = ProductPages {
     templates: &TEMPLATES,
     survey: |reader| Ok(Box::new(CompletionSurvey::of(reader)?)),
     parts: None,
+    headline: stored_samples,
     counts_in_words: |_, _| Ok(Vec::new()),
     warnings: |_| Ok(Vec::new()),
     write_preview,

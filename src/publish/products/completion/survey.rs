@@ -9,6 +9,7 @@ use super::{
     inspection::{CompletionInspection, ObjectFacts, Setup, SplitFacts},
 };
 use crate::{
+    headline::stored_samples,
     inspection::{InspectionHeader, job_table, open_of},
     tally::Tally,
     touch::TouchFacts,
@@ -133,7 +134,7 @@ impl CompletionSurvey {
         let job = job_table(reader)?;
         let word = |table: &str, key: &str| job.get(table)?.get(key)?.as_str().map(str::to_owned);
         let facts = CompletionInspection {
-            header: InspectionHeader::of(reader)?,
+            header: InspectionHeader::of(reader, stored_samples(reader)?)?,
             channels: manifest.channels().into_iter().map(|channel: Channel| channel.name().to_owned()).collect(),
             setup: setup_of(reader)?,
             sensor: word("sensor", "profile").filter(|profile| profile != PERFECT_SENSOR),

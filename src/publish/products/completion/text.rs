@@ -5,7 +5,7 @@ use std::fmt;
 use super::inspection::{CompletionInspection, ObjectFacts};
 use crate::{
     chart::{grouped, percent},
-    inspection::InspectionHeader,
+    inspection::{InspectionHeader, remark_in_words},
     tally::SpreadRow,
 };
 use kernel::words::Show;
@@ -98,10 +98,9 @@ impl CompletionInspection {
             let split = split.map_or("?", |split| split.name());
             let name = name.shown();
             writeln!(f, "{name:<wide$}   {triangles:>9}  {side:>12}  {closed:>6}  {counts:>12}  {split}")?;
-            for (kind, words) in [("repaired", &object.repairs), ("warning", &object.warnings)] {
-                for word in words {
-                    writeln!(f, "{:wide$}     {kind}: {}", "", word.shown())?;
-                }
+            let repairs = object.repairs.iter().map(|repair| format!("repaired: {}", repair.shown()));
+            for line in repairs.chain(object.warnings.iter().map(|warning| remark_in_words(warning))) {
+                writeln!(f, "{:wide$}     {line}", "")?;
             }
         }
         for line in &self.refused {

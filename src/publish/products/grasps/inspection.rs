@@ -15,7 +15,7 @@ use crate::{
     tally::{Spread, SpreadRow},
 };
 use format::{
-    Grasp, GraspFacts, GraspMethod, GraspRun, GraspTrials, HandNames, Product,
+    Channel, Grasp, GraspFacts, GraspMethod, GraspRun, GraspTrials, HandNames, Product,
     dataset::{AssetRow, DatasetError, DatasetReader, Fate, Manifest, Selection, layout::ASSETS},
 };
 use kernel::{
@@ -109,7 +109,10 @@ pub struct GraspedObject {
     pub object: ObjectId,
     /// Runs of annealing.
     pub runs: u64,
-    /// Runs that were rejected or given up.
+    /// Runs that found no legal state.
+    #[serde(default)]
+    pub rejected: u64,
+    /// Runs whose seed was given up before they were over.
     pub given_up: u64,
     /// States with each verdict, in the order of [`GraspVerdict::ALL`].
     pub verdicts: [u64; GraspVerdict::ALL.len()],
@@ -183,6 +186,7 @@ struct Pass {
 #[derive(Default)]
 struct ObjectSums {
     runs: u64,
+    rejected: u64,
     given_up: u64,
     verdicts: [u64; GraspVerdict::ALL.len()],
     trials: [u64; 2],
@@ -289,9 +293,9 @@ impl GraspSurvey {
         for shard in 0..manifest.shards.len() {
             for row in reader.ledger(shard)?.rows {
                 let object = pass.objects.entry(row.sample.subject).or_default();
-                let given_up = GraspFacts::from(&row.facts).given_up;
                 object.runs += 1;
-                object.given_up += u64::from(given_up || matches!(row.fate, Fate::Rejected { .. }));
+                object.rejected += u64::from(matches!(row.fate, Fate::Rejected { .. }));
+                object.given_up += u64::from(GraspFacts::from(&row.facts).given_up);
             }
         }
         for sample in reader.iter(Selection::default()) {
@@ -310,6 +314,7 @@ impl GraspSurvey {
                 name: row.name,
                 object: row.object,
                 runs: sums.runs,
+                rejected: sums.rejected,
                 given_up: sums.given_up,
                 verdicts: sums.verdicts,
                 trials: sums.trials,
@@ -337,7 +342,7 @@ fn facts(
     let mut types: Vec<TypeFacts> = pass.types.iter().map(|(kind, count)| TypeFacts::new(*kind, *count)).collect();
     types.sort_by_key(|row| (std::cmp::Reverse(row.grasps), row.kind));
     Ok(GraspsInspection {
-        header: InspectionHeader::of(reader)?,
+        header: InspectionHeader::of(reader, headline(reader.manifest()))?,
         hand: pass.method.as_ref().map(|(_, hand)| hand.name.clone()),
         runs: manifest.counts.samples,
         kept_runs: manifest.counts.kept,
@@ -396,6 +401,16 @@ pub(super) fn grasp_counts_in_words(verdicts: &VerdictCounts) -> String {
     format!("{} grasps found, {} of them kept: {share}{others}", grouped(found), grouped(kept))
 }
 
+/// Grasps that held in trials where there are some, then those with force closure.
+pub(super) fn headline(manifest: &Manifest) -> String {
+    let [found, kept] = found_and_kept(&counted_verdicts(manifest)).map(grouped);
+    if !manifest.channels().contains(&Channel::GRASP_TRIALS) {
+        return format!("{kept} of {found} grasps found have force closure and are kept");
+    }
+    let [held, tried] = ["grasps_held", "grasps_tried"].map(|fact| grouped(manifest.counts.fact(fact)));
+    format!("{held} of {tried} grasps held in trials; {kept} of {found} found have force closure and are kept")
+}
+
 impl fmt::Display for GraspsInspection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.header.write_names(f)?;
@@ -408,6 +423,9 @@ impl fmt::Display for GraspsInspection {
         InspectionHeader::write_rejected(f, &self.rejected)?;
         self.header.write_shards(f)?;
         writeln!(f)?;
+        if let Some(trials) = &self.trials {
+            write!(f, "{trials}")?;
+        }
         writeln!(f, "\n{}", grasp_counts_in_words(&self.verdicts))?;
         writeln!(f, "\n                         min        5 %     median       95 %        max       mean")?;
         for (name, spread) in [("energy of all", &self.energy), ("epsilon of kept", &self.epsilon)] {
@@ -415,9 +433,6 @@ impl fmt::Display for GraspsInspection {
         }
         writeln!(f, "  {}", self.table.in_words())?;
         self.ways.in_words().iter().try_for_each(|line| writeln!(f, "  {line}"))?;
-        if let Some(trials) = &self.trials {
-            write!(f, "{trials}")?;
-        }
         if !self.types.is_empty() {
             writeln!(f, "\ntype      grasps     held  spread  proximal  distal  roll")?;
         }
@@ -434,13 +449,23 @@ impl fmt::Display for GraspsInspection {
         let wide = self.objects.iter().map(|object| object.name.chars().count()).max().unwrap_or(0).clamp(6, 40);
         writeln!(
             f,
-            "\n{:<wide$}    runs  given up    found     kept     held  rests  on table  lowest energy  highest epsilon",
+            "\n{:<wide$}    runs  rejected  given up    found     kept     held  rests  on table  lowest energy  highest epsilon",
             "object"
         )?;
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
         for object in &self.objects {
             let GraspedObject {
-                name, runs, given_up, verdicts, trials, resting, table, best_energy, best_epsilon, ..
+                name,
+                runs,
+                rejected,
+                given_up,
+                verdicts,
+                trials,
+                resting,
+                table,
+                best_energy,
+                best_epsilon,
+                ..
             } = object;
             let on_table = table.somewhere;
             let (found, kept) = (object.found(), verdicts[GraspVerdict::Kept as usize]);
@@ -448,7 +473,7 @@ impl fmt::Display for GraspsInspection {
             let held = if trials[0] > 0 { trials[1].to_string() } else { "-".to_owned() };
             writeln!(
                 f,
-                "{name:<wide$}  {runs:>6}  {given_up:>8} {found:>8} {kept:>8} {held:>8}  {resting:>5}  {on_table:>8}  \
+                "{name:<wide$}  {runs:>6}  {rejected:>8}  {given_up:>8} {found:>8} {kept:>8} {held:>8}  {resting:>5}  {on_table:>8}  \
                  {energy:>13}  {epsilon:>15}"
             )?;
         }

@@ -94,23 +94,28 @@ struct HeaderNumbers {
     not_kept: String,
     objects: usize,
     runs: String,
+    /// Runs that found no legal state; `None` where each found one.
+    rejected: Option<String>,
     given_up: String,
-    /// Kept of all found states.
-    share: String,
-    types: String,
+    /// States that were closed.
+    found: String,
+    /// Types of kept grasps; `None` of a hand without types.
+    types: Option<String>,
 }
 
 impl HeaderNumbers {
     fn of(facts: &GraspsInspection) -> Self {
         let [found, kept] = found_and_kept(&facts.verdicts);
+        let rejected: u64 = facts.rejected.values().sum();
         Self {
             kept: grouped(kept),
             not_kept: grouped(found - kept),
             objects: facts.objects.len(),
             runs: grouped(facts.runs),
+            rejected: Some(rejected).filter(|rejected| *rejected > 0).map(grouped),
             given_up: grouped(facts.given_up),
-            share: percent(kept as f64 / found.max(1) as f64),
-            types: grouped(facts.types.len() as u64),
+            found: grouped(found),
+            types: (!facts.types.is_empty()).then(|| grouped(facts.types.len() as u64)),
         }
     }
 }
@@ -317,7 +322,8 @@ impl<'a> ObjectRow<'a> {
     fn of(facts: &GraspsInspection, object: &'a GraspedObject, cards: &[CardView]) -> Self {
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
         let GraspedObject { name, object: id, verdicts, trials, resting, likely, table, .. } = object;
-        let mut figures = vec![grouped(object.runs), grouped(object.given_up), grouped(object.found())];
+        let mut figures: Vec<String> =
+            [object.runs, object.rejected, object.given_up, object.found()].map(grouped).into();
         figures.extend(verdicts.iter().map(|count| grouped(*count)));
         figures.extend(held_cell(facts, trials[1], trials[0]));
         figures.extend([

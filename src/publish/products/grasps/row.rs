@@ -2,7 +2,7 @@
 
 use super::{
     gallery::{best_grasp, cards, pictures},
-    inspection::{GraspSurvey, counted_verdicts, grasp_counts_in_words},
+    inspection::{GraspSurvey, counted_verdicts, grasp_counts_in_words, headline},
     page::GraspsPage,
     replayed::replay,
     templates::TEMPLATES,
@@ -44,6 +44,7 @@ pub static PAGES: ProductPages = ProductPages {
     templates: &TEMPLATES,
     survey: |reader| Ok(Box::new(GraspSurvey::of(reader)?)),
     parts: None,
+    headline: |reader| Ok(headline(reader.manifest())),
     counts_in_words: |_, manifest| Ok(vec![grasp_counts_in_words(&counted_verdicts(manifest))]),
     warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_grasp_preview(reader, PREVIEWED)?),
@@ -76,16 +77,16 @@ impl Survey for GraspSurvey {
         let facts = &self.facts;
         let rows = &mut numbers.rows;
         rows.extend(facts.hand.iter().map(|hand| NumberRow::new("hand", hand)));
+        if let Some(trials) = &facts.trials {
+            rows.push(NumberRow::new("physical trials", trials.in_words()));
+            rows.push(NumberRow::new("conditions of trials", &trials.conditions));
+        }
         rows.extend(GraspVerdict::ALL.map(|verdict| {
             let count = facts.verdicts.get(verdict.name()).copied().unwrap_or(0);
             NumberRow::new(format!("grasps: {}", verdict.name().replace('_', " ")), grouped(count))
         }));
         rows.push(NumberRow::new("runs given up before they were over", grouped(facts.given_up)));
         rows.push(NumberRow::new("different types of kept grasps", grouped(facts.types.len() as u64)));
-        if let Some(trials) = &facts.trials {
-            rows.push(NumberRow::new("physical trials", trials.in_words()));
-            rows.push(NumberRow::new("conditions of trials", &trials.conditions));
-        }
         numbers.spreads = vec![
             SpreadRow::new("energy of all states", 3, &facts.energy),
             SpreadRow::new("epsilon of kept grasps", 4, &facts.epsilon),

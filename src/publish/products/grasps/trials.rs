@@ -291,7 +291,8 @@ impl TrialSums {
 /// Trials as the page's template takes them.
 #[derive(Serialize)]
 pub(crate) struct TrialsView {
-    /// Tried grasps that held, and that did not.
+    /// Grasps that were tried, that held, and that did not.
+    tried: String,
     held: String,
     failed: String,
     conditions: String,
@@ -368,6 +369,7 @@ impl TrialsView {
             mean: format!("{mean:.2}"),
         });
         Self {
+            tried: grouped(trials.tried),
             held: grouped(trials.held()),
             failed: grouped(trials.tried - trials.held()),
             conditions: trials.conditions.clone(),

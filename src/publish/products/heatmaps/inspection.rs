@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
+use super::headline::headline;
 use crate::{
     chart::{grouped, percent},
     grasp_types::TypeFacts,
@@ -100,7 +101,7 @@ impl HeatmapSurvey {
         let assets = reader.assets()?;
         let counts = &manifest.counts;
         let facts = HeatmapsInspection {
-            header: InspectionHeader::of(reader)?,
+            header: InspectionHeader::of(reader, headline(reader)?)?,
             hand: assets.hands.first().map_or_else(String::new, |hand| hand.name.clone()),
             picks: first.as_ref().map(|heatmap| heatmap.picks),
             scenes: assets.subjects.len() as u64,

@@ -1,5 +1,6 @@
 //! Heatmaps of scenes as people meet them: facts, page, pictures.
 
+mod headline;
 mod inspection;
 mod page;
 mod painting;

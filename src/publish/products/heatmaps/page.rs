@@ -42,6 +42,8 @@ pub(crate) struct HeatmapsPage<'a> {
 #[derive(Serialize)]
 struct HeaderNumbers {
     kept: String,
+    /// Images with a free grasp.
+    with_grasps: String,
     scenes: String,
     hand: String,
     /// Names of the hand's points.
@@ -108,6 +110,7 @@ impl<'a> HeatmapsPage<'a> {
             speed: SpeedView::of(&facts.header, "images"),
             numbers: HeaderNumbers {
                 kept: grouped(facts.kept),
+                with_grasps: grouped(facts.images_with_grasps),
                 scenes: grouped(facts.scenes),
                 hand: facts.hand.clone(),
                 points: facts.points.join(", "),

@@ -1,6 +1,7 @@
 //! The row of heatmaps in the table of products.
 
 use super::{
+    headline::headline,
     inspection::HeatmapSurvey,
     page::{HeatmapsPage, cards},
     painting::{heatmap_panel, heatmap_words, marked_picture, patches_picture},
@@ -45,6 +46,7 @@ pub static PAGES: ProductPages = ProductPages {
         noun: Noun { one: "free grasp", many: "free grasps" },
         count: |manifest| ["untried", "held", "failed"].iter().map(|fact| manifest.counts.fact(fact)).sum(),
     }),
+    headline,
     counts_in_words: |_, _| Ok(Vec::new()),
     warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_heatmap_preview(reader)?),

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     chart::{grouped, percent},
     grasp_types::TypeFacts,
+    headline::{count_kept, stored_samples},
     inspection::{InspectionHeader, open_of},
     tally::{Spread, SpreadRow},
 };
@@ -192,7 +193,7 @@ fn facts(reader: &DatasetReader, pass: &Pass) -> Result<PatchesInspection, Datas
         kept: pass.types.get(kind).copied().unwrap_or(0),
     };
     Ok(PatchesInspection {
-        header: InspectionHeader::of(reader)?,
+        header: InspectionHeader::of(reader, headline(reader)?)?,
         grasps: first.as_ref().map(|patch| patch.grasps),
         hand: first.map(|patch| patch.hand),
         kept_grasps: types.grasps(),
@@ -212,6 +213,18 @@ fn facts(reader: &DatasetReader, pass: &Pass) -> Result<PatchesInspection, Datas
         energy: Spread::of(pass.energies.clone()),
         objects,
     })
+}
+
+/// Stored grasps, and what their trials say.
+pub(super) fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
+    let manifest = reader.manifest();
+    let patched = stored_samples(reader)?;
+    if !is_by_trials(manifest) {
+        return Ok(patched);
+    }
+    let with_label = |label: GraspLabel| count_kept(reader, |row| PatchFacts::from(&row.facts).outcome == Some(label));
+    let [held, failed] = [with_label(GraspLabel::Held)?, with_label(GraspLabel::Failed)?].map(grouped);
+    Ok(format!("{patched}: {held} held, {failed} failed"))
 }
 
 /// Whether the labels of a dataset are those of trials.

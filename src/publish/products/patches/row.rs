@@ -1,7 +1,7 @@
 //! The row of patches in the table of products.
 
 use super::{
-    inspection::{PatchSurvey, is_by_trials, types_in_words},
+    inspection::{PatchSurvey, headline, is_by_trials, types_in_words},
     page::PatchesPage,
     sheets::{PatchSheet, cards},
     templates::TEMPLATES,
@@ -40,6 +40,7 @@ pub static PAGES: ProductPages = ProductPages {
     templates: &TEMPLATES,
     survey: |reader| Ok(Box::new(PatchSurvey::of(reader)?)),
     parts: None,
+    headline,
     counts_in_words: |folder, manifest| Ok(vec![types_in_words(&read_types(folder)?, is_by_trials(manifest))]),
     warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_patch_preview(reader, PREVIEWED)?),

@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
+use super::headline::headline;
 use crate::{
     chart::{grouped, percent},
     inspection::{InspectionHeader, evenly, open_of},
@@ -158,7 +159,7 @@ impl PickSurvey {
             verdicts: verdicts.into_iter().filter(|(_, count)| *count > 0).collect(),
         });
         let facts = PicksInspection {
-            header: InspectionHeader::of(reader)?,
+            header: InspectionHeader::of(reader, headline(reader)?)?,
             hand: assets.hands.first().map_or_else(String::new, |hand| hand.name.clone()),
             scenes: bodies.len() as u64,
             samples: counts.samples,

@@ -1,5 +1,6 @@
 //! Picks as people meet them: facts, page, pictures.
 
+mod headline;
 mod inspection;
 mod page;
 mod painting;

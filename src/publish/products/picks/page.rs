@@ -48,7 +48,6 @@ struct HeaderNumbers {
     with_free: String,
     candidates: String,
     free: String,
-    free_share: String,
     /// Where the hand comes opened, and on one way at least.
     free_opened: String,
     free_either: String,
@@ -75,7 +74,7 @@ pub(crate) struct CardView {
 }
 
 /// Side of a picture [px].
-const SIDE: u32 = 360;
+const SIDE: u32 = 520;
 
 /// Side of a picture on the page [px].
 const SHOWN_SIDE: u32 = 260;
@@ -157,7 +156,6 @@ impl<'a> PicksPage<'a> {
                 with_free: grouped(facts.bodies_with_free),
                 candidates: grouped(facts.candidates),
                 free: grouped(facts.free),
-                free_share: share(facts.free, facts.candidates),
                 free_opened: grouped(facts.free_opened[0]),
                 free_either: grouped(facts.free_opened[1]),
             },

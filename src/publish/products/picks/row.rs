@@ -1,6 +1,7 @@
 //! The row of picks in the table of products.
 
 use super::{
+    headline::headline,
     inspection::PickSurvey,
     page::{PicksPage, cards, pick_words},
     painting::{Drawn, pick_panel},
@@ -19,9 +20,10 @@ use crate::{
 };
 use format::{
     Noun, PickFacts, Product,
-    dataset::{DatasetError, DatasetReader, Sample},
+    dataset::{DatasetError, DatasetReader, Manifest, Sample},
     products::grasps::SHAPES,
 };
+use kernel::files::Folder;
 
 /// Picks as people meet them.
 pub static PAGES: ProductPages = ProductPages {
@@ -46,7 +48,8 @@ pub static PAGES: ProductPages = ProductPages {
         noun: Noun { one: "grasp", many: "grasps" },
         count: |manifest| manifest.counts.fact("candidates"),
     }),
-    counts_in_words: |_, _| Ok(Vec::new()),
+    headline,
+    counts_in_words,
     warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_pick_preview(reader)?),
     preview_shows_more: false,
@@ -58,6 +61,18 @@ pub static PAGES: ProductPages = ProductPages {
         data_files: &[],
     },
 };
+
+/// Grasps that were evaluated, by what became of them.
+fn counts_in_words(_: &Folder, manifest: &Manifest) -> Result<Vec<String>, DatasetError> {
+    let counts = &manifest.counts;
+    let lost = ["ground", "container", "own_object", "neighbour"].map(|to| (to, counts.fact(&format!("lost_to_{to}"))));
+    let lost = lost.iter().filter(|(_, count)| *count > 0);
+    let lost: Vec<String> =
+        lost.map(|(to, count)| format!("{} to {}", grouped(*count), to.replace('_', " "))).collect();
+    let [candidates, free] = ["candidates", "free"].map(|fact| grouped(counts.fact(fact)));
+    let lost = if lost.is_empty() { String::new() } else { format!(", lost: {}", lost.join(", ")) };
+    Ok(vec![format!("{candidates} grasps evaluated: {free} free{lost}")])
+}
 
 /// Side of each part of a sample's picture in a release [px].
 const SIDE: u32 = 240;
@@ -76,14 +91,16 @@ impl Survey for PickSurvey {
     fn add_numbers(&self, numbers: &mut Numbers) {
         let facts = &self.facts;
         let mut add = |name: String, count: u64| numbers.rows.push(NumberRow::new(name, grouped(count)));
-        add("scenes".to_owned(), facts.scenes);
         add("bodies with a free grasp".to_owned(), facts.bodies_with_free);
+        if let Some(trials) = &facts.trials {
+            add("grasps tried among neighbours".to_owned(), trials.tried);
+            add("trials that held".to_owned(), trials.held);
+        }
+        add("scenes".to_owned(), facts.scenes);
         for (name, count) in facts.ends() {
             add(if name == "free" { "free grasps".to_owned() } else { format!("grasps lost to {name}") }, count);
         }
         if let Some(trials) = &facts.trials {
-            add("grasps tried among neighbours".to_owned(), trials.tried);
-            add("trials that held".to_owned(), trials.held);
             add("trials that held and moved a neighbour".to_owned(), trials.held_moving);
             add("trials that held and carried a neighbour along".to_owned(), trials.held_carrying);
         }

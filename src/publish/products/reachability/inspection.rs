@@ -139,7 +139,7 @@ pub(crate) fn facts_of(reader: &DatasetReader, field: &ReachabilityField) -> Res
         periodic: axis.periodic,
     };
     Ok(ReachabilityFacts {
-        header: InspectionHeader::of(reader)?,
+        header: InspectionHeader::of(reader, headline(reader)?)?,
         robot: RobotFacts {
             name: header.robot.clone(),
             id: header.robot_id,
@@ -172,6 +172,14 @@ pub(crate) fn facts_of(reader: &DatasetReader, field: &ReachabilityField) -> Res
             mean: finite(distances().sum::<f64>() / field.distances.len() as f64),
         },
     })
+}
+
+/// Poses that are reachable.
+pub(super) fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
+    let counts = PoseCounts::of(reader.manifest());
+    let (reachable, poses) = (counts.labels.get(PoseLabel::Reachable.name()).copied().unwrap_or(0), counts.poses());
+    let share = percent(reachable as f64 / poses.max(1) as f64);
+    Ok(format!("{} of {} poses are reachable: {share}", grouped(reachable), grouped(poses)))
 }
 
 /// Counts of poses by the names of labels and of proofs.

@@ -1,7 +1,7 @@
 //! The row of reachability in the table of products.
 
 use super::{
-    inspection::{PoseCounts, ReachabilityFacts, facts_of},
+    inspection::{PoseCounts, ReachabilityFacts, facts_of, headline},
     page::{ReachabilityPage, pictures, upright_picture},
     templates::TEMPLATES,
 };
@@ -48,6 +48,7 @@ pub static PAGES: ProductPages = ProductPages {
         noun: Noun { one: "pose", many: "poses" },
         count: |manifest| PoseCounts::of(manifest).poses(),
     }),
+    headline,
     counts_in_words: |_, manifest| Ok(PoseCounts::of(manifest).in_words()),
     warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_map_preview(reader.folder(), &read_field(reader.folder())?)?),

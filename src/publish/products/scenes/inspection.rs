@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
+use super::headline::headline;
 use crate::{
     chart::{grouped, percent},
     inspection::{InspectionHeader, evenly, open_of},
@@ -123,7 +124,7 @@ impl SceneSurvey {
         let mut objects: Vec<SceneObject> = objects.collect();
         objects.sort_by(|a, b| a.name.cmp(&b.name));
         let facts = ScenesInspection {
-            header: InspectionHeader::of(reader)?,
+            header: InspectionHeader::of(reader, headline(reader)?)?,
             samples: manifest.counts.samples,
             kept: manifest.counts.kept,
             splits: manifest.counts.splits.clone(),

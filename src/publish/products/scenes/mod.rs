@@ -1,5 +1,6 @@
 //! Scenes as people meet them: facts, page, pictures from above.
 
+mod headline;
 mod inspection;
 mod page;
 mod painting;

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     chart::{Bar, Ink, bar_chart, grouped, percent},
     markup::Markup,
-    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
+    page::{BodyView, DatasetView, ImageView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
 };
 use format::dataset::{DatasetError, DatasetReader};
 use kernel::words::Split;
@@ -53,8 +53,7 @@ pub(crate) struct CardView {
     words: String,
     instances: ImageView,
     depth: Option<ImageView>,
-    /// Number, object, resting pose and angle, what carries it.
-    bodies: Vec<[String; 4]>,
+    bodies: Vec<BodyView>,
 }
 
 /// Zoom of the pictures on a card, and in the strip.
@@ -72,15 +71,15 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &SceneSurvey) -> Result<Vec<
             found.map_or("?", |row| row.name.as_str()).to_owned()
         };
         let bodies = (1..).zip(&scene.bodies).map(|(number, body)| {
-            let resting = body.resting.map_or_else(String::new, |(pose, angle)| {
-                format!("pose {} at {:.0} deg", pose + 1, angle.to_degrees())
-            });
+            let resting =
+                body.resting.map(|(pose, angle)| format!("{:.0}° from resting pose {}", angle.to_degrees(), pose + 1));
             let carried = scene.supports.iter().filter(|support| support.body == number);
             let by = |support: &format::SceneSupport| match support.by {
-                format::CONTAINER => format!("container {}", percent(support.share)),
-                other => format!("{other} {}", percent(support.share)),
+                format::CONTAINER => format!("{} carried by the container", percent(support.share)),
+                other => format!("{} by {other}", percent(support.share)),
             };
-            [number.to_string(), name_of(body.object), resting, carried.map(by).collect::<Vec<_>>().join(", ")]
+            let words: Vec<String> = resting.into_iter().chain(carried.map(by)).collect();
+            BodyView::new(number, name_of(body.object), words.join(", "))
         });
         cards.push(CardView {
             title: format!("scene {}, {}", sample.index, reader.splits().of(&sample.id).map_or("", Split::name)),
@@ -140,7 +139,7 @@ impl CardView {
             words: "1 bodies".to_owned(),
             instances: image.clone(),
             depth: Some(image),
-            bodies: vec![["1".to_owned(), name.to_owned(), String::new(), "container 100 %".to_owned()]],
+            bodies: vec![BodyView::new(1, name, "100 % carried by the container".to_owned())],
         }
     }
 }

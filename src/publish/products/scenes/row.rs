@@ -1,6 +1,7 @@
 //! The row of scenes in the table of products.
 
 use super::{
+    headline::{BODIES, headline},
     inspection::SceneSurvey,
     page::{ScenesPage, cards},
     painting::{instance_picture, scene_words},
@@ -17,7 +18,7 @@ use crate::{
     templates::page_values,
 };
 use format::{
-    Noun, Product,
+    Product,
     dataset::{DatasetError, DatasetReader, Sample},
     products::grasps::SHAPES,
 };
@@ -40,10 +41,8 @@ pub static PAGES: ProductPages = ProductPages {
     },
     templates: &TEMPLATES,
     survey: |reader| Ok(Box::new(SceneSurvey::of(reader)?)),
-    parts: Some(SampleParts {
-        noun: Noun { one: "body", many: "bodies" },
-        count: |manifest| manifest.counts.fact("bodies"),
-    }),
+    parts: Some(SampleParts { noun: BODIES, count: |manifest| manifest.counts.fact("bodies") }),
+    headline,
     counts_in_words: |_, _| Ok(Vec::new()),
     warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_scene_preview(reader)?),

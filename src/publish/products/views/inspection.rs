@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
-use super::nearness::nearness_warning;
+use super::{headline::headline, nearness::nearness_warning};
 use crate::{
     chart::{grouped, percent},
     inspection::{InspectionHeader, evenly, open_of},
@@ -86,7 +86,7 @@ impl ViewSurvey {
         }
         let assets = reader.assets()?;
         let counts = &manifest.counts;
-        let mut header = InspectionHeader::of(reader)?;
+        let mut header = InspectionHeader::of(reader, headline(reader)?)?;
         header.warnings.extend(nearness_warning(reader)?);
         let facts = ViewsInspection {
             header,

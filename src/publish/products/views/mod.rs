@@ -1,5 +1,6 @@
 //! Views as people meet them: facts, page, pictures.
 
+mod headline;
 mod inspection;
 mod nearness;
 mod page;

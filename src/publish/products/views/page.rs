@@ -9,7 +9,7 @@ use super::{
 use crate::{
     chart::{Bar, Ink, bar_chart, grouped, percent},
     markup::Markup,
-    page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
+    page::{BodyView, DatasetView, ImageView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
     scene_objects::ScenesObject,
 };
 use format::{
@@ -46,6 +46,8 @@ struct HeaderNumbers {
     share: String,
     scenes: String,
     bodies: String,
+    /// Bodies of which a pixel is seen.
+    seen: String,
     truncated: String,
     too_near: Option<String>,
     near_draws: String,
@@ -60,12 +62,11 @@ pub(crate) struct CardView {
     instances: ImageView,
     depth: Option<ImageView>,
     colour: Option<ImageView>,
-    /// Number, object, share seen, pixels seen and of the whole silhouette.
-    bodies: Vec<[String; 4]>,
+    bodies: Vec<BodyView>,
 }
 
 /// Longest side of a picture [px].
-const SIDE: u32 = 320;
+const SIDE: u32 = 640;
 
 /// The views that a page shows.
 pub(crate) fn cards(reader: &DatasetReader, survey: &ViewSurvey) -> Result<Vec<CardView>, DatasetError> {
@@ -75,8 +76,8 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &ViewSurvey) -> Result<Vec<C
         let (image, Some(depth)) = (sample.scene_image()?, sample.view_depth()?) else { continue };
         let name_of = |object| ScenesObject::name_of(&survey.facts.objects, object).to_owned();
         let row = |(number, body): (u32, &SceneInstance)| {
-            let pixels = format!("{} of {}", grouped(body.pixels_visible.into()), grouped(body.pixels_all.into()));
-            [number.to_string(), name_of(body.object), percent(body.visible_share()), pixels]
+            let pixels = format!("{} of {} px", grouped(body.pixels_visible.into()), grouped(body.pixels_all.into()));
+            BodyView::new(number, name_of(body.object), format!("{} seen, {pixels}", percent(body.visible_share())))
         };
         let step = step_for(&image, SIDE);
         let (width, height) = (image.camera.width.div_ceil(step), image.camera.height.div_ceil(step));
@@ -84,8 +85,9 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &ViewSurvey) -> Result<Vec<C
             title: format!("view {}, {}", sample.index, reader.splits().of(&sample.id).map_or("", Split::name)),
             words: view_words(&image),
             bodies: (1..).zip(&image.bodies).map(row).collect(),
-            instances: ImageView::of(&instance_picture(&image, &depth, step), width, height),
-            depth: depth_of_view(&image, &depth, step).map(|picture| ImageView::of(&picture, width, height)),
+            instances: ImageView::of(&instance_picture(&image, &depth, step).with_few_colours(), width, height),
+            depth: depth_of_view(&image, &depth, step)
+                .map(|picture| ImageView::of(&picture.with_few_colours(), width, height)),
             colour: (sample.view_colour()?)
                 .map(|colour| ImageView::of(&colour_picture(&colour, step).with_few_colours(), width, height)),
         });
@@ -115,6 +117,7 @@ impl<'a> ViewsPage<'a> {
                 share: percent(facts.kept as f64 / facts.samples.max(1) as f64),
                 scenes: grouped(facts.scenes),
                 bodies: grouped(facts.bodies),
+                seen: grouped(facts.bodies - facts.strata.first().map_or(0, |(_, unseen)| *unseen)),
                 truncated: grouped(facts.truncated),
                 too_near: (facts.too_near > 0).then(|| grouped(facts.too_near)),
                 near_draws: grouped(facts.near_draws),
@@ -142,7 +145,7 @@ impl CardView {
             instances: image.clone(),
             depth: Some(image.clone()),
             colour: Some(image),
-            bodies: vec![["1".to_owned(), name.to_owned(), "100 %".to_owned(), "5 of 5".to_owned()]],
+            bodies: vec![BodyView::new(1, name, "100 % seen".to_owned())],
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The row of views in the table of products.
 
 use super::{
+    headline::headline,
     inspection::ViewSurvey,
     nearness::nearness_warning,
     page::{ViewsPage, cards},
@@ -46,6 +47,7 @@ pub static PAGES: ProductPages = ProductPages {
         noun: Noun { one: "body", many: "bodies" },
         count: |manifest| manifest.counts.fact("bodies"),
     }),
+    headline,
     counts_in_words: |_, _| Ok(Vec::new()),
     warnings: |reader| Ok(nearness_warning(reader)?.into_iter().collect()),
     write_preview: |reader, _| Ok(write_view_preview(reader)?),

@@ -4,6 +4,7 @@ use std::{collections::BTreeMap, fmt};
 
 use serde::{Deserialize, Serialize};
 
+use super::headline::headline;
 use crate::{
     chart::{grouped, percent},
     inspection::{InspectionHeader, evenly, open_of},
@@ -101,7 +102,7 @@ impl VolumeSurvey {
         }
         let counts = &manifest.counts;
         let facts = VolumesInspection {
-            header: InspectionHeader::of(reader)?,
+            header: InspectionHeader::of(reader, headline(reader)?)?,
             scenes: reader.assets()?.subjects.len() as u64,
             samples: counts.samples,
             kept: counts.kept,

@@ -1,6 +1,7 @@
 //! The row of volumes in the table of products.
 
 use super::{
+    headline::headline,
     inspection::{VolumeSurvey, images_in_words},
     page::{VolumesPage, cards, volume_words},
     painting::VolumePictures,
@@ -42,6 +43,7 @@ pub static PAGES: ProductPages = ProductPages {
     templates: &TEMPLATES,
     survey: |reader| Ok(Box::new(VolumeSurvey::of(reader)?)),
     parts: None,
+    headline,
     counts_in_words: |_, _| Ok(Vec::new()),
     warnings: |_| Ok(Vec::new()),
     write_preview: |reader, _| Ok(write_volume_preview(reader)?),

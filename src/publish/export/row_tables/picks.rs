@@ -1,0 +1,414 @@
+//! Tables of picks: bodies, the grasps that were evaluated on each, and what came of trials among the neighbours.
+
+use std::collections::BTreeMap;
+
+use serde_json::json;
+
+use super::{
+    bodies::{BodyName, BodyRow, ObjectNames, OfBody, body_columns},
+    column::{HasContainer, OfSample, RowColumn, container_columns, fact_columns, matrix, numbers, sample_columns},
+    objects::{self, ObjectCounts},
+    pick_trials::{NeighbourRow, PressedRow, TouchRow, TrialRow},
+    row_table::{RowTable, TableName, TableRow, table_facts},
+};
+use crate::export::{
+    error::ExportError,
+    form::{ExportSelection, Written},
+    selected::{SelectedSample, SelectedSamples},
+    target::Target,
+};
+use format::{
+    Channel, PickCandidate, PickCandidates, PickObstacle, PickPassage, PickTrial, PickTrials, Product, SceneContainer,
+    dataset::DatasetReader,
+};
+use tables::{
+    ColumnType::{Boolean, F64, F64s, Text, U32},
+    Value,
+};
+
+/// Layout of the tables in words.
+pub(super) const LAYOUT: &str = "\
+    picks.parquet: one row per body whose grasps were evaluated; candidates.parquet: one row per grasp of it; bodies.parquet: one row per \
+    body of the scene; with trials pick_trials.parquet: one row per trial, pick_contacts.parquet: one row per contact of the closed hand, \
+    pick_touches.parquet: one row per thing that the hand pressed on besides, pick_neighbours.parquet: one row per neighbour that could \
+    move; objects.parquet: one row per object. sample_index and candidate join them. Poses are 16 numbers, 4 x 4 row-major";
+
+/// One body with its grasps.
+pub(super) struct PickRow<'a> {
+    sample: &'a SelectedSample<'a>,
+    body: BodyName<'a>,
+    picks: &'a PickCandidates,
+    hand: String,
+    trials: Option<&'a PickTrials>,
+}
+
+/// One grasp of a body.
+pub(super) struct CandidateRow<'a> {
+    sample: &'a SelectedSample<'a>,
+    number: u32,
+    candidate: &'a PickCandidate,
+    trial: Option<&'a PickTrial>,
+}
+
+/// The tables of trials while they grow.
+struct TrialTables {
+    trials: RowTable,
+    contacts: RowTable,
+    touches: RowTable,
+    neighbours: RowTable,
+}
+
+/// The tables while they grow.
+struct PickTables {
+    picks: RowTable,
+    candidates: RowTable,
+    bodies: RowTable,
+    trials: Option<TrialTables>,
+}
+
+/// Writes the tables.
+pub(super) fn write(
+    reader: &DatasetReader,
+    selection: &ExportSelection,
+    target: &mut Target,
+) -> Result<Written, ExportError> {
+    let assets = reader.assets()?;
+    let names = ObjectNames::of(&assets.objects);
+    let selected = SelectedSamples::of(reader, &assets.subjects, selection)?;
+    let (mut tables, mut counts): (Option<PickTables>, _) = (None, ObjectCounts::default());
+    selected.each(|stored, sample| {
+        let (picks, trials) = (&stored.pick_candidates()?, stored.pick_trials()?);
+        counts.add([picks.object()]);
+        let tables = match &mut tables {
+            Some(tables) => tables,
+            none => none.insert(PickTables::create(reader, target, picks)?),
+        };
+        tables.push(sample, (picks, trials.as_ref()), &names)
+    })?;
+    let objects = objects::write(reader, &assets.objects, &counts, target)?;
+    let mut written = Written::selection(selected.count(), "bodies", selection);
+    let tables = tables.map_or(Ok(Vec::new()), PickTables::finish)?;
+    written.facts.extend(table_facts(tables.into_iter().chain([objects])));
+    Ok(written)
+}
+
+impl PickTables {
+    /// Begins the tables; the first sample names hand and joints.
+    fn create(reader: &DatasetReader, target: &mut Target, first: &PickCandidates) -> Result<Self, ExportError> {
+        let facts = [("hand", json!(first.hand)), ("joints", json!(first.joints))];
+        let has_trials = reader.manifest().channels().contains(&Channel::PICK_TRIALS);
+        Ok(Self {
+            picks: RowTable::create::<PickRow>(reader, target, &facts[..1])?,
+            candidates: RowTable::create::<CandidateRow>(reader, target, &facts)?,
+            bodies: RowTable::create::<BodyRow>(reader, target, &[])?,
+            trials: has_trials.then(|| TrialTables::create(reader, target)).transpose()?,
+        })
+    }
+
+    /// Adds a body with its grasps.
+    fn push<'a>(
+        &mut self,
+        sample: &'a SelectedSample<'a>,
+        (picks, trials): (&'a PickCandidates, Option<&'a PickTrials>),
+        names: &'a ObjectNames<'a>,
+    ) -> Result<(), ExportError> {
+        let (body, hand) = (BodyName::new(picks.body(), picks.object(), names), picks.hand_id.to_string());
+        self.picks.extend([PickRow { sample, body, picks, hand, trials }])?;
+        let tried = trials.iter().flat_map(|trials| &trials.trials);
+        let tried: BTreeMap<u32, &PickTrial> = tried.map(|trial| (trial.candidate, trial)).collect();
+        let row = |(number, candidate)| {
+            let trial = tried.get(&number).copied();
+            CandidateRow { sample, number, candidate, trial }
+        };
+        self.candidates.extend((0..).zip(&picks.candidates).map(row))?;
+        self.bodies.extend(BodyRow::all(sample, names, &picks.bodies))?;
+        match (&mut self.trials, trials) {
+            (Some(tables), Some(trials)) => tables.push(sample, trials),
+            _ => Ok(()),
+        }
+    }
+
+    /// Ends the tables.
+    fn finish(self) -> Result<Vec<super::row_table::WrittenTable>, ExportError> {
+        let Self { picks, candidates, bodies, trials } = self;
+        let trials = trials
+            .into_iter()
+            .flat_map(|TrialTables { trials, contacts, touches, neighbours }| [trials, contacts, touches, neighbours]);
+        [picks, candidates, bodies].into_iter().chain(trials).map(RowTable::finish).collect()
+    }
+}
+
+impl TrialTables {
+    fn create(reader: &DatasetReader, target: &mut Target) -> Result<Self, ExportError> {
+        Ok(Self {
+            trials: RowTable::create::<TrialRow>(reader, target, &[])?,
+            contacts: RowTable::create::<TouchRow>(reader, target, &[])?,
+            touches: RowTable::create::<PressedRow>(reader, target, &[])?,
+            neighbours: RowTable::create::<NeighbourRow>(reader, target, &[])?,
+        })
+    }
+
+    fn push<'a>(&mut self, sample: &'a SelectedSample<'a>, trials: &'a PickTrials) -> Result<(), ExportError> {
+        self.trials.extend(TrialRow::all(sample, trials))?;
+        self.contacts.extend(TouchRow::all(sample, trials))?;
+        self.touches.extend(PressedRow::all(sample, trials))?;
+        self.neighbours.extend(NeighbourRow::all(sample, trials))
+    }
+}
+
+impl OfSample for PickRow<'_> {
+    fn sample(&self) -> &SelectedSample<'_> {
+        self.sample
+    }
+}
+
+impl OfBody for PickRow<'_> {
+    fn body(&self) -> &BodyName<'_> {
+        &self.body
+    }
+}
+
+impl HasContainer for PickRow<'_> {
+    fn container(&self) -> &SceneContainer {
+        &self.picks.container
+    }
+}
+
+impl OfSample for CandidateRow<'_> {
+    fn sample(&self) -> &SelectedSample<'_> {
+        self.sample
+    }
+}
+
+/// Columns of the conditions and the protocol of trials.
+fn protocol_columns<'a>() -> [RowColumn<PickRow<'a>>; 16] {
+    fn of(row: &PickRow<'_>, value: fn(&PickTrials) -> f64) -> Value<'static> {
+        row.trials.map_or(Value::Empty, |trials| Value::F64(value(trials)))
+    }
+    let columns = [
+        RowColumn::optional("mass", F64, "mass of the body [kg]", |row: &PickRow<'a>| of(row, |trials| trials.mass)),
+        RowColumn::optional("friction", F64, "coefficient of friction of the body against the hand", |row| {
+            of(row, |trials| trials.friction)
+        }),
+        RowColumn::optional(
+            "torsion",
+            F64,
+            "torque about a contact's normal is at most friction times this times the force [m]",
+            |row| of(row, |trials| trials.torsion),
+        ),
+        RowColumn::optional("rolling", F64, "rolling friction among bodies [m]", |row| {
+            of(row, |trials| trials.rolling)
+        }),
+        RowColumn::optional("awake", Text, "bodies that may move: near or all", |row| {
+            row.trials.map_or(Value::Empty, |trials| Value::Text(trials.awake.name()))
+        }),
+        RowColumn::optional("stand_off", F64, "distance along its approach at which the hand starts [m]", |row| {
+            of(row, |trials| trials.protocol.approach[0])
+        }),
+        RowColumn::optional("approach_time", F64, "time of the approach [s]", |row| {
+            of(row, |trials| trials.protocol.approach[1])
+        }),
+        RowColumn::optional("start_depth", F64, "deepest overlap at the start [m]", |row| {
+            of(row, |trials| trials.protocol.start_depth)
+        }),
+        RowColumn::optional("closing_time", F64, "longest closing [s]", |row| {
+            of(row, |trials| trials.protocol.closing_time)
+        }),
+        RowColumn::optional("lift", F64, "height of the lift [m]", |row| of(row, |trials| trials.protocol.lift[0])),
+        RowColumn::optional("lift_time", F64, "time of the lift [s]", |row| of(row, |trials| trials.protocol.lift[1])),
+        RowColumn::optional("hold_time", F64, "time for which the hand keeps the body after that [s]", |row| {
+            of(row, |trials| trials.protocol.hold_time)
+        }),
+        RowColumn::optional("least_raised", F64, "height of the centre of mass of a body that is held [m]", |row| {
+            of(row, |trials| trials.protocol.least_raised)
+        }),
+        RowColumn::optional("lost_distance", F64, "a body that moves farther in the hand is lost [m]", |row| {
+            of(row, |trials| trials.protocol.lost[0])
+        }),
+        RowColumn::optional("lost_angle", F64, "a body that rotates more in the hand is lost [rad]", |row| {
+            of(row, |trials| trials.protocol.lost[1])
+        }),
+        RowColumn::optional(
+            "carried_height",
+            F64,
+            "a neighbour that is this far up in the end was carried along [m]",
+            |row| of(row, |trials| trials.protocol.carried_height),
+        ),
+    ];
+    columns.map(|column| column.of_channel(Channel::PICK_TRIALS))
+}
+
+impl TableRow for PickRow<'_> {
+    const TABLE: TableName = TableName {
+        name: "picks",
+        row: "pick",
+        group: 4096,
+        meaning: "One row per body whose grasps were evaluated. The columns from `mass` to `carried_height`, and the counts of trials, are \
+                  there where grasps were tried among the neighbours.",
+    };
+
+    fn columns(product: Product) -> Vec<RowColumn<Self>> {
+        let mut columns = sample_columns();
+        columns.extend(body_columns());
+        columns.extend(container_columns());
+        columns.extend([
+            RowColumn::new("hand", Text, "name of the hand", |row: &Self| Value::Text(&row.picks.hand)),
+            RowColumn::new("hand_digest", Text, "description and table of the hand by content", |row| {
+                Value::Text(&row.hand)
+            }),
+            RowColumn::new("take", Text, "choice of the stored grasps: tried, held, kept or closed", |row| {
+                Value::Text(row.picks.take.name())
+            }),
+            RowColumn::new("rolls", U32, "directions about its closing line in which each grasp is evaluated", |row| {
+                Value::U32(row.picks.rolls)
+            }),
+            RowColumn::new("margin", F64, "distance that the hand keeps from everything but the body [m]", |row| {
+                Value::F64(row.picks.margin)
+            }),
+        ]);
+        columns.extend(protocol_columns());
+        let facts = fact_columns(product, &columns);
+        columns.extend(facts);
+        columns
+    }
+}
+
+impl TableRow for CandidateRow<'_> {
+    const TABLE: TableName = TableName {
+        name: "candidates",
+        row: "candidate",
+        group: 8192,
+        meaning: "One row per grasp that was evaluated. `run` and `rank` name the stored grasp (`item` and `rank` of `grasps.parquet`). \
+                  `trial` and `held` are there where grasps were tried. `graspmill.joints` in the table's metadata is JSON: names of the \
+                  joints of `closed_joints`.",
+    };
+
+    fn columns(_: Product) -> Vec<RowColumn<Self>> {
+        let mut columns = sample_columns();
+        columns.extend([
+            RowColumn::new("candidate", U32, "index among the candidates of the body", |row: &Self| {
+                Value::U32(row.number)
+            }),
+            RowColumn::new("run", U32, "number of the run of the stored grasp", |row| Value::U32(row.candidate.run)),
+            RowColumn::new("rank", U32, "number of the stored grasp in that run", |row| Value::U32(row.candidate.rank)),
+            RowColumn::new("direction", U32, "number of its direction; 0 is the stored grasp", |row| {
+                Value::U32(row.candidate.direction)
+            }),
+            RowColumn::new(
+                "world_from_base",
+                F64s,
+                "16 numbers: pose of the hand's base in the world, where the hand closes [m]",
+                |row| matrix(&row.candidate.world_from_base),
+            ),
+            RowColumn::new(
+                "free_ways",
+                Text,
+                "ways on which the hand touches nothing but the body: opened, posture, both or none",
+                |row| Value::Text(row.candidate.free_ways().name()),
+            ),
+        ]);
+        columns.extend(posture_columns());
+        columns.extend(opened_columns());
+        columns.extend([RowColumn::optional(
+            "closed_joints",
+            F64s,
+            "all joints of the hand closed on the body alone [rad or m]; none where no way is free",
+            |row: &Self| numbers((!row.candidate.closed.is_empty()).then_some(row.candidate.closed.as_slice())),
+        )]);
+        let of_trials = [
+            RowColumn::optional(
+                "trial",
+                Text,
+                "verdict on its trial (pick_trials.parquet); none where it was not tried",
+                |row: &Self| row.trial.map_or(Value::Empty, |trial| Value::Text(trial.verdict.name())),
+            ),
+            RowColumn::optional("held", Boolean, "whether it held in the trial; none where it was not tried", |row| {
+                row.trial.map_or(Value::Empty, |trial| Value::Boolean(trial.verdict.is_held()))
+            }),
+        ];
+        columns.extend(of_trials.map(|column| column.of_channel(Channel::PICK_TRIALS)));
+        columns
+    }
+}
+
+/// Columns of the path of the hand that comes in its posture.
+fn posture_columns<'a>() -> [RowColumn<CandidateRow<'a>>; 5] {
+    [
+        RowColumn::new(
+            "free",
+            Boolean,
+            "whether the hand that comes in its posture touches nothing but the body",
+            |row| is_free(&row.candidate.ways.shaped),
+        ),
+        RowColumn::optional(
+            "blocked_by",
+            Text,
+            "obstacle in the way of the hand that comes in its posture: ground, container, own object or neighbour; none of a free hand",
+            |row| obstacle(&row.candidate.ways.shaped),
+        ),
+        RowColumn::optional(
+            "stage",
+            Text,
+            "part of the path with the obstacle: pregrasp, approach or closing",
+            |row| stage(&row.candidate.ways.shaped),
+        ),
+        RowColumn::optional("neighbour", U32, "number of the body that is in the way", |row| {
+            neighbour(&row.candidate.ways.shaped)
+        }),
+        RowColumn::new(
+            "clearance",
+            F64,
+            "distance from the obstacle, below 0 where they overlap; of a free hand the smallest from anything but the body, up to \
+             0.01 [m]",
+            |row| Value::F64(row.candidate.ways.shaped.clearance),
+        ),
+    ]
+}
+
+/// The same columns of the hand that comes opened.
+fn opened_columns<'a>() -> [RowColumn<CandidateRow<'a>>; 5] {
+    [
+        RowColumn::new(
+            "free_opened",
+            Boolean,
+            "as free, of the hand that comes opened and takes on its posture where it closes",
+            |row| is_free(&row.candidate.ways.opened),
+        ),
+        RowColumn::optional("blocked_by_opened", Text, "as blocked_by, of the hand that comes opened", |row| {
+            obstacle(&row.candidate.ways.opened)
+        }),
+        RowColumn::optional(
+            "stage_opened",
+            Text,
+            "part of the path with the obstacle: pregrasp, approach, shaping or closing",
+            |row| stage(&row.candidate.ways.opened),
+        ),
+        RowColumn::optional("neighbour_opened", U32, "as neighbour, of the hand that comes opened", |row| {
+            neighbour(&row.candidate.ways.opened)
+        }),
+        RowColumn::new("clearance_opened", F64, "as clearance, of the hand that comes opened [m]", |row| {
+            Value::F64(row.candidate.ways.opened.clearance)
+        }),
+    ]
+}
+
+fn is_free(passage: &PickPassage) -> Value<'static> {
+    Value::Boolean(passage.is_free())
+}
+
+fn obstacle(passage: &PickPassage) -> Value<'static> {
+    passage
+        .blocked
+        .map_or(Value::Empty, |blocked| Value::Text(PickObstacle::NAMES[usize::from(blocked.by.number()) - 1]))
+}
+
+fn stage(passage: &PickPassage) -> Value<'static> {
+    passage.blocked.map_or(Value::Empty, |blocked| Value::Text(blocked.stage.name()))
+}
+
+fn neighbour(passage: &PickPassage) -> Value<'static> {
+    match passage.blocked.map(|blocked| blocked.by) {
+        Some(PickObstacle::Neighbour(number)) => Value::U32(number),
+        _ => Value::Empty,
+    }
+}

@@ -1,0 +1,79 @@
+//! Tables of everything that is made of scenes: another program compares each value with what the Python package reads in the shards.
+
+use std::sync::LazyLock;
+
+use serde_json::Value;
+
+use super::heatmaps::{heatmaps_job, with_inputs};
+use crate::support::{
+    files::{copy_folder, repository_path},
+    first_words::check_first_words,
+    jobs::ABOUT,
+    program::Program,
+    robots::GRIPPER,
+    workspace::Workspace,
+};
+
+/// Pairs of bodies in clutter with touch by rays.
+const PAIRS: &str = "product = \"amodal\"\nseed = 3\ntouch = { random_rays = true }\n[views]\ndataset = \"views\"\n";
+
+/// A dataset of each product that is made of scenes, made once.
+fn with_all() -> Workspace {
+    static MADE: LazyLock<Workspace> = LazyLock::new(make_all);
+    Workspace::copy_of(&MADE)
+}
+
+/// In a folder that is as deep as that of the inputs, whose jobs name the hand by a relative path.
+fn make_all() -> Workspace {
+    let workspace = Workspace::kept("scenes-all");
+    copy_folder(with_inputs().folder(), workspace.folder());
+    let hand = repository_path(GRIPPER);
+    let volumes = format!(
+        "product = \"volumes\"\nseed = 3\n[views]\ndataset = \"views\"\n[fusion]\nviews = [1, 3]\nfusions = 2\nsize = 0.42\n\
+         below = 0.05\n[picks]\ndataset = \"picks\"\n[hand]\nscene = {hand:?}\n"
+    );
+    workspace.make_dataset("amodal", PAIRS, &[]);
+    workspace.make_dataset("volumes", &volumes, &[]);
+    workspace.make_dataset("heatmaps", &heatmaps_job(""), &[]);
+    workspace
+}
+
+#[test]
+fn run_inspect_report_and_card_of_scenes_begin_with_the_same_words() {
+    let workspace = Workspace::kept("scenes-words");
+    copy_folder(with_all().folder(), workspace.folder());
+    let about = workspace.write("about.toml", ABOUT);
+    for (product, words) in [
+        ("scenes", "scenes with"),
+        ("views", "bodies in them are seen"),
+        ("amodal", "have a pair"),
+        ("volumes", "volumes fused from"),
+        ("picks", "bodies have a free grasp; "),
+        ("heatmaps", "images have a free grasp; "),
+    ] {
+        let headline = check_first_words(&workspace.path(product), &about);
+        assert!(headline.contains(words), "{product}: {headline}");
+    }
+}
+
+#[test]
+fn every_table_of_scenes_holds_what_the_shards_do() {
+    let workspace = with_all();
+    for (product, tables) in [
+        ("scenes", &["scenes", "bodies", "body_contacts", "supports", "objects"][..]),
+        ("views", &["views", "instances", "objects"]),
+        ("amodal", &["pairs", "touch", "blocked", "objects"]),
+        ("volumes", &["volumes", "volume_grasps", "bodies", "fused_views", "objects"]),
+        ("picks", &["picks", "candidates", "bodies", "pick_trials", "pick_contacts", "pick_neighbours", "objects"]),
+        ("heatmaps", &["heatmaps", "marks", "forbidden", "objects"]),
+    ] {
+        let (data, out) = (workspace.path(product), workspace.path(format!("{product}-tables")));
+        Program::on("export", &data).args(["--to", "parquet"]).option("--out", &out).succeed();
+        let python = Program::python().arg("tests/peers/tables.py").arg(&data).arg(&out);
+        let rows: Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();
+        println!("{product}: {rows}");
+        for table in tables {
+            assert!(rows[table].as_u64() > Some(0), "{product}: {table}: {rows}");
+        }
+    }
+}
