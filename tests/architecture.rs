@@ -50,10 +50,10 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("kernel/ids", &[]),
     ("kernel/npy", &[]),
     ("kernel/remedy", &[]),
-    ("kernel/description", &["files", "ids", "remedy"]),
     ("kernel/seed", &["ids"]),
     ("kernel/words", &["ids"]),
     ("kernel/files", &["words"]),
+    ("kernel/description", &["files", "ids", "remedy", "words"]),
     ("kernel/geom", &[]),
     ("kernel/voxel", &["geom", "seed"]),
     ("kernel/render", &["geom", "ids", "seed"]),
@@ -339,11 +339,12 @@ const TOUCH_FILES: [&str; 5] = [
 /// command line, in a job or in a description.
 const FOLLOW_LINKS: &[(&str, &[&str])] = &[
     ("files::open(", &[]),
-    ("files::open_bounded(", &["src/kernel/assets/", "src/perception/read/"]),
-    ("files::read(", &["src/kernel/assets/description.rs"]),
+    ("files::open_bounded(", &["src/kernel/assets/", "src/kernel/description/", "src/perception/read/"]),
+    ("files::read(", &["src/kernel/description/"]),
     (
         "files::read_text(",
         &[
+            "src/kernel/description/packages.rs",
             "src/robot/hand/table/",
             "src/perception/camera/",
             "src/factory/job/",

@@ -128,7 +128,7 @@ fn refused_meshes_mean_three_and_the_others_are_made() {
         "seed = 1\nviews = { even = 6 }\n[gate]\nmin_partial_cells = 20\n[[objects]]\nfolder = \"meshes with spaces ü\"\n",
     );
     let said = workspace.run_job("folder", "data").expect_code(3).stdout;
-    assert!(said.contains("empty.stl") && said.contains("6 samples of 1 object:"), "{said}");
+    assert!(said.contains("empty.stl") && said.starts_with("6 samples of 1 object\n"), "{said}");
 }
 
 #[test]

@@ -19,7 +19,7 @@ from .errors import (
 )
 from .inside import read_text, size_inside
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 SPLITS = ("training", "holdout", "validation", "test")
 
 _KEYS = {
@@ -63,6 +63,8 @@ class Folder:
                 size = size_inside(self.path, f"shards/{shard['file']}")
             except FileNotFoundError:
                 raise DamagedFile(path, "it is missing, and the manifest names it", VERIFY) from None
+            except OSError as error:
+                raise unreadable(path, error) from error
             if size != shard["bytes"]:
                 raise DamagedFile(path, f"it has {size} bytes, and the manifest says {shard['bytes']}", VERIFY)
 

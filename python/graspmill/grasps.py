@@ -138,7 +138,8 @@ class GraspSample(Sample):
         them, puts the object on a table: this is in the way below a clearance of 0.
         """
         shaped, opened = self._free(resting_pose)
-        return np.array(FREE_WAYS)[2 * shaped + opened]
+        names: npt.NDArray[np.str_] = np.array(FREE_WAYS)[2 * shaped + opened]
+        return names
 
     def waypoints(
         self, up: npt.ArrayLike = (0.0, 0.0, 1.0), lift: float = 0.1, resting_pose: npt.ArrayLike | None = None

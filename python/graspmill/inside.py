@@ -16,6 +16,7 @@ MOST_BYTES = 256 << 20
 _COPY = "replace it by a copy of what it leads to (cp -rL)"
 # A folder on the way need not be readable.
 _WAY = getattr(os, "O_PATH", os.O_RDONLY) | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_CLOEXEC", 0)
+_BY_FOLDER = os.open in os.supports_dir_fd
 _NOFOLLOW = getattr(os, "O_NOFOLLOW", 0)
 _END = os.O_RDONLY | _NOFOLLOW | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 
@@ -33,7 +34,7 @@ def _descriptor_inside(folder: Path, name: str) -> int:
     path, parts = folder / name, PurePosixPath(name).parts
     if not parts or any(part in ("..", "/") for part in parts):
         raise DamagedFile(path, "it leads out of the folder", VERIFY)
-    if os.open not in os.supports_dir_fd:
+    if not _BY_FOLDER:
         for depth in range(1, len(parts) + 1):
             below = folder.joinpath(*parts[:depth])
             _refuse(below, os.lstat(below), depth == len(parts))

@@ -199,7 +199,8 @@ class PickSample(Sample):
     @content
     def free_ways(self) -> npt.NDArray[np.str_]:
         """(candidates,) ways on which the hand is free, each one of ``FREE_WAYS``: opened, or in its posture."""
-        return np.array(FREE_WAYS)[2 * self.free + self.free_opened]
+        names: npt.NDArray[np.str_] = np.array(FREE_WAYS)[2 * self.free + self.free_opened]
+        return names
 
     @content
     def joint_names(self) -> list[str]:

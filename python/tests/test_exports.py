@@ -99,7 +99,8 @@ def type_of(field: Any) -> str:
     """A column's type, in the words of docs/tables.md."""
     names = {"string": "text", "double": "f64", "uint32": "u32", "uint64": "u64", "binary": "bytes"}
     listed = str(field.type).startswith("list")
-    kind = "list of f64" if listed else names.get(str(field.type), str(field.type))
+    value = str(field.type.value_type if listed else field.type)
+    kind = ("list of " if listed else "") + names.get(value, value)
     return f"{kind}, or none" if field.nullable else kind
 
 

@@ -106,12 +106,12 @@ def test_open_files_of_ours_make_way_for_others(data: Path, monkeypatch: pytest.
     wanted = read(samples, list(range(len(samples))))
     whole, refused = os.open, []
 
-    def open_once(path: Path, flags: int) -> int:
-        if not refused:
+    def open_once(path: str | Path, flags: int, **named: int) -> int:
+        if not refused and str(path).endswith(".mcap"):
             refused.append(path)
             raise OSError(errno.EMFILE, "Too many open files")
-        return whole(path, flags)
+        return whole(path, flags, **named)
 
-    monkeypatch.setattr(os, "open", open_once)
     again = Dataset(data / "pairs", CompletionSample, cached_chunks=1)
+    monkeypatch.setattr(os, "open", open_once)
     assert read(again, list(range(len(again)))) == wanted and refused

@@ -8,7 +8,7 @@ use super::{
     completion_args::{PictureArgs, PixelCentre},
     exit::{Exit, Failure},
 };
-use kernel::ids::Digest;
+use kernel::{ids::Digest, words::Show};
 use perception::{
     CENTRE_AT_HALF, CENTRE_AT_ZERO, CameraDescription, CameraRule, ClusterRule, DepthFrame, FrameRule, LabelImage,
     LabelledFrame, MAX_OBJECTS, Plane, PlaneChoice, PlaneRule, Rectification, Scene, SceneRule, read_frame,
@@ -78,7 +78,7 @@ impl SegmentedPicture {
         let segment = milliseconds_since(began);
         if scene.clusters.len() > MAX_OBJECTS {
             let found = format!("{} objects, more than {MAX_OBJECTS}", scene.clusters.len());
-            let message = format!("{}: {found}; raise --min-points or --gap", arguments.depth.display());
+            let message = format!("{}: {found}; raise --min-points or --gap", arguments.depth.shown());
             return Err(Failure::message(Exit::BadSpec, message));
         }
         let file = arguments.depth.file_name().unwrap_or_default().to_string_lossy().into_owned();

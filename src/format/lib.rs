@@ -59,4 +59,4 @@ pub use products::{
 };
 
 /// Number of the format on disk; a reader refuses every other.
-pub const FORMAT_VERSION: u32 = 2;
+pub const FORMAT_VERSION: u32 = 3;

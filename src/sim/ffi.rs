@@ -1,4 +1,5 @@
 //! Every unsafe call of the room: MuJoCo's log handler, its table of collision functions, its GL context, EGL.
+// Long because: unsafe code of the room is in one file.
 
 use std::{
     ffi::{CStr, c_char, c_int, c_void},

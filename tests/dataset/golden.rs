@@ -38,30 +38,32 @@ fn golden(version: &str) -> PathBuf {
 }
 
 #[test]
-fn version_1_is_refused_with_its_number_and_the_remedy() {
-    let folder = golden("v1");
-    let assert_refused = |error: DatasetError| {
-        assert!(matches!(error, DatasetError::Version { found: 1, expected: 2, .. }), "{error}");
-        let text = error.to_string();
-        for part in [
-            "has format version 1, this program reads 2",
-            "make it anew from its job with `graspmill run`",
-            "read it with a graspmill of format 1",
-        ] {
-            assert!(text.contains(part), "{part} is not in: {text}");
-        }
-    };
-    // Every door to a dataset.
-    assert_refused(DatasetReader::open(&Folder::at(&folder)).map(|_| ()).unwrap_err());
-    assert_refused(Manifest::read(&Folder::at(&folder)).unwrap_err());
-    assert_refused(verify(&Folder::at(&folder), CHECK_INSIDE, |_| {}).unwrap_err());
-    assert_refused(read_mark(&Folder::at(&folder)).unwrap_err());
-    let before = list_names(&folder);
-    assert_refused(begin_run(&Folder::at(&folder), &small().mark()).unwrap_err());
-    assert_eq!(list_names(&folder), before, "nothing is changed in it");
+fn older_versions_are_refused_with_their_number_and_the_remedy() {
+    for old in [1, 2] {
+        let folder = golden(&format!("v{old}"));
+        let assert_refused = |error: DatasetError| {
+            assert!(matches!(error, DatasetError::Version { found, expected: 3, .. } if found == old), "{error}");
+            let text = error.to_string();
+            for part in [
+                format!("has format version {old}, this program reads 3"),
+                "make it anew from its job with `graspmill run`".to_owned(),
+                format!("read it with a graspmill of format {old}"),
+            ] {
+                assert!(text.contains(&part), "{part} is not in: {text}");
+            }
+        };
+        // Every door to a dataset.
+        assert_refused(DatasetReader::open(&Folder::at(&folder)).map(|_| ()).unwrap_err());
+        assert_refused(Manifest::read(&Folder::at(&folder)).unwrap_err());
+        assert_refused(verify(&Folder::at(&folder), CHECK_INSIDE, |_| {}).unwrap_err());
+        assert_refused(read_mark(&Folder::at(&folder)).unwrap_err());
+        let before = list_names(&folder);
+        assert_refused(begin_run(&Folder::at(&folder), &small().mark()).unwrap_err());
+        assert_eq!(list_names(&folder), before, "nothing is changed in it");
+    }
 }
 
-/// One shard of version 1 under a name of version 2: the manifest does not give it away, its own header does.
+/// One shard of version 1 under a name of version 3: the manifest does not give it away, its own header does.
 #[test]
 fn a_shard_of_version_1_among_others_is_refused_with_its_number() {
     let workspace = Workspace::new();
@@ -78,7 +80,7 @@ fn a_shard_of_version_1_among_others_is_refused_with_its_number() {
     let text = text.replacen(&format!("\"bytes\": {}", shard.bytes), &format!("\"bytes\": {}", old.len()), 1);
     workspace.write("manifest.json", unseal(&text));
     let error = DatasetReader::open(&Folder::at(workspace.folder())).map(|_| ()).unwrap_err();
-    assert!(matches!(error, DatasetError::Version { found: 1, expected: 2, .. }), "{error}");
+    assert!(matches!(error, DatasetError::Version { found: 1, expected: 3, .. }), "{error}");
     assert!(error.to_string().contains(&name), "{error}");
     let VerifyReport { problems, intact_shards, .. } =
         verify(&Folder::at(workspace.folder()), CHECK_INSIDE, |_| {}).unwrap();
@@ -88,8 +90,8 @@ fn a_shard_of_version_1_among_others_is_refused_with_its_number() {
 }
 
 #[test]
-fn version_2_reads_back() {
-    let (small, reader) = (small(), DatasetReader::open(&Folder::at(&golden("v2"))).unwrap());
+fn version_3_reads_back() {
+    let (small, reader) = (small(), DatasetReader::open(&Folder::at(&golden("v3"))).unwrap());
     let mut kept = 0;
     for index in 0..small.samples() {
         let (id, sample) = (small.id(index), reader.sample(SampleIndex(index)).unwrap());
@@ -107,12 +109,12 @@ fn version_2_reads_back() {
         assert_eq!(touched.touch, TOUCH.map(|channel| (channel, make_touch(channel, &pair))));
     }
     assert_eq!(kept, small.samples() - 1);
-    assert_intact(golden("v2"), CHECK_INSIDE);
+    assert_intact(golden("v3"), CHECK_INSIDE);
 }
 
 #[test]
-fn ledgers_of_version_2_read_back() {
-    let (small, reader) = (small(), DatasetReader::open(&Folder::at(&golden("v2"))).unwrap());
+fn ledgers_of_version_3_read_back() {
+    let (small, reader) = (small(), DatasetReader::open(&Folder::at(&golden("v3"))).unwrap());
     let mut rows = Vec::new();
     for shard in 0..2 {
         let ledger = reader.ledger(shard).unwrap();
@@ -138,13 +140,13 @@ fn ledgers_of_version_2_read_back() {
 }
 
 #[test]
-fn tables_of_version_2_read_back() {
-    let (small, folder) = (small(), golden("v2"));
+fn tables_of_version_3_read_back() {
+    let (small, folder) = (small(), golden("v3"));
     let reader = DatasetReader::open(&Folder::at(&folder)).unwrap();
     let (manifest, header) = (reader.manifest(), small.header());
     assert_eq!(read_mark(&Folder::at(&folder)).unwrap(), Some(small.mark()));
     assert_eq!(scan_shards(&Folder::at(&folder), &small.mark()).unwrap().done.len(), 2);
-    assert_eq!((manifest.format_version, manifest.product), (2, Product::COMPLETION));
+    assert_eq!((manifest.format_version, manifest.product), (3, Product::COMPLETION));
     assert_eq!((&manifest.generator, manifest.job), (&header.generator, header.job));
     assert_eq!((&manifest.platform, &manifest.warnings), (&header.platform, &header.warnings));
     assert_eq!(manifest.channels(), small.channels);
@@ -190,8 +192,8 @@ fn tables_of_version_2_read_back() {
 /// change of packing from a change of data. A change of data needs a new FORMAT_VERSION or a CHANGELOG entry with
 /// `Regenerate:`; then `GRASPMILL_WRITE_GOLDEN=1` writes the folder anew.
 #[test]
-fn version_2_is_written_byte_for_byte() {
-    let golden = golden("v2");
+fn version_3_is_written_byte_for_byte() {
+    let golden = golden("v3");
     if env::var_os("GRASPMILL_WRITE_GOLDEN").is_some() {
         let _ = fs::remove_dir_all(&golden);
         small().finish(&golden);

@@ -33,7 +33,7 @@ const CALLERS: [(&str, &str); 16] = [
     ("indicatif", "bars of progress"),
     ("minijinja", "templates of pages"),
     ("parquet", "sizes of filters and digits of decimals, neither of which is used"),
-    ("parry3d_f645shape7trimesh7TriMesh22compute_pseudo_normals", "pseudo-normals are asked of no mesh"),
+    ("7TriMesh22compute_pseudo_normals", "pseudo-normals are asked of no mesh"),
     ("parry3d_f645query20nonlinear_shape_cast", "no motion is cast"),
     ("glamx6eigen3", "axes of inertia are asked of no shape"),
 ];

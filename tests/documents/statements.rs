@@ -1,16 +1,16 @@
 //! The page of statements holds the program's own tables.
 
-use std::{fs, path::Path};
+use std::fs;
 
 use graspmill::sim::statements::reference;
 
-use crate::support::files::read_text;
+use crate::support::files::{read_text, repository_path};
 
 #[test]
 fn the_page_of_statements_is_printed_from_their_table() {
     const PAGE: &str = "docs/mjcf.md";
     const MARK: &str = "<!-- From here on printed from the table of statements. -->\n";
-    let text = read_text(Path::new(PAGE));
+    let text = read_text(repository_path(PAGE));
     let (intro, found) = text.split_once(MARK).expect("the page has its mark");
     let expected = reference();
     if found != expected {

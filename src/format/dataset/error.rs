@@ -164,7 +164,7 @@ pub enum DatasetError {
         source: RecordError,
     },
     /// The dataset is of a product whose samples have no such record.
-    #[error("{} is of a dataset of {found}, whose samples have no {record}; give a dataset of {}", path.display(), of.join(" or "))]
+    #[error("{} is of a dataset of {found}, whose samples have no {record}; give a dataset of {}", path.shown(), of.join(" or "))]
     OtherProduct {
         /// The shard.
         path: PathBuf,

@@ -278,7 +278,7 @@ fn model_file(statement: &Statement) -> Option<&str> {
 /// A file that a text names: relative to the folder of the description, else to that of the text.
 fn beside_or_below(folder: &Path, text: &Path, name: &Path) -> PathBuf {
     let beside = text.parent().unwrap_or(Path::new("")).join(name);
-    Some(folder.join(name)).filter(|file| file.exists() || !beside.exists()).unwrap_or(beside)
+    Some(folder.join(name)).filter(|file| files::is_present(file) || !files::is_present(&beside)).unwrap_or(beside)
 }
 
 /// Where files of a kind lie, as the `compiler` elements say: the last one counts.
@@ -333,7 +333,7 @@ fn named_files(document: &Document, folder: &Path) -> Result<Vec<NamedFile>, Des
                     };
                     let named = folder.join(below.join(stripped.unwrap_or(name)));
                     let beside = statement.place.file.parent().unwrap_or(Path::new("")).join(name);
-                    Some(named).filter(|file| file.exists() || !beside.exists()).unwrap_or(beside)
+                    Some(named).filter(|file| files::is_present(file) || !files::is_present(&beside)).unwrap_or(beside)
                 }
             };
             files.push(NamedFile { statement: index, written: written.clone(), path });

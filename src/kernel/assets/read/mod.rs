@@ -23,6 +23,7 @@ use crate::{
     files::{self, Bound, FileRefusal},
     geom::Triangles,
     remedy,
+    words::Show,
 };
 
 /// Reads a mesh file: its bytes (for the digest) and its triangles.
@@ -43,7 +44,7 @@ pub fn read_triangles(path: &Path) -> Result<Triangles, MeshRefusal> {
         return Err(Refuse::not_finite(raw.positions[*vertex as usize]).at(location).about(path.display().to_string()));
     }
     if let Some(left_out) = &raw.left_out {
-        return Err(left_out.refusal().about(path.display()));
+        return Err(left_out.refusal().about(path.shown()));
     }
     Ok(Triangles { corners: raw.positions.into_iter().map(Into::into).collect(), triangles: raw.faces })
 }

@@ -365,7 +365,7 @@ fn posture_columns<'a>() -> [RowColumn<CandidateRow<'a>>; 5] {
     ]
 }
 
-/// The same columns of the hand that comes opened.
+/// Columns of the path of the hand that comes opened.
 fn opened_columns<'a>() -> [RowColumn<CandidateRow<'a>>; 5] {
     [
         RowColumn::new(
