@@ -49,10 +49,10 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("kernel/cancel", &[]),
     ("kernel/ids", &[]),
     ("kernel/npy", &[]),
-    ("kernel/remedy", &[]),
     ("kernel/seed", &["ids"]),
     ("kernel/words", &["ids"]),
     ("kernel/files", &["words"]),
+    ("kernel/remedy", &["files"]),
     ("kernel/description", &["files", "ids", "remedy", "words"]),
     ("kernel/geom", &[]),
     ("kernel/voxel", &["geom", "seed"]),
@@ -438,6 +438,8 @@ fn paths_are_shown_with_escapes() {
     {
         let code: String = code_of(&path).split_whitespace().collect();
         let plain = code.matches(".display()").count() - code.matches(".display().to_string()").count();
+        let is_shown = |context: &str| !context.split(';').next().unwrap_or_default().contains(".display()");
+        assert!(code.split(".context(").skip(1).all(is_shown), "{}: a context of an error", path.display());
         assert_eq!(
             plain,
             0,

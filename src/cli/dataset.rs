@@ -185,6 +185,8 @@ pub fn show_page(path: &Path) -> Result<(), Failure> {
 fn starts(program: &str, arguments: &[&str], path: &Path) -> bool {
     let Some(mut command) = machine::program(program) else { return false };
     command.args(arguments).arg(path).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    // Openers of desktops look at BROWSER, too, and take a relative path in it from the current folder.
+    command.env_remove("BROWSER").current_dir("/");
     command.process_group(0).spawn().is_ok()
 }
 

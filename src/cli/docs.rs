@@ -52,5 +52,5 @@ fn write_pages(command: &Command, folder: &Folder, pages: &mut u32) -> Result<()
 }
 
 fn failed(path: &Path, error: io::Error) -> Failure {
-    anyhow::Error::new(error).context(path.display().to_string()).into()
+    anyhow::Error::new(error).context(path.shown().to_string()).into()
 }

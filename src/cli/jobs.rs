@@ -14,6 +14,7 @@ use factory::{
     run::{OpenError, OpenJob},
 };
 use form::FormErrors;
+use kernel::words::Show;
 
 /// Prints the JSON Schema of job files.
 pub fn schema(printer: &Printer) -> Result<Exit, Failure> {
@@ -24,7 +25,7 @@ pub fn schema(printer: &Printer) -> Result<Exit, Failure> {
 /// The text of a job file, or of a set.
 pub fn text(arguments: &JobArgs) -> Result<JobText, Failure> {
     JobText::open(&arguments.job, &arguments.set).map_err(|error| {
-        let error = anyhow::Error::new(error).context(arguments.job.display().to_string());
+        let error = anyhow::Error::new(error).context(arguments.job.shown().to_string());
         Failure::new(Exit::BadSpec, error)
     })
 }

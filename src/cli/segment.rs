@@ -120,7 +120,7 @@ pub fn segment(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failu
 /// Writes a file of a new folder.
 pub fn write(folder: &Folder, name: &str, content: &[u8]) -> Result<(), Failure> {
     let written = folder.create_new(name).and_then(|mut file| file.write_all(content));
-    written.map_err(|error| anyhow::Error::new(error).context(folder.path_of(name).display().to_string()).into())
+    written.map_err(|error| anyhow::Error::new(error).context(folder.path_of(name).shown().to_string()).into())
 }
 
 fn mean_point(frame: &DepthFrame, cluster: &Cluster) -> [f64; 3] {

@@ -263,7 +263,7 @@ fn read_record(out: &Folder) -> Result<Submission, Failure> {
 fn write(folder: &Folder, submission: &Submission, files: &[SubmissionFile]) -> Result<Vec<PathBuf>, Failure> {
     let logs = folder.subfolder(LOGS);
     let failed = |path: &Path| {
-        let path = path.display().to_string();
+        let path = path.shown().to_string();
         move |error: io::Error| Failure::from(anyhow::Error::new(error).context(path))
     };
     logs.create().map_err(failed(logs.path()))?;

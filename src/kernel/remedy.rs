@@ -2,6 +2,8 @@
 
 use std::io;
 
+use crate::files::FileRefusal;
+
 /// Numbers of errors on Linux that the standard library has no stable kind for.
 const EIO: i32 = 5;
 const ENFILE: i32 = 23;
@@ -11,6 +13,9 @@ const ELOOP: i32 = 40;
 
 /// Remedy for a file or folder that cannot be read, for the end of a message.
 pub fn for_reading(error: &io::Error) -> &'static str {
+    if FileRefusal::of(error).is_some() {
+        return "docs/security.md has the rules for links, sizes and kinds of files";
+    }
     match (error.raw_os_error(), error.kind()) {
         (Some(EMFILE), _) => "this process has too many open files; raise the limit (`ulimit -n`)",
         (Some(ENFILE), _) => "this machine has too many open files; end programs that hold many",
@@ -24,7 +29,7 @@ pub fn for_reading(error: &io::Error) -> &'static str {
         (_, io::ErrorKind::OutOfMemory) => "free some memory",
         (_, io::ErrorKind::StaleNetworkFileHandle) => "it changed on the server of its file system; try again",
         (_, io::ErrorKind::TimedOut) => "check the connection to the server of its file system",
-        // Such errors carry their own words: no regular file, no text.
+        // Such errors carry their own words: no text.
         (_, io::ErrorKind::InvalidInput | io::ErrorKind::InvalidData) => "give another file",
         _ => "check the path, its permissions and the disk",
     }
@@ -58,8 +63,8 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_none_has_a_remedy_too() {
+    fn refused_files_lead_to_the_rules() {
         let error = crate::files::read("/".as_ref(), crate::files::Bound::JOB).expect_err("a folder");
-        assert_eq!(for_reading(&error), "give another file");
+        assert!(for_reading(&error).contains("docs/security.md"));
     }
 }

@@ -11,8 +11,9 @@ use super::{
     statements::{self, Usage},
 };
 
-/// Memory that a compilation must find [bytes]. Where less is left, whatever MuJoCo reports may come from that.
-const NEEDED_MEMORY: usize = 64 << 20;
+/// Memory that a compilation must find [bytes]. Where less is left, whatever MuJoCo reports may come from that: the C library reserves
+/// 128 MiB for the first allocation of a thread, and where it has to do without, its error number makes MuJoCo's parser refuse a number.
+const NEEDED_MEMORY: usize = 192 << 20;
 
 /// A description as MuJoCo has read it, not compiled.
 pub(super) struct OpenedSpec {

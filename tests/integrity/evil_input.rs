@@ -364,7 +364,7 @@ const ARGUMENTS: [(&[&str], i32, &str); 103] = [
     (&["meshes", "check", ".", "--unit", "-1"], 2, ""),
     (&["meshes", "check", ".", "--unit", "m", "--size", "1"], 2, ""),
     (&["robot", "check", "nope.xml", "--joints", "a", "--target", "b"], 2, "nope.xml"),
-    (&["robot", "check", "FETCH", "--joints", "a", "--target", "b"], 2, "no site is named"),
+    (&["robot", "check", "FETCH", "--joints", "a", "--target", "b"], 2, "no site or body is named"),
     (&["robot", "check", "FETCH"], 2, "--joints"),
     (&["robot", "check", "FETCH", "--joints", "shoulder_pan_joint", "--target", "nope"], 2, "nope"),
     (&["robot", "check", "FETCH", "--joints", "", "--target", "wrist_roll_link"], 2, "no joint is named"),

@@ -115,7 +115,7 @@ fn texts_of_strangers_manifests_are_shown_with_escapes() {
         assert_harmless(&Program::on(verb, &evil).finish(), verb);
     }
     let inspected = Program::on("inspect", &evil).finish().text();
-    assert!(inspected.contains("and 250 more warnings"), "{inspected}");
+    assert!(inspected.contains("and 250 more remarks"), "{inspected}");
 }
 
 /// Changes a JSON file.
