@@ -61,6 +61,7 @@ def scene_tables(sample, names):
         yield "bodies", named(objects, names, body + 1) | {
             "world_from_object": flat(sample.world_from_object[body]),
             "mass": sample.masses[body],
+            "centre_of_mass": flat(sample.centres_of_mass[body]),
             "friction": sample.frictions[body],
             "released_at": message["released_at"][body],
             "resting_pose": None if pose < 0 else pose,
@@ -77,6 +78,7 @@ def scene_tables(sample, names):
             "normal": flat(contacts.normals[row]),
             "distance": contacts.distances[row],
             "force": flat(contacts.forces[row]),
+            "torque": flat(contacts.torques[row]),
         }
     for by, body, share in sample.supports:
         yield "supports", {"by": by, "body": body, "share": share}
@@ -85,6 +87,8 @@ def scene_tables(sample, names):
 def view_tables(sample, names):
     message, objects, camera = sample.message("image"), sample.objects, sample.camera
     kind, size = sample.container
+    # Of a camera without a sensor nothing is too near.
+    measured = len(message["pixels_too_near"]) > 0
     yield "views", camera_of(camera) | {
         "world_from_camera": flat(sample.world_from_camera),
         "container": kind,
@@ -102,6 +106,8 @@ def view_tables(sample, names):
             "pixels_in_image": sample.pixels_in_image[body - 1],
             "pixels_visible": sample.pixels_visible[body - 1],
             "visible_share": sample.visible_shares[body - 1],
+            "pixels_too_near": sample.pixels_too_near[body - 1] if measured else None,
+            "nearest_depth": sample.nearest_depths[body - 1] if measured else None,
             "truncated": bool(sample.truncated[body - 1]),
             "whole_box": flat(sample.whole_boxes[body - 1]),
             "visible_box": flat(sample.visible_boxes[body - 1]),
@@ -237,13 +243,18 @@ def pick_tables(sample, names):
             "rank": sample.ranks[candidate],
             "direction": sample.directions[candidate],
             "world_from_base": flat(sample.world_from_base[candidate]),
-            "free": free,
-            "blocked_by": None if free else PICK_OBSTACLES[sample.verdicts[candidate]],
-            "stage": None if free else PICK_STAGES[sample.stages[candidate]],
-            "neighbour": sample.neighbours[candidate] or None,
-            "clearance": sample.clearances[candidate],
-            "closed_joints": flat(sample.closed_joints[candidate]) if free else None,
+            "free_ways": str(sample.free_ways[candidate]),
+            "closed_joints": flat(sample.closed_joints[candidate]) if free or sample.free_opened[candidate] else None,
         }
+        for way in ("", "_opened"):
+            verdict = getattr(sample, f"verdicts{way}")[candidate]
+            row |= {
+                f"free{way}": verdict == 0,
+                f"blocked_by{way}": PICK_OBSTACLES[verdict] if verdict else None,
+                f"stage{way}": PICK_STAGES[getattr(sample, f"stages{way}")[candidate]] if verdict else None,
+                f"neighbour{way}": getattr(sample, f"neighbours{way}")[candidate] or None,
+                f"clearance{way}": getattr(sample, f"clearances{way}")[candidate],
+            }
         if sample.has("trials"):
             row |= {"trial": trial.verdict if trial else None, "held": trial.held if trial else None}
         yield "candidates", row

@@ -471,7 +471,7 @@ fn grasps_in_volumes_are_those_of_the_picks() {
         Program::run_job(file, workspace.path("none")).expect_code(2).stderr
     };
     let without_hand = said(job.replace(&format!("[hand]\nscene = {hand:?}\n"), ""));
-    assert!(without_hand.contains("hand") && without_hand.contains("MJCF"), "{without_hand}");
+    assert!(without_hand.contains("hand") && without_hand.contains("name the hand's description"), "{without_hand}");
     let without_picks = said(job.replace("[picks]\ndataset = \"picks\"\n", ""));
     assert!(without_picks.contains("without grasps there is no hand"), "{without_picks}");
     let other = said(job.replace("parallel_gripper", "panda_hand"));
