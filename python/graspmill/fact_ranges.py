@@ -25,6 +25,9 @@ FACT_RANGES: dict[str, dict[str, tuple[float, float]]] = {
         "drift": (0.0, float_info.max),
         "turn": (0.0, float_info.max),
     },
+    "views": {
+        "nearest": (0.0, float_info.max),
+    },
     "amodal": {
         "solid_share": (0.0, 1.0),
         "visible_share": (0.0, 1.0),
