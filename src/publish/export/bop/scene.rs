@@ -29,6 +29,9 @@ pub(super) struct Shown<'a> {
     pub colour: Option<&'a SceneColour>,
 }
 
+/// Boxes of a body in an image: of its silhouette alone, and of the pixels that see it; left, top, width and height [px].
+type InstanceBoxes = [[u32; 4]; 2];
+
 /// Texts of one scene while it grows, by number of the image.
 pub(super) struct SceneTexts {
     folder: String,
@@ -37,8 +40,8 @@ pub(super) struct SceneTexts {
     poses: Map<String, Value>,
     info: Map<String, Value>,
     images: Vec<Value>,
-    /// Annotations of COCO without boxes, and their boxes: of the silhouette in the image, and of what is seen.
-    annotations: Vec<(Map<String, Value>, [[u32; 4]; 2])>,
+    /// Annotations of COCO without boxes, and their boxes.
+    annotations: Vec<(Map<String, Value>, InstanceBoxes)>,
     /// Numbers of the objects in the scene.
     categories: Vec<u32>,
 }
