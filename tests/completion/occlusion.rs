@@ -32,7 +32,7 @@ fn made(job: &str, keys: &str) -> Workspace {
 
 /// The occluder of every kept sample.
 fn occlusions(workspace: &Workspace) -> Vec<Occlusion> {
-    let reader = DatasetReader::open(&Folder::at(&workspace.path("occluded"))).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(workspace.path("occluded"))).expect("a dataset");
     let samples = reader.iter(Selection::default()).map(|sample| sample.expect("a sample"));
     samples.map(|sample| sample.occlusion().expect("a record").expect("stored")).collect()
 }
@@ -82,7 +82,7 @@ fn views_that_stay_free_keep_every_byte_and_others_are_counted() {
         // Binomial over 180 views: 72 with a standard deviation of 6.6; a few are left out.
         assert!((45..=95).contains(&hidden.len()));
         let manifest: Value = serde_json::from_str(&workspace.read("occluded/manifest.json")).expect("JSON");
-        let reader = DatasetReader::open(&Folder::at(&workspace.path("occluded"))).expect("a dataset");
+        let reader = DatasetReader::open(&Folder::at(workspace.path("occluded"))).expect("a dataset");
         assert!(reader.manifest().channels().contains(&Channel::OCCLUSION));
         let rejected = manifest["counts"]["rejected"].as_u64().unwrap_or_default();
         let counted = manifest["counts"]["facts"]["occluded"].as_u64().expect("a sum");

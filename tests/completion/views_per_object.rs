@@ -17,7 +17,7 @@ const JOB: &str = "name = \"sides\"\nseed = 5\nviews = { even = 12, per_object =
 
 /// By object and item, the rotation of each kept pair.
 fn rotations(workspace: &Workspace, out: &str) -> BTreeMap<(String, u32), Matrix3<f64>> {
-    let reader = DatasetReader::open(&Folder::at(&workspace.path(out))).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(workspace.path(out))).expect("a dataset");
     let samples = reader.iter(Selection::default()).map(|sample| sample.expect("a sample"));
     samples
         .map(|sample| {

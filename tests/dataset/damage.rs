@@ -143,7 +143,7 @@ fn changed_tables_are_named() {
 /// A shard whose bytes and digests are all right, but whose content is not.
 fn write_lie(small: &SmallDataset, folder: &Path, change: impl Fn(&mut VoxelPair)) {
     begin_run(&Folder::at(folder), &small.mark()).unwrap();
-    let mut writer = ShardWriter::create(&Folder::at(&folder.join("shards")), &small.shard_header(0)).unwrap();
+    let mut writer = ShardWriter::create(&Folder::at(folder.join("shards")), &small.shard_header(0)).unwrap();
     for index in 0..small.samples() {
         let mut pair = small.pair(index);
         if index == 4 {
@@ -198,7 +198,7 @@ fn a_sample_that_stands_twice_is_refused() {
     begin_run(&Folder::at(folder.folder()), &twice.mark()).unwrap();
     for shard in 0..2 {
         let header = twice.shard_header(shard);
-        let mut writer = ShardWriter::create(&Folder::at(&folder.path("shards")), &header).unwrap();
+        let mut writer = ShardWriter::create(&Folder::at(folder.path("shards")), &header).unwrap();
         for index in header.samples {
             writer.reject(SampleIndex(index), &small.id(index % 11), PairFacts::default(), "few_cells", "").unwrap();
         }
@@ -218,7 +218,7 @@ fn a_shard_of_another_job_with_a_fitting_name_is_refused() {
     let job = JobDigest(Digest::of(b"another"));
     let header = ShardHeader { job, ..small.shard_header(4) };
     fs::remove_file(shards.pop().unwrap().path).unwrap();
-    let mut writer = ShardWriter::create(&Folder::at(&folder.path("shards")), &header).unwrap();
+    let mut writer = ShardWriter::create(&Folder::at(folder.path("shards")), &header).unwrap();
     writer.reject(SampleIndex(32), &small.id(32), PairFacts::default(), "few_cells", "").unwrap();
     writer.finish().unwrap();
     let error = finish_dataset(&Folder::at(folder.folder()), &small.header(), &ParquetIndex).unwrap_err().to_string();
@@ -262,6 +262,6 @@ fn a_disk_that_takes_no_more_is_an_io_error_and_leaves_nothing() {
 fn a_folder_that_is_not_there_is_an_io_error_with_its_path() {
     let small = SmallDataset::default();
     let file = tempfile::NamedTempFile::new().unwrap();
-    let error = begin_run(&Folder::at(&file.path().join("dataset")), &small.mark()).unwrap_err();
+    let error = begin_run(&Folder::at(file.path().join("dataset")), &small.mark()).unwrap_err();
     assert!(error.is_io() && error.to_string().contains("dataset"), "{error}");
 }

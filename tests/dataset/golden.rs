@@ -91,7 +91,7 @@ fn a_shard_of_version_1_among_others_is_refused_with_its_number() {
 
 #[test]
 fn version_3_reads_back() {
-    let (small, reader) = (small(), DatasetReader::open(&Folder::at(&golden("v3"))).unwrap());
+    let (small, reader) = (small(), DatasetReader::open(&Folder::at(golden("v3"))).unwrap());
     let mut kept = 0;
     for index in 0..small.samples() {
         let (id, sample) = (small.id(index), reader.sample(SampleIndex(index)).unwrap());
@@ -114,7 +114,7 @@ fn version_3_reads_back() {
 
 #[test]
 fn ledgers_of_version_3_read_back() {
-    let (small, reader) = (small(), DatasetReader::open(&Folder::at(&golden("v3"))).unwrap());
+    let (small, reader) = (small(), DatasetReader::open(&Folder::at(golden("v3"))).unwrap());
     let mut rows = Vec::new();
     for shard in 0..2 {
         let ledger = reader.ledger(shard).unwrap();

@@ -57,11 +57,11 @@ fn write_job_in(workspace: Workspace) -> Workspace {
 
 fn run(workspace: &Workspace, out: &str, arguments: &[&str]) -> Manifest {
     workspace.run_job("job", out).args(arguments).succeed();
-    Manifest::read(&Folder::at(&workspace.path(out))).expect("a finished dataset")
+    Manifest::read(&Folder::at(workspace.path(out))).expect("a finished dataset")
 }
 
 fn open(workspace: &Workspace, name: &str) -> DatasetReader {
-    DatasetReader::open(&Folder::at(&workspace.path(name))).expect("a dataset")
+    DatasetReader::open(&Folder::at(workspace.path(name))).expect("a dataset")
 }
 
 /// The dataset of [`write_job`], made once for all tests that only read it.
@@ -89,7 +89,7 @@ fn threads_levels_kills_and_shards_change_no_byte() {
     let other = run(&workspace, "shards", &["--set", "shards.runs=9"]);
     assert_eq!((other.root, other.shards.len()), (first.root, 1));
     workspace.run_job("job", "scalar").env("GRASPMILL_SIMD", "scalar").succeed();
-    assert_eq!(Manifest::read(&Folder::at(&workspace.path("scalar"))).expect("a dataset"), first);
+    assert_eq!(Manifest::read(&Folder::at(workspace.path("scalar"))).expect("a dataset"), first);
     for kill in 0..4 {
         workspace.run_job("job", "killed").kill_after(Duration::from_millis(100 + 250 * kill));
     }
@@ -132,7 +132,7 @@ fn samplers_without_a_search_make_datasets() {
         assert_eq!(two.root, first.root);
         let scalar = format!("{name}-scalar");
         workspace.run_job("job", &scalar).env("GRASPMILL_SIMD", "scalar").succeed();
-        assert_eq!(Manifest::read(&Folder::at(&workspace.path(&scalar))).expect("a dataset"), first);
+        assert_eq!(Manifest::read(&Folder::at(workspace.path(&scalar))).expect("a dataset"), first);
         let reader = open(&workspace, &format!("{name}-one"));
         let samples = reader.iter(Selection::default()).map(|sample| sample.expect("a sample"));
         let runs: Vec<_> = samples.map(|sample| sample.grasp_run().expect("a run")).collect();
@@ -186,7 +186,7 @@ const TRIED: &[&str] = &[
 #[test]
 fn trials_move_no_grasp() {
     let workspace = write_job();
-    let plain = Manifest::read(&Folder::at(&plain())).expect("a dataset");
+    let plain = Manifest::read(&Folder::at(plain())).expect("a dataset");
     let tried = run(&workspace, "tried", &[TRIED, &["--threads", "2"]].concat());
     assert_eq!(tried.classes[&NumberClass::Exact], plain.classes[&NumberClass::Exact]);
     assert_eq!(tried.classes.keys().collect::<Vec<_>>(), [&NumberClass::Exact, &NumberClass::Physics]);
@@ -641,7 +641,7 @@ fn loose_parts_are_refused_for_grasps_unless_the_job_joins_them() {
     Program::run_job(joined.path("data/job.toml"), &again).succeed();
     assert_eq!(
         Manifest::read(&Folder::at(&again)).expect("a dataset").root,
-        Manifest::read(&Folder::at(&joined.path("data"))).expect("one").root
+        Manifest::read(&Folder::at(joined.path("data"))).expect("one").root
     );
     // The parts are several objects: the command of the remedy writes a mesh of each, of which grasps are made.
     let mesh = workspace.path("parts.stl");

@@ -64,11 +64,11 @@ const ON_TABLE: [&str; 4] = ["render.colour=false", LYING[0], LYING[1], LYING[2]
 
 fn run(out: &str, settings: &[&str], threads: &str) -> Manifest {
     WORKSPACE.run_job("patches", out).set(settings).args(["--threads", threads]).succeed();
-    Manifest::read(&Folder::at(&WORKSPACE.path(out))).expect("a finished dataset")
+    Manifest::read(&Folder::at(WORKSPACE.path(out))).expect("a finished dataset")
 }
 
 fn open(name: &str) -> DatasetReader {
-    DatasetReader::open(&Folder::at(&WORKSPACE.path(name))).expect("a dataset")
+    DatasetReader::open(&Folder::at(WORKSPACE.path(name))).expect("a dataset")
 }
 
 fn samples(reader: &DatasetReader) -> Vec<Sample> {
@@ -85,7 +85,7 @@ fn read_trials(grasps: &str) -> BTreeMap<SampleId, (GraspRun, GraspTrials)> {
 }
 
 fn read_meshes() -> BTreeMap<ObjectId, TriMesh> {
-    let shapes = Shapes::open(&Folder::at(&WORKSPACE.path("grasps"))).expect("shapes");
+    let shapes = Shapes::open(&Folder::at(WORKSPACE.path("grasps"))).expect("shapes");
     let objects = (0..shapes.objects()).map(|index| shapes.object(index).expect("an object"));
     objects.map(|object| (object.object, object.mesh)).collect()
 }
@@ -281,7 +281,7 @@ fn grasps_that_no_table_allows_are_rejected() {
 
 #[test]
 fn threads_and_colours_change_no_exact_number() {
-    let first = Manifest::read(&Folder::at(&WORKSPACE.path("table"))).expect("a dataset");
+    let first = Manifest::read(&Folder::at(WORKSPACE.path("table"))).expect("a dataset");
     assert_eq!(run("table-one", &ON_TABLE, "1"), first, "every file");
     let colour = run("table-colour", &LYING, "2");
     assert_eq!(colour.classes[&NumberClass::Exact], first.classes[&NumberClass::Exact]);

@@ -64,11 +64,11 @@ fn fail(settings: &[&str]) -> String {
 }
 
 fn read_manifest(name: &str) -> Manifest {
-    Manifest::read(&Folder::at(&WORKSPACE.path(name))).expect("a finished dataset")
+    Manifest::read(&Folder::at(WORKSPACE.path(name))).expect("a finished dataset")
 }
 
 fn open(name: &str) -> DatasetReader {
-    DatasetReader::open(&Folder::at(&WORKSPACE.path(name))).expect("a dataset")
+    DatasetReader::open(&Folder::at(WORKSPACE.path(name))).expect("a dataset")
 }
 
 /// Writes the report of a dataset to a file; its page.
@@ -92,7 +92,7 @@ fn read_runs(reader: &DatasetReader) -> BTreeMap<SampleId, GraspRun> {
 }
 
 fn read_meshes(name: &str) -> BTreeMap<ObjectId, TriMesh> {
-    let shapes = Shapes::open(&Folder::at(&WORKSPACE.path(name))).expect("shapes");
+    let shapes = Shapes::open(&Folder::at(WORKSPACE.path(name))).expect("shapes");
     let objects = (0..shapes.objects()).map(|index| shapes.object(index).expect("an object"));
     objects.map(|object| (object.object, object.mesh)).collect()
 }

@@ -52,7 +52,6 @@ fn inputs_above_their_bounds_are_refused_unread() {
     let workspace = Workspace::new();
     let at = |name: &str| workspace.path(name).display().to_string();
     let out = at("out");
-    let cup = repository_path("meshes/bottle.stl").display().to_string();
     let size = SIZE.to_string();
     let head = |name: &str, head: &[u8]| swell(&workspace.path(name), head).display().to_string();
     let words =
@@ -123,8 +122,14 @@ fn inputs_above_their_bounds_are_refused_unread() {
         assert_refused(&run(&["model", "check", &at("model")]), &file, &[2], &["bytes", "cannot be read"]);
         fs::write(model.join(name), kept).expect("a file");
     }
+}
 
-    // Files that a job names.
+#[test]
+fn files_of_jobs_above_their_bounds_are_refused_unread() {
+    let workspace = Workspace::new();
+    let out = workspace.path("out").display().to_string();
+    let cup = repository_path("meshes/bottle.stl").display().to_string();
+    let size = SIZE.to_string();
     let jobs = [
         ("table.csv", format!("[[objects]]\nlist = [{cup:?}]\ntable = \"table.csv\"\n{NO_SPLIT}")),
         (
@@ -142,7 +147,8 @@ fn inputs_above_their_bounds_are_refused_unread() {
     ];
     for (name, text) in jobs {
         workspace.write("bop/scene_camera.json", "{}");
-        let (file, job) = (head(name, b""), workspace.write("names.toml", text).display().to_string());
+        let file = swell(&workspace.path(name), b"").display().to_string();
+        let job = workspace.write("names.toml", text).display().to_string();
         assert_refused(&run(&["run", &job, "--out", &out]), &file, &[2], &[&size]);
     }
 }

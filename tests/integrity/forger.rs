@@ -107,7 +107,7 @@ fn forge(folder: &Path) -> u64 {
         samples: entry.first_sample..entry.first_sample + entry.samples,
         channels: ledger.channels.clone(),
     };
-    let mut writer = ShardWriter::create(&Folder::at(&folder.join("shards")), &header).expect("a shard");
+    let mut writer = ShardWriter::create(&Folder::at(folder.join("shards")), &header).expect("a shard");
     for row in &ledger.rows {
         match &row.fate {
             Fate::Rejected { reason, detail } => {

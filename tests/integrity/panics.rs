@@ -193,7 +193,7 @@ fn assert_contained(names: &[&str]) {
         let parallelism = Parallelism { threads: 2, ..Parallelism::available() };
         let context = RunContext::quiet(&parallelism);
         let job = OpenJob::open(&text, &JobContext::default(), &context).expect("a job");
-        let expected = job.run(&Folder::at(&workspace.path(name)), &context).expect("a dataset").manifest.root;
+        let expected = job.run(&Folder::at(workspace.path(name)), &context).expect("a dataset").manifest.root;
 
         for (number, (place, countdown)) in PANICS.into_iter().enumerate() {
             let folder = workspace.path(format!("{name}-{number}"));

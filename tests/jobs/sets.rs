@@ -45,7 +45,7 @@ fn one_command_makes_datasets_that_share_their_objects() {
     assert!(content.differing.is_empty());
     // The ids are those of the samples themselves.
     for name in names {
-        let reader = DatasetReader::open(&Folder::at(&out.join(name))).expect("a dataset");
+        let reader = DatasetReader::open(&Folder::at(out.join(name))).expect("a dataset");
         assert_eq!(content.roots[name], reader.manifest().root);
         for object in &content.objects {
             let kept = reader.indices(Selection::default()).filter_map(|index| reader.id(index));

@@ -1,7 +1,5 @@
 //! Faces of any number of corners: volumes and areas of prisms against what their rings tell.
 
-#![expect(clippy::print_stdout, reason = "figures to read with --nocapture")]
-
 use std::{fs, path::Path};
 
 use graspmill::{

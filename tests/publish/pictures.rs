@@ -49,7 +49,7 @@ const GRASPS: [Choice; 4] = [
 ];
 
 fn draw(set: &Path, Choice(dataset, object, item, captions): &Choice, side: u32) -> Vec<Panel> {
-    let panels = draw_panels(&Folder::at(&set.join(dataset)), object, ItemId(*item), side).expect("an intact dataset");
+    let panels = draw_panels(&Folder::at(set.join(dataset)), object, ItemId(*item), side).expect("an intact dataset");
     let panels = panels.unwrap_or_else(|| panic!("{dataset} stores no item {item} of {object}"));
     let found = panels.into_iter().filter(|panel| captions.contains(&panel.caption.as_str()));
     let found: Vec<Panel> = found.collect();

@@ -74,7 +74,7 @@ fn a_urdf_of_a_package_is_checked_and_mapped_as_it_is() {
     );
     let map = workspace.run_job("map", "map").read_json();
     assert_eq!(map["samples"], 6, "{map}");
-    Program::on("verify", &workspace.path("map")).option("--regenerate", "2").succeed();
+    Program::on("verify", workspace.path("map")).option("--regenerate", "2").succeed();
 }
 
 #[test]

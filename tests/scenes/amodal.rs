@@ -185,7 +185,7 @@ fn write_lone_scenes(like: &Path, folder: &Path, pairs: &[VoxelPair]) -> Vec<Obj
     let channels = vec![Channel::SCENE];
     let header =
         ShardHeader { product: Product::SCENES, job, shard: ShardId(0), shards: 1, samples: 0..count, channels };
-    let mut writer = ShardWriter::create(&Folder::at(&folder.join("shards")), &header).expect("a shard");
+    let mut writer = ShardWriter::create(&Folder::at(folder.join("shards")), &header).expect("a shard");
     let mut ids = Vec::new();
     for ((index, mut scene), pair) in (0..).map(SampleIndex).zip(scenes).zip(pairs) {
         scene.container = SceneContainer::Plane { size: [2.0, 2.0] };

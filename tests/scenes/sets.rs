@@ -77,7 +77,7 @@ fn expected_body(set: &Path) -> String {
     };
     let pairs = kept(&set.join("amodal"));
     let nearest = pairs.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).expect("a pair");
-    let reader = DatasetReader::open(&Folder::at(&set.join("amodal"))).expect("a dataset");
+    let reader = DatasetReader::open(&Folder::at(set.join("amodal"))).expect("a dataset");
     let object = reader.sample(nearest.index).expect("readable").expect("stored").clutter().expect("a record").object;
     let row = reader.assets().expect("assets").objects.into_iter().find(|row| row.object == object);
     row.expect("a row").name

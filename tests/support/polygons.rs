@@ -59,7 +59,8 @@ impl Region {
 
     fn star(corners: usize, draw: &mut Stream) -> Self {
         let inner = draw.uniform(0.2, 0.8);
-        let point = |step: usize| polar(if step % 2 == 0 { 1.0 } else { inner }, TAU * step as f64 / corners as f64);
+        let point =
+            |step: usize| polar(if step.is_multiple_of(2) { 1.0 } else { inner }, TAU * step as f64 / corners as f64);
         Self::simple("star", (0..corners / 2 * 2).map(point).collect())
     }
 

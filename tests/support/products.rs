@@ -39,8 +39,11 @@ fn quoted(word: &str) -> String {
     shlex::try_quote(word).expect("no zero byte").into_owned()
 }
 
-/// Jobs of clutter, in the order in which they are made: product, job file, settings, and the datasets that it reads by section.
-const CLUTTER: [(&str, &str, &[&str], &[(&str, &str)]); 6] = [
+/// A job of clutter: product, job file, settings, and the datasets that it reads by section.
+type ClutterJob = (&'static str, &'static str, &'static [&'static str], &'static [(&'static str, &'static str)]);
+
+/// Jobs of clutter, in the order in which they are made.
+const CLUTTER: [ClutterJob; 6] = [
     ("scenes", "scenes-quick", &["scenes={training=4}", "count=3", "shards.scenes=1"], &[]),
     (
         "views",

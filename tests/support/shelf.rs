@@ -76,7 +76,7 @@ impl Shelf {
                 samples: samples.clone(),
                 channels: channels.clone(),
             };
-            let mut writer = ShardWriter::create(&Folder::at(&folder.join("shards")), &header).unwrap();
+            let mut writer = ShardWriter::create(&Folder::at(folder.join("shards")), &header).unwrap();
             for (view, index) in (0..).zip(samples) {
                 let id = SampleId::of_object(object(name), ItemId(view));
                 let (pair, free, depth, cloud) = sample(id, inside);

@@ -117,7 +117,7 @@ impl SmallDataset {
 
     pub fn write_shard(&self, folder: &Path, shard: u32) -> FinishedShard {
         let header = self.shard_header(shard);
-        let mut writer = ShardWriter::create(&Folder::at(&folder.join("shards")), &header).unwrap();
+        let mut writer = ShardWriter::create(&Folder::at(folder.join("shards")), &header).unwrap();
         let mut payload = Vec::new();
         for index in header.samples {
             let (sample, id) = (SampleIndex(index), self.id(index));

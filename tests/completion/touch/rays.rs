@@ -200,7 +200,7 @@ fn switching_touch_on_changes_nothing_else() {
         workspace.run_job("job", name).set(settings).set(["touch.random_rays=true"]).succeed();
         workspace.run_job("job", &without).set(settings).succeed();
         let payloads = |name: &str| {
-            let reader = DatasetReader::open(&Folder::at(&workspace.path(name))).expect("a dataset");
+            let reader = DatasetReader::open(&Folder::at(workspace.path(name))).expect("a dataset");
             let samples = reader.iter(Default::default()).map(|sample| sample.expect("a sample"));
             samples
                 .map(|sample| {

@@ -208,7 +208,7 @@ impl MadeUpGrasps {
             samples: 0..samples,
             channels: [Channel::GRASP_RUN].into_iter().chain(self.trials.map(|_| Channel::GRASP_TRIALS)).collect(),
         };
-        let mut writer = ShardWriter::create(&Folder::at(&folder.join("shards")), &header).expect("a shard");
+        let mut writer = ShardWriter::create(&Folder::at(folder.join("shards")), &header).expect("a shard");
         let all = (1..=3).flat_map(|object| (0..RUNS).map(move |run| (object, run)));
         for (index, (object, run)) in (0..).map(SampleIndex).zip(all) {
             let (run, mut payload) = (self.run(object, run), Vec::new());

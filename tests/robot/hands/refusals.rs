@@ -151,8 +151,8 @@ fn hand_check_lists_the_jobs_that_run_and_no_others() {
         let hand = case.write_with(&workspace, &shapes);
         let report = check(&hand).read_json();
         let refusal = |setting: &str| {
-            let uses = report["uses"].as_array().expect("uses").iter();
-            let row = uses.filter(|row| row["setting"] == setting).next().unwrap_or_else(|| panic!("no row {setting}"));
+            let mut uses = report["uses"].as_array().expect("uses").iter();
+            let row = uses.find(|row| row["setting"] == setting).unwrap_or_else(|| panic!("no row {setting}"));
             row["refusal"].as_str().map(without_space)
         };
         let mut refused = 0;
