@@ -1,7 +1,7 @@
 //! The table of statements of descriptions: each is honoured, ignored with a reason, or refused with a remedy.
 //!
-//! [`ROWS`](mjcf::ROWS) and [`ROWS`](urdf::ROWS) are the only declaration. [`check`](check::check) follows them, the page `docs/mjcf.md` is
-//! [printed](reference) from them, and tests try every row and compare them with the schema of the linked MuJoCo.
+//! The rows of `mjcf.rs` and `urdf.rs` are the only declaration. The check of a description follows them, the page `docs/mjcf.md` is
+//! [printed](reference()) from them, and tests try every row and compare them with the schema of the linked MuJoCo.
 
 mod check;
 mod mjcf;
