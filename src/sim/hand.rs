@@ -16,7 +16,7 @@ use super::{
     robot::RobotModel,
     statements::{Usage, condition_of},
 };
-use kernel::description::Format;
+use kernel::{description::Format, files};
 use robot::{
     collision::{Bodies, Body, Shape},
     grasp::{HandSearch, OwnOverlaps, has_opposition},
@@ -163,7 +163,7 @@ fn description_of(path: &Path) -> PathBuf {
         return path.to_owned();
     }
     let [mjcf, urdf] = ["xml", "urdf"].map(|ending| path.with_extension(ending));
-    if urdf.exists() && !mjcf.exists() { urdf } else { mjcf }
+    if files::is_present(&urdf) && !files::is_present(&mjcf) { urdf } else { mjcf }
 }
 
 impl RobotModel {
