@@ -93,7 +93,7 @@ fn run_command() -> Exit {
             // clap prints help and version to stdout and calls them errors; wrong arguments mean 2.
             let wrong = error.use_stderr();
             if wrong {
-                printer.say(&error.render().to_string())
+                printer.say(&words_of_wrong_arguments(&error))
             } else {
                 printer.result(&error.render().to_string())
             }
@@ -102,6 +102,13 @@ fn run_command() -> Exit {
     };
     // A result that is lost is no success.
     if exit == Exit::Complete && printer.has_lost_output() { Exit::InputOutput } else { exit }
+}
+
+/// The words about wrong arguments. clap repeats what it was given: so these are its words about the same arguments with escapes.
+fn words_of_wrong_arguments(error: &clap::Error) -> String {
+    let shown = env::args_os().map(|argument| argument.to_string_lossy().shown().to_string());
+    let again = Cli::try_parse_from(shown).err();
+    again.as_ref().unwrap_or(error).render().to_string()
 }
 
 /// Opens the log that a command asks for.

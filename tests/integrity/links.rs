@@ -259,7 +259,7 @@ fn a_link_is_replaced_itself_where_a_file_is_written_and_refused_where_a_folder_
     fs::remove_file(out.join("shards")).expect("removed");
     workspace.write("out/shards/passwd", "precious");
     let said = workspace.run_job("data", "out").expect_code(2).stderr;
-    assert!(said.contains("'passwd' stands in it"), "{said}");
+    assert!(said.contains("'passwd' is in it"), "{said}");
     assert_eq!(fs::read_dir(out.join("shards")).expect("a folder").count(), 1);
 
     // A folder that the user names may be reached by links, also below one.

@@ -60,7 +60,7 @@ pub enum DatasetError {
         expected: String,
     },
     /// The folder holds another set.
-    #[error("{} holds the set {found}, this is {expected}; give another --out, or delete the folder", folder.shown())]
+    #[error("{} holds the set {}, this is {}; give another --out, or delete the folder", folder.shown(), found.shown(), expected.shown())]
     ForeignSet {
         /// The folder.
         folder: PathBuf,
@@ -70,7 +70,7 @@ pub enum DatasetError {
         expected: String,
     },
     /// The folder holds something that is no dataset.
-    #[error("{} is not empty and no dataset ('{entry}' stands in it); give an empty or new folder", folder.shown())]
+    #[error("{} is not empty and no dataset ('{}' is in it); give an empty or new folder", folder.shown(), entry.shown())]
     NotADataset {
         /// The folder.
         folder: PathBuf,
@@ -78,7 +78,7 @@ pub enum DatasetError {
         entry: String,
     },
     /// A folder that is to be filled holds something.
-    #[error("{} is not empty ('{entry}' stands in it); give a new or empty folder", folder.shown())]
+    #[error("{} is not empty ('{}' is in it); give a new or empty folder", folder.shown(), entry.shown())]
     Occupied {
         /// The folder.
         folder: PathBuf,
@@ -250,7 +250,7 @@ impl DatasetError {
 }
 
 fn unfinished(missing: &[String]) -> String {
-    format!("{} {}", missing.join(", "), if missing.len() == 1 { "is" } else { "are" })
+    format!("{} {}", missing.join(", ").shown(), if missing.len() == 1 { "is" } else { "are" })
 }
 
 fn folder_remedy(inside: &[String]) -> String {
@@ -259,7 +259,7 @@ fn folder_remedy(inside: &[String]) -> String {
         return "give the folder that `run --out` made".to_owned();
     }
     let more = if inside.len() > SHOWN { ", ..." } else { "" };
-    format!("give one of those in it: {}{more}", inside[..inside.len().min(SHOWN)].join(", "))
+    format!("give one of those in it: {}{more}", inside[..inside.len().min(SHOWN)].join(", ").shown())
 }
 
 /// Actions that write nothing.
