@@ -376,7 +376,7 @@ fn check_refused(outcomes: &mut Outcomes) {
         ("points.obj", "no_faces", "4 points, but no faces"),
         ("text.stl", "truncated", "a binary STL starts with a header"),
         ("pointer.stl", "lfs_pointer", "git lfs pull"),
-        ("scene.glb", "format", "scripts/convert_mesh.py"),
+        ("scene.glb", "format", "trimesh.load_mesh"),
     ] {
         let refusal = outcomes.remove(name).unwrap_or_else(|| panic!("no file {name}")).expect_err(name);
         let text = refusal.to_string();

@@ -484,7 +484,7 @@ fn mistakes_of_amodal_pairs_are_said_with_key_and_remedy() {
         folder
     };
     std::fs::remove_file(broken("bare").join("shapes.mcap")).expect("the meshes");
-    assert!(said(&amodal_job("bare", ""), 2).contains("shapes.mcap"));
+    assert!(said(&amodal_job("bare", ""), 1).contains("shapes.mcap"));
     let others = "product = \"scenes\"\nseed = 5\nmode = \"table\"\ncount = 1\nscenes = { training = 1 }\n[[objects]]\n\
                   built_in = [\"half-sphere-cube-60mm\"]\n";
     workspace.make_dataset("other-scenes", &format!("{others}{NO_SPLIT}"), &[]);
