@@ -21,16 +21,16 @@ use crate::{
 /// Contacts of one pair of bodies, at most: nested cups need more than the four that hold a box.
 pub const MAX_CONTACTS: usize = 8;
 
-/// Points that are so near to touching are kept beside those that touch [m]: until the bodies have moved by this much, no
-/// other point can.
+/// Points within this distance of touching are kept along with those that touch [m]: until the bodies have moved by
+/// this much, no other point can touch.
 const SKIN: f64 = 0.001;
 
 /// A point that has moved by less than this since its distance was exact takes the distance along the gradient instead [m].
 const FOLLOWED: f64 = 2e-5;
 
-/// Cosine of the smallest angle between a point's own outward normal and the direction out of the other body, for a point of an
-/// edge and for one of a face. A point beyond lies on the far side of a thin wall; one of a face that would leave the other body
-/// sideways is near an edge of that body, whose own points say where it presses.
+/// Cosine of the smallest angle between a point's own outward normal and the direction out of the other body, for a
+/// point of an edge and for one of a face. A point beyond that angle is on the far side of a thin wall; a face point
+/// that would leave the other body sideways is near an edge of that body, and that edge's own points find the contact.
 const FAR_SIDE: [f64; 2] = [0.3, -0.3];
 
 /// A mesh prepared for contacts with other meshes; built once per object, shared by threads. Of class `exact`.
@@ -147,9 +147,9 @@ impl PairTracker {
         self.candidates.clear();
     }
 
-    /// Contacts of two bodies that overlap: at most [`MAX_CONTACTS`], the deepest and those that lie and press most unlike it,
-    /// the deepest first; in the first body's frame. Each has its point on the second body's surface and its normal out of
-    /// the first.
+    /// Contacts of two overlapping bodies, in the first body's frame, deepest first: at most [`MAX_CONTACTS`], the
+    /// deepest one and those whose positions and normals differ most from it. Each has its point on the second body's
+    /// surface and its normal out of the first.
     pub fn contacts(
         &mut self,
         [first, second]: [&ContactBody; 2],
@@ -176,7 +176,7 @@ impl PairTracker {
         spread_out(out, MAX_CONTACTS);
     }
 
-    /// Searches anew where the last search does not hold any more.
+    /// Searches again where the last search is no longer valid.
     fn update(
         &mut self,
         [first, second]: [&ContactBody; 2],
@@ -255,15 +255,15 @@ impl Candidate {
             let point = first_from_second * self.point;
             return SurfaceContact { point, normal: Unit::new_unchecked(self.gradient), distance };
         }
-        // Of a point of the first body: the foot on the second's surface, and the way from there into the second.
+        // For a point of the first body: its closest point on the second's surface, with the normal into the second.
         let normal = -(first_from_second.rotation * self.gradient);
         SurfaceContact { point: self.point + normal * distance, normal: Unit::new_unchecked(normal), distance }
     }
 }
 
-/// Contacts of a body with the half space below the plane z = 0 of its frame: of the corners of the body's hull below it, which
-/// alone can touch, the deepest and those farthest from it, at most [`MAX_CONTACTS`]. In the body's frame; normals out of the
-/// body.
+/// Contacts of a body with the half space below the plane z = 0 of its frame, in the body's frame, normals out of the
+/// body. Only corners of the body's hull can touch; selects the deepest and those farthest from it, at most
+/// [`MAX_CONTACTS`].
 pub fn plane_contacts(body: &ContactBody, plane_from_object: &IsometryMatrix3<f64>, out: &mut Vec<SurfaceContact>) {
     out.clear();
     let up = plane_from_object.rotation.inverse() * Vector3::z();
@@ -377,7 +377,7 @@ mod tests {
 
     #[test]
     fn crossed_edges_touch_within_a_cell_of_where_they_cross() {
-        // Two beams, each standing on an edge, across each other.
+        // Two beams, each upright on an edge, across each other.
         let beam = body(&cuboid([0.06, 0.01, 0.01]), Sampled::Everywhere);
         let on_edge = IsometryMatrix3::rotation(Vector3::x() * (PI / 4.0));
         let half = 0.01 * 2.0_f64.sqrt();
@@ -403,7 +403,7 @@ mod tests {
         for depth in [2e-4, 5e-4] {
             let placed = IsometryMatrix3::translation(0.05, -0.03, radius - depth);
             let found = contacts(&bin, &ball, &placed);
-            let deepest = found.first().expect("it lies on the floor");
+            let deepest = found.first().expect("the ball rests on the floor");
             assert!((deepest.distance + depth).abs() < 1e-7, "{deepest:?}");
             assert!((deepest.normal.z - 1.0).abs() < 1e-6);
             let mut on_plane = Vec::new();
@@ -411,7 +411,8 @@ mod tests {
             assert!((on_plane[0].distance + depth).abs() < 1e-6, "{:?}", on_plane[0]);
             assert!((on_plane[0].normal.z + 1.0).abs() < 1e-12);
         }
-        // Rough as a scan, with vertices nearer to each other than a cell is wide, its lowest vertex says how deep it is.
+        // Rough as a scan, with vertices nearer to each other than a cell is wide: its lowest vertex determines how
+        // deep it is.
         let mut rough = lathe(&arc(radius, 0.0, -FRAC_PI_2, FRAC_PI_2, 90), 128);
         for (index, vertex) in (0_u32..).zip(&mut rough.vertices) {
             let share = f64::from(index.wrapping_mul(2_654_435_761)) / f64::from(u32::MAX);
@@ -453,7 +454,7 @@ mod tests {
             let way = Vector3::new(libm::sin(angle), 0.0, -libm::cos(angle));
             let centre = way * (inner - radius + depth);
             let found = contacts(&bowl, &ball, &IsometryMatrix3::translation(centre.x, centre.y, centre.z));
-            let deepest = found.first().expect("it lies in the bowl");
+            let deepest = found.first().expect("the ball rests in the bowl");
             // Facets of both, and points one cell apart.
             let slack = 0.0025_f64.powi(2) / 2.0 * (1.0 / radius - 1.0 / inner) + 2e-5;
             assert!((-deepest.distance - depth).abs() < slack, "{angle}: {deepest:?}");
@@ -473,7 +474,7 @@ mod tests {
         let inside = bottom + (top - bottom) * wall / height - across;
         let profile = [[0.0, 0.0], [bottom, 0.0], [top, height], [top - across, height], [inside, wall], [0.0, wall]];
         let cup = body(&lathe(&profile, 512), Sampled::Everywhere);
-        // Lifted by so much the outer wall of the upper touches the inner wall of the lower.
+        // Lifted by this much, the outer wall of the upper cup touches the inner wall of the lower.
         let touching = wall / libm::sin(slope);
         for depth in [1e-4, 3e-4] {
             let down = depth / libm::sin(slope);

@@ -7,21 +7,22 @@ use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
 use super::ContactBody;
 use crate::geom::{Ray, SimdLevel};
 
-/// An edge goes through a wall when it comes out against the direction in which it went in: cosine between the two normals, at
-/// most. At a ridge that it grazes they are alike.
+/// Largest cosine between the two normals where an edge enters and leaves a wall. At a ridge that the edge only grazes,
+/// the normals are alike.
 const OPPOSITE: f64 = -0.3;
 
 /// Directions in which an edge is moved to see whether it comes free.
 const WAYS: u32 = 8;
 
-/// Part of the way on after a hit [m].
+/// Distance by which the search continues behind a hit [m].
 const BEYOND: f64 = 1e-7;
 
 /// Hits of one edge that are looked at, at most.
 const MAX_HITS: usize = 16;
 
-/// Whether an edge of one body goes through a wall of the other, in at one side and out at the opposite one, and does not come
-/// free when it is moved aside by `depth` [m]. Contacts do not see it: points on the far side of a thin wall count for none.
+/// Whether an edge of one body passes through a wall of the other, in at one side and out at the opposite one, and does
+/// not come free when it is moved aside by `depth` [m]. Contacts cannot find this: they ignore points on the far side
+/// of a thin wall.
 pub fn crosses(
     [first, second]: [&ContactBody; 2],
     first_from_second: &IsometryMatrix3<f64>,

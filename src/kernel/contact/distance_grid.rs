@@ -12,9 +12,9 @@ use crate::{
 /// Signed distances to a mesh's surface at the points of a lattice around it, negative inside: exact near the surface, lower
 /// bounds farther away.
 ///
-/// Distances change by at most a metre a metre, so that a point of the lattice bounds those around it. They are measured in
-/// bricks of points, each when somebody first asks for one of them: most of a mesh nothing ever comes near to. A brick's
-/// distances depend on nothing but the mesh and the brick.
+/// Distances change by at most one metre per metre, so that a lattice point bounds those around it. They are measured
+/// in bricks of points, each on first use, since nothing ever comes near most of a mesh. A brick's distances depend
+/// only on the mesh and the brick.
 pub struct DistanceGrid {
     surface: Arc<Surface>,
     solid: Arc<PackedSolid>,
@@ -41,17 +41,17 @@ const STEP: f64 = 1e-6;
 /// Points along each side of a brick.
 const SIDE: usize = 8;
 
-/// Distances up to this are exact [m]: beyond it, in the middle of a ball above all, the search for the nearest of many
-/// triangles that are equally near costs most.
+/// Distances up to this are exact [m]. Farther inside, above all in the middle of a ball, many triangles are equally
+/// near and the search for the nearest costs most.
 const EXACT: f64 = 0.016;
 
-/// Cells are no smaller than this [m], however small the object: finer ones take longer to measure than they spare.
+/// Smallest cell [m], even for small objects: finer cells take longer to measure than they save.
 const MIN_CELL: f64 = 0.0015;
 
 /// Bound on the rounding error of stored distances [m].
 const ROUNDING: f64 = 1e-6;
 
-/// The least distance that is stored [m]: what lies deeper has it, too.
+/// Smallest distance that is stored [m]; deeper points are stored with this value too.
 const DEEPEST: f64 = i16::MIN as f64 * STEP;
 
 impl DistanceGrid {
@@ -78,7 +78,7 @@ impl DistanceGrid {
     fn measure(&self, first: [usize; 3]) -> Brick {
         let mut brick = Box::new([0; SIDE * SIDE * SIDE]);
         let [xs, ys, zs] = [0, 1, 2].map(|axis| SIDE.min(self.counts[axis] - first[axis]));
-        // Each point starts from the nearest triangle of a neighbour: the search has little left to do.
+        // Each point starts from the nearest triangle of a neighbour, which leaves little to search.
         let mut column: Option<Closest> = None;
         for x in 0..xs {
             for y in 0..ys {
@@ -124,7 +124,7 @@ impl DistanceGrid {
     /// away than distances are exact.
     pub fn at_most(&self, point: &Point3<f64>) -> f64 {
         match self.nearest(point) {
-            // What lies deeper than distances are exact is a lower bound: there the surface is at least that far.
+            // Values deeper than the exact range are lower bounds: there the surface is at least that far.
             Some((value, apart)) if value <= EXACT => value.max(-EXACT) + apart + ROUNDING,
             _ => f64::INFINITY,
         }
@@ -146,8 +146,8 @@ impl DistanceGrid {
         Some((self.value(indices), self.cell * apart.sqrt()))
     }
 
-    /// About the signed distance from the surface to a point in `Object` [m], between the points of the lattice; beyond it the
-    /// lower bound.
+    /// Approximate signed distance from the surface to a point in `Object` [m], interpolated between lattice points;
+    /// outside the lattice, the lower bound.
     pub fn about(&self, point: &Point3<f64>) -> f64 {
         let along = (point - self.origin) / self.cell;
         let low = along.map(f64::floor);

@@ -1,11 +1,12 @@
 //! Where solids touch a true mesh: not its convex hull, and not a decomposition.
 //!
-//! A [`ContactSurface`] is a mesh prepared for it. A [`DistanceGrid`] of signed distances says which parts of a solid may be
-//! near the surface; what it leaves is decided by exact closest points. A solid is taken as a core with a thickness (a
-//! capsule as its axis, a box as one that is a little smaller: its edges are rounded), so that the core of one that presses in
-//! stays outside and the direction from the surface to it is well defined.
+//! A [`ContactSurface`] is a mesh prepared for contacts with solids. A [`DistanceGrid`] of signed distances selects the
+//! parts of a solid that may be near the surface; exact closest points decide those. A solid is represented as a core
+//! with a thickness (a capsule as its axis, a box as a slightly smaller one: its edges are rounded), so that the core
+//! of a solid that presses in stays outside and the direction from the surface to it is well defined.
 //!
-//! A [`ContactBody`] is a mesh prepared for contacts with other meshes, a [`PairTracker`] the contacts of two of them.
+//! A [`ContactBody`] is a mesh prepared for contacts with other meshes; a [`PairTracker`] follows the contacts of two
+//! of them.
 
 mod bodies;
 mod crossing;

@@ -23,9 +23,9 @@ impl ContactSurface {
         self.bound(probe, object_from_probe, f64::NEG_INFINITY, &mut Vec::new())
     }
 
-    /// The distance from the surface to a solid placed in `Object` [m], the least of its [contacts](Self::contacts): exact within a
-    /// range. Deeper than its start, or less than 50 um above it, that start is told; farther than its end a lower bound that is no less than
-    /// that end. Of class `exact`.
+    /// The distance from the surface to a solid placed in `Object` [m], the smallest of its [contacts](Self::contacts):
+    /// exact within a range. Below the start of the range, or less than 50 um above it, returns that start; beyond its
+    /// end, a lower bound that is no less than that end. Of class `exact`.
     pub fn distance_within(
         &self,
         probe: &Probe,
@@ -38,7 +38,7 @@ impl ContactSurface {
         if bound > reach {
             return bound;
         }
-        // From here on of the core alone.
+        // From here on, distances of the core only.
         let (deep, far) = (floor + probe.thickness, reach + probe.thickness);
         let ContactScratch { waiting, seeds, known, cores, .. } = scratch;
         if !self.near_seeds(probe, object_from_probe, deep..far, waiting, seeds) {
@@ -55,7 +55,7 @@ impl ContactSurface {
                 continue;
             }
             let frames = [object_from_probe, &probe_from_object];
-            // Around a nearest point little is nearer to the same side.
+            // Around a nearest point, hardly anything is nearer on the same side.
             let is_known = |normal: &Vector3<f64>| {
                 cores.iter().any(|(core, known)| are_near(core, point) && known.dot(normal) > OTHER_WALL)
             };
@@ -81,8 +81,9 @@ impl ContactSurface {
         if least == far { reach } else { least - probe.thickness }
     }
 
-    /// The pair itself, or a nearer one: a core that is tilted by little slides slowly, and is nearest at its farthest point against
-    /// the direction out of the mesh. That point is tried where it would be nearer than the least so far if the surface were flat.
+    /// The pair itself, or a nearer one: a slightly tilted core slides slowly, and is nearest at its farthest point
+    /// against the direction out of the mesh. That point is tried if it would be nearer than the current minimum on a
+    /// flat surface.
     fn settled(&self, probe: &Probe, frames: [&IsometryMatrix3<f64>; 2], mut pair: Pair, least: f64) -> Pair {
         let [object_from_probe, probe_from_object] = frames;
         for _ in 0..CORNERS {
@@ -99,8 +100,9 @@ impl ContactSurface {
         pair
     }
 
-    /// Points of the core that may be nearer to the surface than the end of a range [m], the nearest first by the lattice; false where one is
-    /// deeper than its start for sure. The first piece that is reached says how near the nearest is at most.
+    /// Points of the core that may be nearer to the surface than the end of a range [m], sorted by the lattice's
+    /// distance; false if one is certainly deeper than the start of the range. The first piece that is reached bounds
+    /// the nearest distance from above.
     fn near_seeds(
         &self,
         probe: &Probe,
@@ -145,7 +147,8 @@ impl ContactSurface {
         true
     }
 
-    /// The least of the bounds that the lattice gives for the pieces of a solid [m], or one that is no more than enough.
+    /// Smallest of the lattice's bounds over the pieces of a solid [m]; stops early at any bound that is no more than
+    /// `enough`.
     fn bound(
         &self,
         probe: &Probe,

@@ -13,8 +13,8 @@ pub const POINT_CELL: f64 = 0.0025;
 /// Points of a leaf, at most.
 const LEAF: usize = 6;
 
-/// An edge or a vertex counts as sharp from this on: 1 minus the length of the mean of the unit normals around it. Two faces
-/// at an angle of 16 degrees have it.
+/// Sharpness from which an edge or a vertex counts as sharp: 1 minus the length of the mean of the unit normals around
+/// it. Two faces at an angle of 16 degrees have it.
 const SHARP: f64 = 0.01;
 
 /// Part of a surface that is sampled.
@@ -37,9 +37,10 @@ pub(super) struct SurfacePoint {
     pub(super) is_sharp: bool,
 }
 
-/// Points of a surface, one per cell of [`POINT_CELL`] and the corners of its hull, in a binary tree of balls. Of the points in a
-/// cell the one that sticks out most is kept: a vertex or an edge before a face. Corners of the hull are kept all: the point of a
-/// body that is deepest in a flat wall is one of them, and scans have several vertices in a cell. Of class `exact`.
+/// Points of a surface, one per cell of [`POINT_CELL`] and the corners of its hull, in a binary tree of balls. Each
+/// cell keeps the point that sticks out most: a vertex or an edge before a face. All corners of the hull are kept: the
+/// point of a body that is deepest in a flat wall is one of them, and scans have several vertices in a cell. Of class
+/// `exact`.
 pub(super) struct SurfacePoints {
     points: Vec<SurfacePoint>,
     balls: Vec<Ball>,
@@ -78,7 +79,7 @@ impl SurfacePoints {
         Self { points, balls }
     }
 
-    /// Count of the points.
+    /// Number of points.
     pub(super) fn len(&self) -> usize {
         self.points.len()
     }
@@ -170,7 +171,7 @@ impl Cells {
         points
     }
 
-    /// Adds a point, unless nothing says where its outside is.
+    /// Adds a point unless its outside is unknown.
     fn add(&mut self, point: Point3<f64>, normal: Vector3<f64>, sharpness: f64) -> Option<SurfacePoint> {
         let normal = normal.try_normalize(0.0)?;
         let point = SurfacePoint { point, normal, is_sharp: sharpness >= SHARP };
@@ -213,7 +214,7 @@ impl Faces {
         1.0 - sum.norm() / count.max(1) as f64
     }
 
-    /// Adds the vertices; one in a hollow counts as a face does.
+    /// Adds the vertices; a vertex in a hollow counts as a face point.
     fn add_vertices(&self, mesh: &TriMesh, hull: &[u32], cells: &mut Cells) {
         let mut sums = vec![(Vector3::zeros(), 0, Vector3::zeros()); mesh.vertices.len()];
         for (face, corners) in mesh.triangles.iter().enumerate() {

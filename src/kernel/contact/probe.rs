@@ -20,8 +20,8 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// A ball or a capsule as it is; a box or a cylinder with its edges rounded by [`EDGE_RADIUS`], or by half of its least
-    /// half side where that is less. `None` for a mesh.
+    /// A ball or a capsule unchanged; a box or a cylinder with its edges rounded by [`EDGE_RADIUS`], or by half of its
+    /// smallest half side if that is less. `None` for a mesh.
     pub fn new(shape: &Shape) -> Option<Self> {
         Some(match shape {
             Shape::Sphere { radius } => Self { half: [0.0; 3], round: false, thickness: *radius },
@@ -39,8 +39,9 @@ impl Probe {
         })
     }
 
-    /// A box or a cylinder with its edges, a ball or a capsule: for distances, where a contact needs no direction. A surface that cuts
-    /// such a box may be told too far: ask with [rounded](Self::new) edges as well, the lesser counts. `None` for a mesh.
+    /// A box or a cylinder with sharp edges, a ball or a capsule: for distances, where a contact needs no direction.
+    /// The distance to a surface that cuts such a box may be too large: also query with [rounded](Self::new) edges and
+    /// use the smaller distance. `None` for a mesh.
     pub fn sharp(shape: &Shape) -> Option<Self> {
         match shape {
             Shape::Box { half } => Some(Self { half: *half, round: false, thickness: 0.0 }),
@@ -61,8 +62,8 @@ impl Probe {
         Self { half, round: self.round, thickness: (self.thickness - by).max(0.0) }
     }
 
-    /// Widens its faces to those of a box or cylinder with sharp edges: what touches a face next to its edge is pressed
-    /// along the face's normal, not outward. Its thickness, the least of its sides, stays.
+    /// Widens its faces to those of a box or cylinder with sharp edges: a surface that touches a face next to its edge
+    /// is pressed along the face's normal, not outward. Keeps its thickness, the smallest of its sides.
     #[must_use]
     pub fn with_wide_faces(&self) -> Self {
         let least = self.half.iter().copied().fold(f64::INFINITY, f64::min);

@@ -126,7 +126,7 @@ impl Pair {
 }
 
 impl ContactSurface {
-    /// Prepares a mesh. Distances around it are measured later, where somebody comes near.
+    /// Prepares a mesh. Distances around it are measured later, on first use.
     ///
     /// # Errors
     /// When the mesh has no triangles.
@@ -169,7 +169,8 @@ impl ContactSurface {
         self.surface.tree()
     }
 
-    /// Corners of the mesh's convex hull, in `Object` [m]: what can touch a plane. `None` where the mesh lies in one.
+    /// Corners of the mesh's convex hull, in `Object` [m], which can touch a plane. `None` if all vertices are in one
+    /// plane.
     pub fn hull_corners(&self) -> Option<Vec<Point3<f64>>> {
         let points: Vec<_> = self.surface.vertices().iter().map(|vertex| Point3::from(vertex.map(f64::from))).collect();
         convex_hull_corners(&points)
@@ -233,14 +234,14 @@ impl ContactSurface {
         (away, distance)
     }
 
-    /// The surface point that `share` (0 to 1) of the area comes before and that stands at (u, v), both in 0 to 1, of its
-    /// triangle, with the outward unit normal there; in `Object`. Uniform numbers give points uniform over the area.
+    /// The surface point at `share` (0 to 1) of the cumulative area and at (u, v), both in 0 to 1, of its triangle,
+    /// with the outward unit normal there; in `Object`. Uniform numbers give points uniform over the area.
     pub fn point_at(&self, share: f64, u: f64, v: f64) -> Option<(Point3<f64>, Vector3<f64>)> {
         self.surface.point_at(share, u, v)
     }
 
-    /// Where a solid placed in `Object` is nearer to the surface than `margin` [m]: the nearest point and the most
-    /// unlike of the others, at most [`Probe::max_contacts`], the nearest first.
+    /// Contacts of a solid placed in `Object` that is nearer to the surface than `margin` [m]: the nearest point and
+    /// those that differ most from it, at most [`Probe::max_contacts`], nearest first.
     pub fn contacts(
         &self,
         probe: &Probe,
@@ -257,8 +258,8 @@ impl ContactSurface {
         scratch.minima = minima;
     }
 
-    /// All points of a solid's core that stand nearest to the surface among those around them, where the solid is nearer to
-    /// it than `margin` [m]. Every other part of the solid is farther away than what is returned.
+    /// All local minima of the distance from a solid's core to the surface, where the solid is nearer to it than
+    /// `margin` [m]. Every other part of the solid is farther away than the returned points.
     pub(super) fn search(
         &self,
         probe: &Probe,
@@ -347,7 +348,7 @@ impl ContactSurface {
         closest: Closest,
     ) -> Pair {
         self.followed(probe, object_from_probe, probe_from_object, start, closest, |from, next, closest| {
-            // So small a step brings the two no nearer than it is long.
+            // Such a small step brings the two no nearer than the step is long.
             let stands = (next - from).norm_squared() <= NEARER * NEARER;
             (!stands).then(|| self.surface.closest_from(next, f64::INFINITY, Some(closest)))?
         })
@@ -370,7 +371,7 @@ impl ContactSurface {
             self.pair_inside(start, closest)
         } else {
             self.followed(probe, object_from_probe, probe_from_object, start, closest, |from, next, closest| {
-                // So small a step brings the two no nearer than it is long.
+                // Such a small step brings the two no nearer than the step is long.
                 let stands = near.remembers && (next - from).norm_squared() <= NEARER * NEARER;
                 (!stands).then(|| near.closest(&self.surface, next, f64::INFINITY, Some(closest)))?
             })
@@ -445,7 +446,7 @@ impl ContactSurface {
                     let point = probe.nearest(&centre);
                     let seen = object_from_probe * point;
                     let (bound, about) = (self.distances.at_least(&seen), self.distances.about(&seen));
-                    // Nearest points are nearer to each other than what they are of.
+                    // Nearest points are nearer to each other than the shapes that contain them.
                     seeds.push(Seed { point, reach: piece.half.norm(), bound, about });
                 }
             }
@@ -472,7 +473,7 @@ impl ContactSurface {
         mut closest_near: impl FnMut(&Point3<f64>, &Point3<f64>, &Closest) -> Option<Closest>,
     ) -> Pair {
         let (mut core, mut closest) = (start, closest);
-        // A solid that lies nearly parallel to the surface creeps: as long as it comes nearer it takes longer steps.
+        // A solid nearly parallel to the surface moves slowly: while it comes nearer, it takes longer steps.
         let mut stretch = 1.0;
         for _ in 0..PROJECTIONS {
             let next = object_from_probe * probe.nearest(&(probe_from_object * closest.point));
@@ -532,8 +533,9 @@ fn other_wall(
     })
 }
 
-/// Keeps the nearest contact and, of the others, those that lie and press most unlike what is kept; in their order. The nearest
-/// of a flat pad on a flat face are any: pressed at a side of the patch alone, what the pads hold would rotate and creep.
+/// Keeps the nearest contact and, of the others, those whose positions and normals differ most from the kept ones;
+/// preserves their order. On a flat pad against a flat face any point may be the nearest: with contacts at one side of
+/// the patch only, the held object would rotate and creep.
 pub(super) fn spread_out(contacts: &mut Vec<SurfaceContact>, max: usize) {
     let unlike = |one: &SurfaceContact, other: &SurfaceContact| {
         let between_normals = (one.normal.into_inner() - other.normal.into_inner()).norm_squared();

@@ -4,14 +4,14 @@ use nalgebra::IsometryMatrix3;
 
 use super::{ContactScratch, ContactSurface, Probe, SurfaceContact, surface::Minimum, trail::Trail};
 
-/// Points that are so near to touching are kept beside those that touch [m]: until the solid has moved by this much, no other
-/// point can.
+/// Points within this distance of touching are kept along with those that touch [m]: until the solid has moved by this
+/// much, no other point can touch.
 const KEPT: f64 = 5e-4;
 
 /// The contacts of one solid, step by step: a new search only when the solid has moved so far that it may touch elsewhere.
 ///
-/// The result depends on the steps before, by less than [`ContactSurface::contacts`] itself leaves open: a run begins with
-/// [`ContactTracker::forget`].
+/// The result depends on earlier steps by less than the tolerance of [`ContactSurface::contacts`] itself: start a run
+/// with [`ContactTracker::forget`].
 pub struct ContactTracker {
     probe: Probe,
     /// From the origin of its frame to the farthest point of its core [m].
@@ -69,7 +69,7 @@ impl ContactTracker {
             self.searched = Some(Searched { object_from_probe: *object_from_probe, farther });
             self.trails.resize_with(self.minima.len().max(self.trails.len()), || Trail::new(self.remembers));
         }
-        // Of points that have come to one the first counts.
+        // If several points have converged to one, the first counts.
         let minima = &self.minima;
         let first = |index: usize| minima[..index].iter().all(|before| !before.is_same(&minima[index]));
         let pairs = (0..minima.len()).filter(|index| first(*index)).map(|index| (index, minima[index].pair()));
@@ -94,8 +94,8 @@ mod tests {
         voxel::InsideTest,
     };
 
-    /// A finger that slides along a mug and rotates, in steps of micrometres with a jump now and then: whoever remembers finds
-    /// what is found by asking anew each time.
+    /// A finger slides along a mug and rotates, in steps of micrometres with an occasional jump: a tracker finds the
+    /// contacts that a fresh search finds each time.
     #[test]
     fn remembering_finds_the_same_contacts() {
         let mesh = prepare(&built_in_source("mug-01@16k")).expect("a sound shape").mesh;
