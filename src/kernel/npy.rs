@@ -9,7 +9,7 @@ pub struct NpyArray<'a> {
     pub kind: String,
     /// Sides, the slowest first.
     pub shape: Vec<usize>,
-    /// The bytes behind the head; whether they are as many as the shape says is for the caller to check.
+    /// The bytes after the header; the caller must check that their number matches the shape.
     pub data: &'a [u8],
 }
 
@@ -20,7 +20,7 @@ pub enum NpyError {
     Magic,
     /// A version that NumPy had not in 2026.
     Version,
-    /// The head is shorter than it says, or no text.
+    /// The header is shorter than its stated length, or not text.
     Head,
     /// The array is stored column by column.
     FortranOrder,
@@ -37,7 +37,7 @@ impl fmt::Display for NpyError {
 impl std::error::Error for NpyError {}
 
 impl NpyError {
-    /// The fault in words.
+    /// Description of the fault.
     pub fn found(self) -> &'static str {
         match self {
             Self::Magic => "no NPY file",

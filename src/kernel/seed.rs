@@ -40,7 +40,7 @@ impl Stream {
         self.0.fill_bytes(bytes);
     }
 
-    /// Goes on as if so many [`Self::bits`] had been drawn.
+    /// Advances as if `draws` values of [`Self::bits`] had been drawn.
     pub fn skip(&mut self, draws: u64) {
         if draws > 0 {
             self.0.set_word_pos(self.0.get_word_pos() + 2 * u128::from(draws));

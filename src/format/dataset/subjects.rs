@@ -43,7 +43,7 @@ pub(super) fn asset_names<'a>(
             return Err(invalid(format!("row {index} has no object or no name")));
         };
         if subjects.insert(object, (0, name.to_owned(), object.to_string())).is_some() {
-            return Err(invalid(format!("object {object} stands in two rows")));
+            return Err(invalid(format!("object {object} is listed in two rows")));
         }
     }
     for (rank, (own, _, _)) in (0..).zip(subjects.values_mut()) {

@@ -4,7 +4,8 @@ use nalgebra::Point3;
 
 use crate::voxel::channels::{Closest, Neighbourhood, Surface};
 
-/// The surface's triangles are gathered for so much around a point [m], once it moves by less than this share of it at a time.
+/// The surface's triangles are gathered within this distance of a point [m] once the point moves by less than the
+/// `SLOW` share of it at a time.
 const NEARBY: f64 = 2e-4;
 const SLOW: f64 = 0.1;
 
@@ -36,7 +37,7 @@ pub(super) struct Nearby {
     /// Whether it is gathered.
     pub(super) remembers: bool,
     around: Neighbourhood,
-    /// Where the last question was asked that the neighbourhood did not answer.
+    /// Position of the last query that the neighbourhood did not answer.
     asked: Point3<f64>,
 }
 

@@ -1,5 +1,5 @@
-//! Bounds of a description. MuJoCo takes whatever memory and time a few letters of XML ask for, so that counts, sizes and nesting
-//! are checked before it compiles anything.
+//! Bounds of a description. A few letters of XML can make MuJoCo allocate memory and run without limit, so counts,
+//! sizes and nesting are checked before it compiles anything.
 //!
 //! [`BOUNDS`] is the only declaration: the check follows it, a test tries every row, and `docs/mjcf.md` prints it.
 
@@ -7,13 +7,13 @@
 /// Robots and hands have some hundred, the largest scenes some thousand.
 pub const MAX_ELEMENTS: f64 = 20_000.0;
 
-/// Most elements around one.
+/// Most elements that enclose one element.
 pub const MAX_DEPTH: usize = 200;
 
 /// Most files that include or attach each other in a row.
 pub const MAX_FILES_DEEP: usize = 16;
 
-/// Most memory that sizes and counts in attributes may ask for [bytes].
+/// Most memory that sizes and counts in attributes may need [bytes].
 pub const MAX_BYTES: f64 = 256.0 * 1024.0 * 1024.0;
 
 /// A bound of an element or of its attributes.
@@ -90,8 +90,8 @@ const fn memory(element: &'static str, attributes: &'static [&'static str], unit
     Bound { element, rule: Rule::Memory { attributes, unit } }
 }
 
-/// Every bound. What the element asks for was found by setting each number of MuJoCo's schema to a million and to a billion, and each
-/// element a hundred thousand times.
+/// Every bound. The cost of each element was found by setting each number of MuJoCo's schema to a million and to a
+/// billion, and each element a hundred thousand times.
 pub const BOUNDS: &[Bound] = &[
     // Time grows with the square of these counts, memory with the square of the constraints.
     count("keyframe/key", 1000.0),
@@ -119,7 +119,7 @@ pub const BOUNDS: &[Bound] = &[
     memory("asset/texture", &["width", "height"], 18.0),
     at_most("asset/mesh", "params", 256.0),
     at_most("body/camera", "resolution", 16_384.0),
-    // Data beside the state.
+    // Data stored with the state.
     at_most("mujoco/size", "nuser_*", 100.0),
     at_most("mujoco/size", "nuserdata", 10_000.0),
     at_most("mujoco/size", "nkey", 1000.0),

@@ -1,4 +1,4 @@
-//! The text of a description, expanded: every file that it includes in its place, every model that it attaches beside it.
+//! The text of a description, expanded: included files replace their `include`, attached models are listed separately.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -31,7 +31,7 @@ pub enum Format {
 #[derive(Debug)]
 pub(super) struct Document {
     pub(super) format: Format,
-    /// The name that it gives itself.
+    /// The name that the text gives itself.
     pub(super) name: Option<String>,
     /// Elements in order, parents before their children.
     pub(super) statements: Vec<Statement>,
@@ -206,7 +206,7 @@ impl Reader {
             }
             let is_root = around.is_empty();
             if is_root && before > 0 {
-                // The root of a text that is included: its content stands in the place of the `include`.
+                // The root of an included text: its content replaces the `include`.
                 around.extend((tag.kind == TagKind::Start).then_some(parent));
                 continue;
             }
@@ -281,7 +281,7 @@ fn beside_or_below(folder: &Path, text: &Path, name: &Path) -> PathBuf {
     Some(folder.join(name)).filter(|file| files::is_present(file) || !files::is_present(&beside)).unwrap_or(beside)
 }
 
-/// Where files of a kind lie, as the `compiler` elements say: the last one counts.
+/// Folders of each kind of file, from the `compiler` elements: the last one applies.
 #[derive(Default)]
 struct Folders {
     meshes: PathBuf,
@@ -342,7 +342,7 @@ fn named_files(document: &Document, folder: &Path) -> Result<Vec<NamedFile>, Des
     Ok(files)
 }
 
-/// Whether MuJoCo never reads a statement: it stands in what a URDF only shows, or in what a URDF says to other programs.
+/// Whether MuJoCo never reads a statement: it is part of a URDF's `visual`, or of an extension for other programs.
 fn is_dropped(document: &Document, folders: &Folders, statement: usize) -> bool {
     let mut next = Some(statement).filter(|_| document.format == Format::Urdf);
     while let Some(index) = next {

@@ -83,11 +83,11 @@ pub enum TooLarge {
         /// Largest number.
         most: f64,
     },
-    /// Copies that one element asks for.
+    /// Copies that one element makes.
     Copies {
         /// The element.
         element: String,
-        /// The attribute that asks for them.
+        /// The attribute that sets their number.
         attribute: String,
         /// Number of copies.
         copies: f64,
@@ -116,7 +116,7 @@ pub enum TooLarge {
         /// Largest number of numbers.
         most: usize,
     },
-    /// Memory that sizes and counts ask for.
+    /// Memory that sizes and counts require.
     Memory {
         /// Memory so far [bytes].
         bytes: f64,
@@ -155,30 +155,30 @@ impl fmt::Display for TooLarge {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Elements { elements, most } => {
-                write!(f, "{elements:.0} elements with all copies, {most:.0} at most are taken")
+                write!(f, "{elements:.0} elements with all copies, {most:.0} at most are accepted")
             }
             Self::Count { element, count, most } => {
-                write!(f, "{count:.0} elements {element} with all copies, {most:.0} at most are taken")
+                write!(f, "{count:.0} elements {element} with all copies, {most:.0} at most are accepted")
             }
             Self::Copies { element, attribute, copies, most } => {
-                write!(f, "`{attribute}` of <{element}> asks for {copies:.0} copies, {most:.0} at most are taken")
+                write!(f, "`{attribute}` of <{element}> makes {copies:.0} copies, {most:.0} at most are accepted")
             }
             Self::Value { element, attribute, value, range: [least, most] } => {
                 let value = shortened(value);
                 write!(f, "`{attribute}` of <{element}> is {value}, ")?;
                 match least.is_finite() {
-                    true => write!(f, "{least} to {most} is taken"),
-                    false => write!(f, "{most} at most is taken"),
+                    true => write!(f, "{least} to {most} is accepted"),
+                    false => write!(f, "{most} at most is accepted"),
                 }
             }
             Self::Numbers { element, attribute, count, most } => {
-                write!(f, "`{attribute}` of <{element}> has {count} numbers, {most} at most are taken")
+                write!(f, "`{attribute}` of <{element}> has {count} numbers, {most} at most are accepted")
             }
             Self::Memory { bytes, most } => {
                 let megabytes = [bytes, most].map(|bytes| bytes / (1024.0 * 1024.0));
                 write!(
                     f,
-                    "sizes that ask for {:.0} MiB of memory, {:.0} MiB at most are taken",
+                    "sizes that need {:.0} MiB of memory, {:.0} MiB at most are accepted",
                     megabytes[0], megabytes[1]
                 )
             }

@@ -1,7 +1,7 @@
 //! Descriptions of robots, hands and scenes as text: MJCF and URDF.
 //!
 //! A [`DescriptionText`] is every element of a description with its place, and the files that it names; a [`Description`] is its
-//! content as one digest. Both refuse what is no XML, what leads back to itself and what is larger than any robot, hand or scene
+//! content as one digest. Both refuse texts that are not XML, that include themselves and what is larger than any robot, hand or scene
 //! ([`BOUNDS`]). MuJoCo compiles descriptions; nothing here names it.
 
 mod bounds;
@@ -32,10 +32,10 @@ use crate::{files, ids::Digest};
 /// Contents of a description and of the files that it names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Description {
-    /// The name that it gives itself; MuJoCo's own word for a model without one otherwise.
+    /// The name that the description gives itself; MuJoCo's own default for a model without one.
     pub name: String,
     /// Digest of its text and of all files that it includes or takes meshes, height fields and textures from, in the
-    /// order in which they are named. The location of the files does not count, their names only as they stand in the text.
+    /// order in which they are named. File names count as they are written in the text; folders do not count.
     pub digest: Digest,
 }
 
@@ -43,7 +43,7 @@ impl Description {
     /// Reads a description and the files that it names.
     ///
     /// # Errors
-    /// When a file can't be read, is no XML, leads back to itself, or asks for too much.
+    /// When a file can't be read, is no XML, includes itself, or needs too much memory or time.
     pub fn read(path: &Path) -> Result<Self, DescriptionError> {
         let document = Document::read(path)?;
         sums::check(&document)?;

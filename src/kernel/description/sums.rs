@@ -27,7 +27,7 @@ struct Sums {
 
 type Defaults = BTreeMap<(String, &'static str), f64>;
 
-/// Refuses a description that asks for more than any robot, hand or scene needs.
+/// Refuses a description that needs more than any robot, hand or scene does.
 pub(super) fn check(document: &Arc<Document>) -> Result<(), DescriptionError> {
     Check::default().document(document).map(drop)
 }
@@ -73,7 +73,7 @@ impl Check {
 }
 
 impl Sums {
-    /// Adds what a row says of an element that stands `times` times.
+    /// Adds what a row counts for an element that occurs `times` times.
     fn add(&mut self, row: usize, bound: &Bound, statement: &Statement, times: f64) -> Result<(), TooLarge> {
         let is_default = !statement.is(bound.element);
         match bound.rule {
@@ -190,7 +190,7 @@ fn numbers_product(value: &str) -> f64 {
     value.split_ascii_whitespace().map(number).map(|number| number.max(1.0)).product()
 }
 
-/// A number as MuJoCo reads it; what is none counts as 0: MuJoCo refuses it itself.
+/// A number as MuJoCo reads it; a word that is not a number counts as 0, since MuJoCo refuses it itself.
 fn number(word: &str) -> f64 {
     let number = word.parse::<f64>().unwrap_or(0.0);
     if number.is_nan() { f64::INFINITY } else { number }

@@ -133,7 +133,7 @@ fn chains_of_files_are_bounded() {
     }
 }
 
-/// An element that a bound is about, with attributes: a description of so many.
+/// A description with `count` elements of the kind that a bound limits, with these attributes.
 fn description_of(element: &str, attributes: &str, count: usize) -> String {
     let (section, name) = element.split_once('/').expect("a section and an element");
     let name = match (section, name) {
@@ -171,7 +171,7 @@ fn every_bound_holds() {
             }
             Rule::Value { attribute: name, range: [least, most] } => {
                 let name = attribute(name);
-                // What takes memory together with it is small.
+                // Attributes that share its memory bound are small.
                 let beside: String = BOUNDS
                     .iter()
                     .filter(|other| other.element == *element)
@@ -205,7 +205,7 @@ fn every_bound_holds() {
             Rule::Copies { attribute: name, most } => {
                 assert_eq!(told(&format!("{name}=\"1 {most} 1\""), 1), Ok(()), "{element}");
                 let error = told(&format!("{name}=\"2 {most}\""), 1).unwrap_err();
-                assert!(error.contains(&format!("asks for {} copies", 2.0 * most)), "{error}");
+                assert!(error.contains(&format!("makes {} copies", 2.0 * most)), "{error}");
             }
             Rule::Numbers { attribute: name, most } => {
                 assert_eq!(told(&format!("{name}=\"{}\"", "1 ".repeat(most)), 1), Ok(()), "{element}");
@@ -213,14 +213,14 @@ fn every_bound_holds() {
                 assert!(error.contains(&format!("has {} numbers", most + 1)), "{error}");
             }
             Rule::Memory { attributes, unit } => {
-                // Each at its own bound: so many elements that all rows together are too much.
+                // Each attribute at its own bound: enough elements that all rows together are too much.
                 let most = |name: &&str| {
                     let rows = BOUNDS.iter().filter(|other| other.element == *element);
                     let mut most = rows.filter_map(|other| match other.rule {
                         Rule::Value { attribute, range } if attribute == *name => Some(range[1]),
                         _ => None,
                     });
-                    most.next().expect("what takes memory is bounded by itself, too")
+                    most.next().expect("each attribute that takes memory also has a bound")
                 };
                 let values: Vec<(&str, f64)> = attributes.iter().map(|name| (*name, most(name))).collect();
                 let each = values.iter().fold(unit, |product, (_, value)| product * value);

@@ -165,7 +165,7 @@ impl<'t> Tags<'t> {
         is_here
     }
 
-    /// Goes on by so many bytes, counting lines.
+    /// Moves forward by `bytes` bytes, counting lines.
     fn advance(&mut self, bytes: usize) {
         let passed = &self.text.as_bytes()[self.at..self.at + bytes];
         self.line += passed.iter().filter(|byte| **byte == b'\n').count() as u32;

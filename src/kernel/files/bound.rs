@@ -39,7 +39,7 @@ impl Bound {
     pub const CAMERA: Self = Self { kind: "a camera file", bytes: MIB };
     /// Contacts that a completion is given.
     pub const CONTACTS: Self = Self { kind: "a file of contacts", bytes: 16 * MIB };
-    /// Poses that a map is asked about.
+    /// Poses to query a map at.
     pub const POSES: Self = Self { kind: "a file of poses", bytes: 256 * MIB };
     /// `model.json` of a network.
     pub const MODEL_TABLE: Self = Self { kind: "a network's model.json", bytes: MIB };

@@ -12,7 +12,7 @@ use rustix::fs::{AtFlags, Dir, FileType, Mode, OFlags};
 
 use super::{Bound, FileRefusal, check_regular, is_absent, read_open, text_of};
 
-/// Flags of folders on the way to a file.
+/// Flags for opening parent folders.
 const ON_THE_WAY: OFlags = OFlags::PATH.union(OFlags::DIRECTORY).union(OFlags::CLOEXEC);
 /// Flags of files: a FIFO that took a file's name after it was checked is refused as well, and no terminal takes control.
 const AT_ITS_END: OFlags = OFlags::NOFOLLOW.union(OFlags::NONBLOCK).union(OFlags::NOCTTY).union(OFlags::CLOEXEC);
@@ -37,7 +37,7 @@ pub struct Folder {
     path: PathBuf,
 }
 
-/// Kind of what a name in a folder stands for; a link is not followed.
+/// Kind of the entry at a name in a folder; links are not followed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Entry {
     /// A regular file.
@@ -91,7 +91,7 @@ impl Folder {
         self.open_folder().is_ok()
     }
 
-    /// Whether what stands there is no folder, but a file.
+    /// Whether the path exists but is a file, not a folder.
     pub fn is_another_file(&self) -> bool {
         let found = match (self.below.parent(), self.below.file_name()) {
             (Some(parent), Some(name)) => Self { below: parent.to_owned(), ..self.clone() }.entry(name).ok().flatten(),
@@ -121,7 +121,7 @@ impl Folder {
         }
     }
 
-    /// Whether anything stands under a name, be it a link.
+    /// Whether an entry of any kind has this name, including a link.
     pub fn contains(&self, name: impl AsRef<Path>) -> bool {
         matches!(self.entry(name), Ok(Some(_)))
     }
@@ -144,7 +144,7 @@ impl Folder {
         self.open_with(name.as_ref(), OFlags::RDONLY)
     }
 
-    /// Opens a regular file for writing, as it stands.
+    /// Opens an existing regular file for writing, without truncating it.
     pub(super) fn open_to_write(&self, name: &Path) -> io::Result<File> {
         self.open_with(name, OFlags::WRONLY)
     }
@@ -190,7 +190,7 @@ impl Folder {
     /// Makes a file that was not there, for writing, and the folders of its name; the folder itself must be there.
     ///
     /// # Errors
-    /// [`io::ErrorKind::AlreadyExists`] where anything stands under the name, a [`FileRefusal`], or an error of the operating
+    /// [`io::ErrorKind::AlreadyExists`] if the name exists, a [`FileRefusal`], or an error of the operating
     /// system.
     pub fn create_new(&self, name: impl AsRef<Path>) -> io::Result<File> {
         let name = name.as_ref();
@@ -206,7 +206,8 @@ impl Folder {
         Ok(rustix::fs::openat(&parent, last, flags, Mode::from_raw_mode(FILE_MODE))?.into())
     }
 
-    /// Gives a file or folder another name in this folder. What stood under that name goes; a link goes itself.
+    /// Renames a file or folder within this folder. An entry with the new name is replaced; a link itself is replaced,
+    /// not its target.
     ///
     /// # Errors
     /// A [`FileRefusal`], or an error of the operating system.
@@ -215,7 +216,7 @@ impl Folder {
         Ok(rustix::fs::renameat(&from_parent, from, &to_parent, to)?)
     }
 
-    /// Removes a file; a link goes itself.
+    /// Removes a file; a link itself is removed, not its target.
     ///
     /// # Errors
     /// A [`FileRefusal`], or an error of the operating system.
@@ -418,7 +419,7 @@ mod tests {
         assert!(data.contains("dangling") && !shards.is_there());
         assert_eq!(data.create_new("dangling").expect_err("taken").kind(), io::ErrorKind::AlreadyExists);
 
-        // A link goes itself, and what it leads to stays.
+        // The link itself is removed; its target stays.
         data.create_new("a/b/c").expect("a file");
         data.rename("a/b/c", "file").expect("renamed");
         data.remove_file("dangling").expect("removed");

@@ -15,7 +15,7 @@ pub struct BoundedLines {
 }
 
 impl BoundedLines {
-    /// Lines of a file from where it stands.
+    /// Lines of a file, from its current position.
     pub fn new(file: File, bound: Bound) -> Self {
         Self { file: BufReader::new(file), bound }
     }

@@ -31,7 +31,7 @@ use std::{
 /// Bytes of a file that are read before the others, to judge it.
 pub const HEAD_BYTES: u64 = 64 << 10;
 
-/// Whether an error means that there is no such file, be it that its folder is none.
+/// Whether an error means that there is no such file, also because its folder is missing or a file.
 pub fn is_absent(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
 }
@@ -53,8 +53,8 @@ pub fn read_open(file: &mut File, bound: Bound) -> io::Result<Vec<u8>> {
     if size > bound.bytes { Err(FileRefusal::TooLarge { size, bound }.into()) } else { Ok(content) }
 }
 
-/// The first bytes of an open file, up to [`HEAD_BYTES`] of them; it stays where it stands. A reader judges by them whether the
-/// others are worth reading.
+/// The first bytes of an open file, up to [`HEAD_BYTES`] of them, without moving its position. A reader decides by them
+/// whether to read the others.
 ///
 /// # Errors
 /// An error of the operating system.

@@ -50,17 +50,17 @@ pub fn read_text(path: &Path, bound: Bound) -> io::Result<String> {
     text_of(read(path, bound)?)
 }
 
-/// Whether a regular file stands at a path.
+/// Whether a path is a regular file.
 pub fn is_file(path: &Path) -> bool {
     path.is_file()
 }
 
-/// Whether a folder stands at a path.
+/// Whether a path is a folder.
 pub fn is_folder(path: &Path) -> bool {
     path.is_dir()
 }
 
-/// Whether anything stands at a path.
+/// Whether a path exists.
 pub fn is_present(path: &Path) -> bool {
     path.exists()
 }
@@ -98,11 +98,11 @@ pub fn open_log(path: &Path) -> io::Result<File> {
     OpenOptions::new().append(true).create(true).open(replaceable(path)?)
 }
 
-/// Writes a file whole under a temporary name beside it, then renames it. A link at the path stays, and what it leads to is
-/// replaced: whoever names an output names where it goes.
+/// Writes a file whole under a temporary name in the same folder, then renames it. A link at the path stays and its
+/// target is replaced, since naming an output names where it goes.
 ///
 /// # Errors
-/// [`FileRefusal::NotRegular`] where something else stands there: renaming onto a device would remove the device. An error
+/// [`FileRefusal::NotRegular`] if the path is something else: renaming onto a device would remove the device. An error
 /// of the operating system.
 pub fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
     let target = replaceable(path)?;
@@ -111,7 +111,7 @@ pub fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
     Temporary::write(&Folder::at(target.parent().unwrap_or(Path::new(""))), name, content)
 }
 
-/// The file that a new one may replace: the path itself, or what a link at it leads to.
+/// The file that a new one may replace: the path itself, or the target of a link at that path.
 fn replaceable(path: &Path) -> io::Result<PathBuf> {
     match fs::metadata(path) {
         Ok(facts) => check_regular(facts.file_type()).and_then(|()| fs::canonicalize(path)),

@@ -59,10 +59,10 @@ impl Temporary {
         self.folder.path_of(&self.name)
     }
 
-    /// Syncs, renames to `name` and syncs the folder. A link under that name goes itself.
+    /// Syncs, renames to `name` and syncs the folder. A link with that name is itself replaced.
     ///
     /// # Errors
-    /// [`FileRefusal::NotRegular`] where a folder, FIFO, socket or device stands there, or an error of the operating system.
+    /// [`FileRefusal::NotRegular`] if the name is a folder, FIFO, socket or device, or an error of the operating system.
     pub fn publish(mut self, file: &File, name: impl AsRef<Path>) -> io::Result<()> {
         let name = name.as_ref();
         file.sync_all()?;
@@ -104,7 +104,7 @@ pub fn unique_name(name: &str) -> String {
     format!(".{name}.{}-{nanos:x}-{count}{TEMPORARY}", std::process::id())
 }
 
-/// The name that a temporary name stands for: `run.json` of `.run.json.12-1a-0.tmp`; `None` of any other.
+/// The final name of a temporary name: `run.json` for `.run.json.12-1a-0.tmp`; `None` for any other name.
 pub fn name_of_temporary(name: &str) -> Option<&str> {
     let (name, unique) = name.strip_prefix('.')?.strip_suffix(TEMPORARY)?.rsplit_once('.')?;
     let (process, rest) = unique.split_once('-')?;
@@ -119,7 +119,8 @@ pub fn is_temporary_name(name: &str) -> bool {
     name_of_temporary(name).is_some()
 }
 
-/// Whether a temporary file is a leftover, of which nobody holds the lock. What is no regular file, or has another name, is none.
+/// Whether a temporary file is a leftover that no process has locked. Entries that are not regular files or have
+/// another name are not leftovers.
 pub fn is_leftover(folder: &Folder, name: &str) -> bool {
     lock_leftover(folder, name).is_some()
 }

@@ -42,7 +42,7 @@ pub enum InvalidBinvox {
     #[error("the header has no '{0}' line; write the file again")]
     Missing(&'static str),
     /// Only cubes are read.
-    #[error("dim {} x {} x {}: a cube of 1 to {MAX_SIDE} cells a side is wanted; run binvox with -d", .0[0], .0[1], .0[2])]
+    #[error("dim {} x {} x {}: must be a cube of 1 to {MAX_SIDE} cells per side; run binvox with -d", .0[0], .0[1], .0[2])]
     Dim([u64; 3]),
     /// A run's value is neither 0 nor 1.
     #[error("byte {offset}: value {value} is neither 0 nor 1; the file is damaged")]
@@ -58,8 +58,8 @@ pub enum InvalidBinvox {
         /// Offset in the file.
         offset: usize,
     },
-    /// The runs hold more or fewer cells than the header says.
-    #[error("the runs hold {found} cells, dim says {expected}; the file is {}", if found < expected { "cut short: copy it again" } else { "damaged" })]
+    /// The runs hold more or fewer cells than the header gives.
+    #[error("the runs hold {found} cells, dim gives {expected}; the file is {}", if found < expected { "cut short: copy it again" } else { "damaged" })]
     Cells {
         /// Cells in the runs; of a file with too many, up to the run that goes too far.
         found: u64,
@@ -184,18 +184,18 @@ fn read_header(bytes: &[u8]) -> Result<(Header, usize), InvalidBinvox> {
         match key {
             "#binvox" if line == 1 => {}
             "dim" if dim.is_none() => {
-                dim = Some(numbers::<3, u64>(values).ok_or_else(|| wrong("three whole numbers wanted"))?)
+                dim = Some(numbers::<3, u64>(values).ok_or_else(|| wrong("three whole numbers required"))?)
             }
             "translate" if translate.is_none() => {
                 let given = numbers::<3, f64>(values).filter(|values| values.iter().all(|value| value.is_finite()));
-                translate = Some(given.ok_or_else(|| wrong("three finite numbers wanted"))?);
+                translate = Some(given.ok_or_else(|| wrong("three finite numbers required"))?);
             }
             "scale" if scale.is_none() => {
                 let given = numbers::<1, f64>(values).filter(|[value]| value.is_finite() && *value > 0.0);
-                scale = Some(given.ok_or_else(|| wrong("one finite number above 0 wanted"))?[0]);
+                scale = Some(given.ok_or_else(|| wrong("one finite number above 0 required"))?[0]);
             }
             "data" => break,
-            _ => return Err(wrong("one of dim, translate, scale, data wanted, each once")),
+            _ => return Err(wrong("must be one of dim, translate, scale, data, each once")),
         }
     }
     let dim = dim.ok_or(InvalidBinvox::Missing("dim"))?;
@@ -265,8 +265,8 @@ mod tests {
         assert!(text("dim 12 12 12", "dim 12 12").contains("header line 2, 'dim 12 12': three whole numbers"));
         assert!(text("dim 12 12 12", "dim 12 12 13").contains("12 x 12 x 13"));
         assert!(text("dim 12 12 12", "dim 9999 9999 9999").contains("1 to 1024"));
-        assert!(text("dim 12 12 12", "dim 13 13 13").contains("hold 1728 cells, dim says 2197"));
-        assert!(text("dim 12 12 12", "dim 11 11 11").contains("dim says 1331; the file is damaged"));
+        assert!(text("dim 12 12 12", "dim 13 13 13").contains("hold 1728 cells, dim gives 2197"));
+        assert!(text("dim 12 12 12", "dim 11 11 11").contains("dim gives 1331; the file is damaged"));
         assert!(text("scale 0.30000000000000004", "scale -1").contains("above 0"));
         assert!(text("translate -0.1 0.000000001 2.5\n", "").contains("no 'translate' line"));
         assert!(text("dim 12 12 12", "dim 12 12 12\ndim 12 12 12").contains("line 3"));

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Verdict on a state of the hand that a search returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum GraspVerdict {
-    /// Force closure, of the quality that was asked for.
+    /// Force closure, with at least the required quality.
     Kept,
     /// Too deep in the mesh before closing: the distance lattice of the search did not resolve it.
     Penetrates,
@@ -15,9 +15,9 @@ pub enum GraspVerdict {
     OpenHand,
     /// The origin is not inside the wrench space.
     NoForceClosure,
-    /// Epsilon below what was asked for.
+    /// Epsilon below the required quality.
     LowQuality,
-    /// The hand comes below the table in every resting pose of the object.
+    /// The hand reaches below the table in every resting pose of the object.
     BelowTable,
 }
 

@@ -7,7 +7,7 @@ pub struct Material {
     pub name: &'static str,
     /// Density [kg/m^3].
     pub density: f64,
-    /// Content of the class in words, with the source of the density.
+    /// Content of the class, with the source of the density.
     pub meaning: &'static str,
 }
 

@@ -72,8 +72,8 @@ pub struct ObjectSplit {
 /// Reasons why a table is no table of splits.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidSplits {
-    /// An object stands in two rows.
-    #[error("object {0} stands in two rows")]
+    /// An object is listed in two rows.
+    #[error("object {0} is listed in two rows")]
     Twice(ObjectId),
     /// A whole object is called held out.
     #[error("object {0} cannot be held out as a whole")]
@@ -85,7 +85,7 @@ pub enum InvalidSplits {
         object: ObjectId,
         /// Subset that its row names.
         subset: u32,
-        /// Count of subsets.
+        /// Number of subsets.
         subsets: usize,
     },
 }

@@ -1,11 +1,11 @@
-//! Ways on which a hand comes to a grasp, and their parts.
+//! Approaches of a hand to a grasp, and their parts.
 
-/// Part of the path of a hand that comes to a grasp and closes, in the order in which they follow each other.
+/// Part of the path of a hand that approaches a grasp and closes, in order of time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PathStage {
     /// The hand in its posture, where it begins to close.
     Pregrasp,
-    /// On the way there, along the approach.
+    /// Along the approach, to the grasp.
     Approach,
     /// Where the hand has come opened: while it takes on its posture.
     Shaping,
@@ -17,7 +17,7 @@ impl PathStage {
     /// Every stage, in the order of their numbers on disk, from 1.
     pub const ALL: [Self; 4] = [Self::Pregrasp, Self::Approach, Self::Closing, Self::Shaping];
 
-    /// The number on disk, from 1; 0 stands for none.
+    /// The number on disk, from 1; 0 means none.
     pub fn number(self) -> u8 {
         match self {
             Self::Pregrasp => 1,
@@ -43,17 +43,17 @@ impl PathStage {
     }
 }
 
-/// A value for each of the two ways on which a hand comes to a grasp.
+/// A value for each of the two ways in which a hand can approach a grasp.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BothWays<T> {
-    /// The hand comes in the posture in which it begins to close.
+    /// The hand approaches in the posture in which it begins to close.
     pub shaped: T,
-    /// The hand comes opened, and takes on that posture where it begins to close.
+    /// The hand approaches opened, and takes that posture where it begins to close.
     pub opened: T,
 }
 
 impl<T> BothWays<T> {
-    /// Another value for each way, made of its own.
+    /// Applies a function to the value of each way.
     pub fn map<U>(self, mut of: impl FnMut(T) -> U) -> BothWays<U> {
         BothWays { shaped: of(self.shaped), opened: of(self.opened) }
     }
@@ -64,14 +64,14 @@ impl<T> BothWays<T> {
     }
 }
 
-/// Ways on which nothing is in the way of a hand.
+/// Ways of approach that are free of obstacles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum FreeWays {
     /// Neither.
     None,
-    /// The hand can come opened alone.
+    /// Only the opened hand can approach.
     Opened,
-    /// The hand can come in its posture alone.
+    /// Only the hand in its posture can approach.
     Posture,
     /// Both.
     Both,
