@@ -6,8 +6,8 @@ use nalgebra::Point3;
 const MAX_SIDE: u32 = 16384;
 /// Shortest and longest focal length, in longer sides of the image: fields of view from 178.9 to 0.6 degrees.
 const FOCAL_SIDES: [f64; 2] = [0.01, 100.0];
-/// Farthest principal point from the middle of the image, in its own sides along that axis: pictures that were cut out of larger
-/// ones have it outside of them.
+/// Largest distance of the principal point from the middle of the image, in image sides along that axis: in images
+/// cropped from larger ones it is outside.
 const PRINCIPAL_SIDES: f64 = 5.0;
 
 /// A pinhole camera without distortion. Pixel (0, 0) is the top left one; pixel centres lie at +0.5.
@@ -25,7 +25,7 @@ pub struct Intrinsics {
     pub cx: f64,
     /// Principal point, y [px].
     pub cy: f64,
-    /// Nothing nearer than this along the optical axis is seen [m].
+    /// Nothing nearer than this along the optical axis is visible [m].
     pub near: f64,
 }
 
@@ -102,7 +102,7 @@ impl Intrinsics {
         focal_length.map_or(self, |f| Self { fx: f, fy: f, ..self })
     }
 
-    /// Vertical field of view [rad], as MuJoCo's `fovy` wants it (there in degrees).
+    /// Vertical field of view [rad], as for MuJoCo's `fovy` (there in degrees).
     pub fn vertical_fov(&self) -> f64 {
         2.0 * libm::atan(f64::from(self.height) / 2.0 / self.fy)
     }
@@ -126,7 +126,7 @@ mod tests {
     fn numbers_that_no_camera_has_are_refused_by_name() {
         let camera = Intrinsics { width: 640, height: 480, fx: 525.0, fy: 525.0, cx: 320.0, cy: 240.0, near: 0.01 };
         assert_eq!(camera.checked(), Ok(camera));
-        // The ends of each range are in it, and what is next to them is not.
+        // The ends of each range are allowed, the next values beyond them are not.
         for (low, high, set) in [
             (6.4, 64_000.0, (|camera, fx| Intrinsics { fx, ..camera }) as fn(Intrinsics, f64) -> Intrinsics),
             (6.4, 64_000.0, |camera, fy| Intrinsics { fy, ..camera }),

@@ -102,7 +102,7 @@ impl Doubles for Scalar {
 /// Every `SAFETY` of this module: a token exists only where its instructions may be used, and the caller keeps indices
 /// in range.
 #[cfg(target_arch = "x86_64")]
-#[allow(clippy::undocumented_unsafe_blocks, reason = "said once for the module, above")]
+#[allow(clippy::undocumented_unsafe_blocks, reason = "stated once for the module, above")]
 mod x86 {
     use std::arch::x86_64::*;
 

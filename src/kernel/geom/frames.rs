@@ -1,4 +1,4 @@
-//! Frames as types: a pose says which frame it maps to and from, so that only poses that fit compose.
+//! Frames as types: a pose states which frame it maps to and from, so that only matching poses compose.
 //!
 //! ```text
 //! point_in_camera = camera_from_world * (world_from_object * point_in_object)
@@ -60,7 +60,7 @@ impl<To: Frame, From: Frame> Pose<To, From> {
         Self::from_isometry(IsometryMatrix3::from_parts(Translation3::from(translation), rotation))
     }
 
-    /// From a rigid motion of which the caller says the frames.
+    /// From a rigid motion whose frames the caller states.
     pub fn from_isometry(isometry: IsometryMatrix3<f64>) -> Self {
         Self { isometry, frames: PhantomData }
     }
@@ -123,7 +123,7 @@ impl<To: Frame, From: Frame> Pose<To, From> {
         std::array::from_fn(|i| if i % 4 == 3 { t[i / 4] } else { r[(i / 4, i % 4)] })
     }
 
-    /// The inverse of [`Pose::to_rows`]; the rows are taken as they stand.
+    /// The inverse of [`Pose::to_rows`]; uses the rows unchanged.
     pub fn from_rows(rows: &[f64; 12]) -> Self {
         let rotation = Matrix3::from_fn(|row, column| rows[4 * row + column]);
         Self::new(Rotation3::from_matrix_unchecked(rotation), Vector3::new(rows[3], rows[7], rows[11]))

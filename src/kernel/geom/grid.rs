@@ -107,14 +107,14 @@ impl OccupancyGrid {
         self.bits[byte] |= mask;
     }
 
-    /// Count of occupied cells.
+    /// Number of occupied cells.
     pub fn count(&self) -> u32 {
         let (words, rest) = self.bits.as_chunks::<8>();
         let words: u32 = words.iter().map(|word| u64::from_le_bytes(*word).count_ones()).sum();
         words + rest.iter().map(|byte| byte.count_ones()).sum::<u32>()
     }
 
-    /// Count of cells occupied in both grids of the same resolution.
+    /// Number of cells occupied in both grids of the same resolution.
     pub fn count_both(&self, other: &Self) -> u32 {
         let ((words, rest), (others, other_rest)) = (self.bits.as_chunks::<8>(), other.bits.as_chunks::<8>());
         let both = |(a, b): (&[u8; 8], &[u8; 8])| (u64::from_le_bytes(*a) & u64::from_le_bytes(*b)).count_ones();
@@ -179,7 +179,7 @@ impl SolidGrid {
         self.origin + nalgebra::Vector3::new(x as f64 + 0.5, y as f64 + 0.5, z as f64 + 0.5) * self.pitch
     }
 
-    /// Count of solid cells.
+    /// Number of solid cells.
     pub fn count(&self) -> u64 {
         self.words.iter().map(|word| u64::from(word.count_ones())).sum()
     }

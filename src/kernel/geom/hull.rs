@@ -239,7 +239,7 @@ impl Growth {
             let new = self.add([*from, *to, apex], [*beyond, first + position_of(*to), first + before[number]]);
             let Face { corners, neighbours, .. } = &mut self.faces[*beyond as usize];
             let edge = (0..3).find(|edge| corners[*edge] == *to && corners[(*edge + 1) % 3] == *from);
-            neighbours[edge.expect("faces beside each other share an edge")] = new;
+            neighbours[edge.expect("adjacent faces share an edge")] = new;
         }
         let mut points = Vec::new();
         seen.iter().for_each(|face| points.append(&mut self.faces[*face as usize].outside));

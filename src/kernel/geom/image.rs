@@ -45,7 +45,7 @@ impl DepthCrop {
         Self { left: self.left + x0, top: self.top + y0, width: x1 - x0 + 1, height: y1 - y0 + 1, depth }
     }
 
-    /// Count of pixels with a return.
+    /// Number of pixels with a return.
     pub fn returns(&self) -> usize {
         self.depth.iter().filter(|depth| !depth.is_nan()).count()
     }

@@ -9,7 +9,7 @@
 
 /// Sixteen lanes of `f32`, `i32` or conditions.
 ///
-/// `i32` lanes are also read as two 16-bit or four 8-bit numbers where a method says so.
+/// `i32` lanes can also be read as two 16-bit or four 8-bit numbers, in methods documented so.
 pub trait Lanes: Copy {
     type F: Copy;
     type I: Copy;
@@ -27,7 +27,7 @@ pub trait Lanes: Copy {
     /// The larger one; `b` where one is NaN.
     fn max(self, a: Self::F, b: Self::F) -> Self::F;
     fn abs(self, a: Self::F) -> Self::F;
-    /// Rounded as IEEE 754 says.
+    /// Rounded as specified by IEEE 754.
     fn sqrt(self, a: Self::F) -> Self::F;
     fn ge(self, a: Self::F, b: Self::F) -> Self::M;
     fn lt(self, a: Self::F, b: Self::F) -> Self::M;
@@ -206,7 +206,7 @@ impl Lanes for Scalar {
     }
     #[inline(always)]
     fn truncate(self, a: Self::F) -> Self::I {
-        // SAFETY: lanes fit, says the trait.
+        // SAFETY: lanes fit, as the trait requires.
         a.map(|a| unsafe { a.to_int_unchecked::<i32>() })
     }
     #[inline(always)]
@@ -347,7 +347,7 @@ pub use x86::{Avx2, Avx512};
 
 /// Every `SAFETY` of this module: a token exists only where its instructions may be used, and arrays have 16 numbers.
 #[cfg(target_arch = "x86_64")]
-#[allow(clippy::undocumented_unsafe_blocks, reason = "said once for the module, above")]
+#[allow(clippy::undocumented_unsafe_blocks, reason = "stated once for the module, above")]
 mod x86 {
     use std::arch::x86_64::*;
 

@@ -41,7 +41,7 @@ impl MassProperties {
         }
         // In cells, about the centre of cell (0, 0, 0).
         let mean = sums.first.map(|sum| sum as f64 / count);
-        // A cube's own 1/12 beside what its centre makes.
+        // A cube's own 1/12 in addition to the part from its centre.
         let variance: [f64; 3] =
             std::array::from_fn(|axis| sums.squares[axis] as f64 / count - mean[axis] * mean[axis] + 1.0 / 12.0);
         let mixed = |product: usize, one: usize, other: usize| {

@@ -1,4 +1,4 @@
-//! Points that lie together but for rounding.
+//! Points that are equal except for rounding.
 
 use std::collections::HashMap;
 
@@ -13,12 +13,12 @@ const CELL: f64 = 4.0;
 /// Bits of a cell's number along an axis.
 const CELL_BITS: u32 = 21;
 
-/// Per point, the lowest index of its group. Two points are of one group when they are no farther apart than the reach of either,
-/// `reaches`, or when both are of one with a third.
+/// Per point, the lowest index of its group. Two points belong to one group if they are no farther apart than the reach
+/// of either, `reaches`, or if both belong to a group with a third.
 ///
-/// A group wider along an axis than twice the longest reach in it is no group, because its points have no position in common:
-/// each of them stands alone. Positions and reaches alone decide who is of one group, so that the order of the points does not
-/// matter. `None` when too many points are too close together to compare them.
+/// A group wider along an axis than twice the longest reach in it is split, because its points have no position in
+/// common: each becomes a group by itself. Only positions and reaches determine the groups, not the order of the
+/// points. `None` if too many points are too close together to compare them.
 pub fn near_groups(points: &[[f64; 3]], reaches: &[f64]) -> Option<Vec<u32>> {
     let longest = reaches.iter().copied().fold(0.0, f64::max);
     if longest <= 0.0 {

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use super::SolidGrid;
 
-/// Something that says of a point whether it is solid, by cells.
+/// Tells by cells whether a point is solid.
 pub trait SolidCells {
     /// Side of a cell [m].
     fn pitch(&self) -> f64;
@@ -23,8 +23,8 @@ impl SolidCells for SolidGrid {
     }
 }
 
-/// The cells of a [`SolidGrid`] in bricks, of which those that are empty or solid throughout take no room: for those who ask
-/// for single cells. A scan takes about 0.4 MiB instead of 2.
+/// The cells of a [`SolidGrid`] in bricks, where uniformly empty or solid bricks take no memory: for reading single
+/// cells. A scan takes about 0.4 MiB instead of 2.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PackedSolid {
     /// Lower corner, in `Object` [m].

@@ -26,9 +26,9 @@ pub struct RayHit {
     pub normal: Unit<Vector3<f64>>,
 }
 
-/// A mesh that has no surface to ask about.
+/// A mesh without a surface that queries could search.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("no search tree over {triangles} triangles and {vertices} vertices: {reason}; mend or leave out the mesh")]
+#[error("no search tree over {triangles} triangles and {vertices} vertices: {reason}; repair or leave out the mesh")]
 pub struct NoSurface {
     /// Triangles of the mesh.
     pub triangles: usize,
@@ -118,7 +118,7 @@ impl TouchShape {
         if (pose * self.centre - other_pose * other.centre).norm_squared() > reach * reach {
             return false;
         }
-        // The search goes through the first mesh's triangles and asks the second's tree about each.
+        // The search iterates over the first mesh's triangles and queries the second's tree with each.
         let swap = self.triangles == 0 || other.triangles != 0 && other.triangles < self.triangles;
         let [(first, first_pose), (second, second_pose)] =
             if swap { [(other, other_pose), (self, pose)] } else { [(self, pose), (other, other_pose)] };
@@ -158,7 +158,7 @@ impl TouchShape {
         (pose * self.centre, self.radius)
     }
 
-    /// A pose as parry has it, whose cylinders stand along y.
+    /// A pose for parry, whose cylinders are along y.
     fn placed(&self, pose: &IsometryMatrix3<f64>) -> ParryPose {
         let rotation = pose.rotation.matrix();
         let [x, y, z] =

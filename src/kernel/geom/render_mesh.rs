@@ -134,7 +134,7 @@ impl RenderMesh {
         self.cull_back_faces
     }
 
-    /// Count of clusters.
+    /// Number of clusters.
     pub fn clusters(&self) -> usize {
         self.clusters.len()
     }
@@ -196,7 +196,7 @@ impl RenderMesh {
         let radius = triangles.flat_map(corners).map(|corner| (corner - centre).norm()).fold(0.0, f64::max);
         // Cone of normals: its axis is the mean, its cosine the smallest one to any normal.
         let axis = sum.try_normalize(1e-9).unwrap_or_else(Vector3::zeros);
-        // Triangles without area have no normal and cover nothing; a little is taken off for rounding.
+        // Triangles without area have no normal and cover nothing; a small margin is subtracted for rounding.
         let cosine = normals
             .iter()
             .filter(|normal| normal.norm_squared() > 0.5)

@@ -30,7 +30,7 @@ pub struct RestingPoses {
     pub left_out: u32,
 }
 
-/// A facet as the object stands on it.
+/// A facet on which the object can rest.
 struct Stand {
     /// Height of the centre of mass above the facet's plane [m].
     height: f64,
@@ -48,16 +48,16 @@ impl RestingPose {
 }
 
 impl RestingPoses {
-    /// Poses that are less likely are left out, unless all are: a ball has many, none of them likely.
+    /// Less likely poses are left out, unless all are: a ball has many, all unlikely.
     pub const MIN: f64 = 0.01;
     /// Poses of an object, at most.
     pub const MAX: usize = 32;
-    /// Poses whose up directions differ by less than this [degrees] count as the most likely of them: facets of one rough or
-    /// round side.
+    /// Poses whose up directions differ by less than this [degrees] are merged into the most likely of them: they are
+    /// facets of one rough or round side.
     pub const ALIKE: f64 = 10.0;
 
-    /// Resting poses of a mesh with its centre of mass: the likely ones of [`every_resting_pose`], each with the
-    /// probability of those that are like it.
+    /// Resting poses of a mesh with its centre of mass: the likely ones of [`every_resting_pose`], each with the summed
+    /// probability of similar poses.
     pub fn of(mesh: &TriMesh, centre: &Point3<f64>) -> Self {
         let cos = libm::cos(Self::ALIKE.to_radians());
         let mut poses: Vec<(Vector3<f64>, RestingPose)> = Vec::new();
@@ -86,10 +86,10 @@ impl RestingPoses {
 
 /// Every facet of a mesh's convex hull on which it rests, the most likely first.
 ///
-/// The object is dropped in a random orientation and lands on the facet below its centre of mass: as likely as the
-/// facet's solid angle says, seen from there. Where the centre of mass is not above the facet, the object tips over the edge
-/// nearest to the point below it, without swing, and so on until it stays. Empty where the mesh lies in a plane or the
-/// centre of mass is not inside the hull.
+/// The object is dropped in a random orientation and lands on the facet below its centre of mass: the probability is
+/// the facet's solid angle about the centre of mass. Where the centre of mass is not above the facet, the object tips
+/// over the edge nearest to the point below it, without momentum, and so on until it rests. Empty if the mesh is flat
+/// or the centre of mass is not inside the hull.
 pub fn every_resting_pose(mesh: &TriMesh, centre: &Point3<f64>) -> Vec<RestingPose> {
     let points: Vec<Point3<f64>> = mesh.vertices.iter().map(|vertex| Point3::from(vertex.map(f64::from))).collect();
     // Convex hull and the height of the centre of mass above each facet.
@@ -107,7 +107,8 @@ pub fn every_resting_pose(mesh: &TriMesh, centre: &Point3<f64>) -> Vec<RestingPo
             next: hull.tips_to(facet, centre, *height, &heights),
         })
         .collect();
-    // Whatever tips over comes down: from the highest on, all that a facet gets has come before it gives.
+    // Tipping lowers the centre of mass: processed from the highest facet down, each facet has all its probability
+    // before it passes it on.
     let mut order: Vec<usize> = (0..stands.len()).collect();
     order.sort_by(|one, other| stands[*other].height.total_cmp(&stands[*one].height));
     for from in order {
@@ -168,7 +169,7 @@ impl ConvexHull {
         (1..facet.corners.len() - 1).map(of_triangle).sum()
     }
 
-    /// The facet on which the object comes to stand next; `None` where it stays.
+    /// The facet to which the object tips next; `None` if it rests.
     fn tips_to(&self, facet: &Facet, centre: &Point3<f64>, height: f64, heights: &[f64]) -> Option<usize> {
         let foot = centre + facet.normal * height;
         // Of all edges that it is beyond: how far it is from the edge, and how far beyond.
@@ -258,7 +259,7 @@ mod tests {
         let up = ups(&found);
         assert!(!up.contains(&[0, 0, 1000]) && !up.contains(&[0, 0, -1000]), "{up:?}");
         assert!((found.poses.iter().map(|pose| pose.probability).sum::<f64>() - 1.0).abs() < 1e-12);
-        // The same with its mass low in the foot stands.
+        // With its mass low in the foot, the same tower is stable.
         let stands = RestingPoses::of(&tower, &Point3::new(0.012, 0.01, 0.01));
         assert!(ups(&stands).contains(&[0, 0, 1000]));
     }
@@ -290,7 +291,7 @@ mod tests {
         assert!(every_resting_pose(&can, &Point3::origin()).len() > 100);
     }
 
-    /// A ball rests on any of its facets; the likeliest poses stand for them, since it does rest.
+    /// A ball rests on any of its facets; the likeliest poses represent them.
     #[test]
     fn a_ball_rests_in_the_likeliest_of_many_poses() {
         let point = |index: u32| {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 
-/// A solid in its own frame [m]; of a mesh the surface alone.
+/// A solid in its own frame [m]; for a mesh, only the surface.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// A box around the origin, by half its sides.
@@ -52,7 +52,7 @@ impl Shape {
     }
 }
 
-/// A triangle mesh as its file has it: not mended, in double precision.
+/// A triangle mesh as stored in its file: not repaired, in double precision.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Triangles {
     /// Corners [m].

@@ -12,9 +12,10 @@ pub const TOUCHED_EDGE: f64 = 0.006;
 const COARSER: f64 = 1.5;
 
 impl TriMesh {
-    /// Returns this surface with no edge longer than `longest` [m]: longer edges are halved, over and over, those that two triangles
-    /// share at one vertex, so that a closed surface stays closed. The vertices of the mesh stay and come first. Where that takes
-    /// more than `max_triangles`, edges may be longer by half, and again; the mesh itself where it has more.
+    /// Returns this surface with no edge longer than `longest` [m]: longer edges are halved repeatedly. Two triangles
+    /// that share an edge share its new vertex, so that a closed surface stays closed. The vertices of the mesh stay
+    /// and come first. If that takes more than `max_triangles`, the limit on the length is raised by half, repeatedly;
+    /// returns the mesh itself if it has more.
     ///
     /// # Panics
     /// When `longest` is not positive.
@@ -24,7 +25,7 @@ impl TriMesh {
         let mut longest = longest;
         loop {
             let mut mesh = self.clone();
-            // Nothing is halved once edges may be as long as they are.
+            // No edge is halved once `longest` reaches the longest edge.
             if mesh.halve_edges(longest, max_triangles) {
                 return mesh;
             }

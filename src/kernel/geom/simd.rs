@@ -23,7 +23,7 @@ impl SimdLevel {
                 && is_x86_feature_detected!("avx512dq")
                 && is_x86_feature_detected!("avx512vl")
                 && is_x86_feature_detected!("avx512cd");
-            // Both levels also use BMI1, BMI2, LZCNT and POPCNT, which every such machine has; asked for all the same.
+            // Both levels also use BMI1, BMI2, LZCNT and POPCNT, which every such machine has; checked nevertheless.
             let bits = is_x86_feature_detected!("bmi1")
                 && is_x86_feature_detected!("bmi2")
                 && is_x86_feature_detected!("lzcnt")

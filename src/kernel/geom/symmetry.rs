@@ -1,9 +1,10 @@
 //! Symmetries of an object: rotations and reflections that map its surface onto itself within a tolerance.
 //!
-//! An axis of symmetry of a solid is a principal axis of its inertia, a plane of symmetry square to one. Where the three
-//! moments differ, three directions are tried; where two are alike, all directions of a plane; where all are alike, all. A
-//! motion counts when of a thousand points, spread over the surface, all but one in fifty come to lie within the tolerance
-//! of the surface: a dent of a scan or the tab of a can breaks no symmetry, the handle of a mug does.
+//! An axis of symmetry of a solid is a principal axis of its inertia, and a plane of symmetry is perpendicular to one.
+//! If the three moments differ, three directions are tried; if two are alike, all directions of a plane; if all are
+//! alike, all directions. A motion is accepted if all but one in fifty of a thousand points spread over the surface map
+//! to within the tolerance of the surface: a dent of a scan or the tab of a can breaks no symmetry, the handle of a mug
+//! does.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,12 +17,12 @@ use super::{MassProperties, TriMesh, TriangleTree};
 pub struct Symmetries {
     /// The point: the centre of mass of the solid [m].
     pub centre: Point3<f64>,
-    /// Distance from the surface within which all but one point in fifty must come to lie [m].
+    /// Distance from the surface within which all but one mapped point in fifty must be [m].
     pub tolerance: f64,
     /// Axes of rotation by any angle: none, one, or for a ball three at right angles.
     pub continuous: Vec<Unit<Vector3<f64>>>,
-    /// Axes of rotation by a part of a turn, those of the highest order first. Beside one continuous axis at most one of many
-    /// equal ones, square to it.
+    /// Axes of finite rotational symmetry, those of the highest order first. With a continuous axis, at most one of
+    /// many equal ones, perpendicular to it.
     pub axes: Vec<SymmetryAxis>,
     /// Normals of planes of reflection. Planes through a continuous axis, which all are one, are left out.
     pub mirrors: Vec<Unit<Vector3<f64>>>,
@@ -32,18 +33,18 @@ pub struct Symmetries {
 pub struct SymmetryAxis {
     /// Direction of the axis.
     pub direction: Unit<Vector3<f64>>,
-    /// Rotations by one part in so many of a turn, and by its multiples, are symmetries; at least 2.
+    /// Rotations by 1/`order` of a full turn, and its multiples, are symmetries; at least 2.
     pub order: u32,
 }
 
 /// Points of the surface that a motion is tried with.
 const POINTS: u32 = 1024;
-/// Share of the points that may come to lie farther off: the second number applies to the first few points, so that motions
-/// that are far from a symmetry are recognised early.
+/// Share of the points that may be farther off: the second number applies to the first few points, so that motions far
+/// from a symmetry are rejected early.
 const ASTRAY: [f64; 2] = [0.02, 0.125];
 /// The first few points.
 const FIRST_POINTS: usize = 32;
-/// Highest order that is looked for: beyond it, within the tolerance, few bodies differ from round ones.
+/// Highest order that is tested: at higher orders, within the tolerance, few bodies differ from round ones.
 const MAX_ORDER: u32 = 12;
 /// Moments of inertia nearer than this share of the largest count as alike.
 const ALIKE: f64 = 0.1;
@@ -92,8 +93,8 @@ impl Symmetries {
         }
     }
 
-    /// Every rotation of the group but the identity, about the origin; beside a continuous axis those by which the others
-    /// differ from its own.
+    /// Every rotation of the group except the identity, about the origin; with a continuous axis, those that
+    /// distinguish the others from its own.
     pub fn rotations(&self) -> Vec<Matrix3<f64>> {
         let of_axis = |axis: &SymmetryAxis| {
             let (direction, order) = (axis.direction, axis.order);
@@ -250,7 +251,8 @@ impl Search<'_> {
         self.found(Vec::new(), axes, mirrors)
     }
 
-    /// Directions square to a main axis, as many as its order says, evenly spread; none where a map about one does not hold.
+    /// Directions perpendicular to a main axis, evenly spread, as many as its order; none if a map about one is not a
+    /// symmetry.
     fn fan(&self, main: &Direction, order: u32, map: fn(&Direction) -> Matrix3<f64>) -> Vec<Direction> {
         let Some(first) = self.best_square_to(main, map) else { return Vec::new() };
         let step = PI / f64::from(order);
@@ -300,7 +302,7 @@ impl Search<'_> {
         if square.iter().all(|axis| self.order(axis) == Order::Continuous) {
             return self.found(square.to_vec(), Vec::new(), Vec::new());
         }
-        // Nearly a ball: half turns hold about directions everywhere, of which no group could be made.
+        // Nearly a ball: half turns are symmetries about directions everywhere, of which no group could be made.
         let few = lattice().step_by(128);
         if few.filter(|direction| self.holds(&half_turn(direction))).count() > FEW_OF_A_BALL {
             return self.about(&principal.into_iter().chain(square).collect::<Vec<_>>());
@@ -341,7 +343,7 @@ impl Search<'_> {
         }
     }
 
-    /// Directions about which a map holds, one for each patch of them.
+    /// Directions about which a map is a symmetry, one for each patch of them.
     fn everywhere(&self, map: &dyn Fn(&Direction) -> Matrix3<f64>) -> Vec<Direction> {
         let mut patches: Vec<Vec<Direction>> = Vec::new();
         for direction in lattice().filter(|direction| self.holds(&map(direction))) {
@@ -385,7 +387,7 @@ fn lattice() -> impl Iterator<Item = Direction> {
     })
 }
 
-/// Where, between an angle that holds and a step beyond it, holding ends.
+/// The boundary between an accepted angle and a rejected one, a step beyond it.
 fn end_of(inside: f64, step: f64, holds: impl Fn(f64) -> bool) -> f64 {
     let (mut inside, mut outside) = (inside, inside + step);
     for _ in 0..HALVINGS {

@@ -19,7 +19,7 @@ pub enum ViewSet {
         /// Yaw angles [rad].
         yaw: Vec<f64>,
     },
-    /// So many rotations spread evenly over SO(3); see [`super_fibonacci`].
+    /// This many rotations spread evenly over SO(3); see [`super_fibonacci`].
     Even {
         /// Number of views.
         count: u32,
@@ -42,7 +42,7 @@ pub fn open_linspace(from: f64, to: f64, count: u32) -> Vec<f64> {
 impl ViewSet {
     /// The `thesis` grid: 11 x 6 x 11 = 726 views, closed at both ends, so that only 420 rotations differ.
     ///
-    /// The thesis (section 5.3) says "uniformly in roll-pitch-yaw space, 11*6*11" and no more; the ends are our reading.
+    /// The thesis (section 5.3) states only "uniformly in roll-pitch-yaw space, 11*6*11"; the ends are our reading.
     pub fn thesis() -> Self {
         Self::RollPitchYaw {
             roll: closed_linspace(-PI, PI, 11),
@@ -66,7 +66,7 @@ impl ViewSet {
         Self::RollPitchYaw { roll: vec![0.0], pitch: vec![0.0], yaw: open_linspace(-PI, PI, 12) }
     }
 
-    /// Count of views.
+    /// Number of views.
     pub fn len(&self) -> usize {
         match self {
             Self::RollPitchYaw { roll, pitch, yaw } => roll.len() * pitch.len() * yaw.len(),
@@ -115,7 +115,7 @@ impl ViewSet {
             .collect()
     }
 
-    /// Count of rotations that differ.
+    /// Number of rotations that differ.
     pub fn distinct_rotations(&self) -> usize {
         self.equal_rotations().iter().enumerate().filter(|(view, first)| *view == **first as usize).count()
     }

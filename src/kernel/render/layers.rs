@@ -1,7 +1,7 @@
-//! Images of several meshes: the depth of each alone, of which the nearest counts.
+//! Images of several meshes: each mesh's own depth, combined by the nearest surface.
 //!
-//! Each mesh is rendered by itself, so that its silhouette is that of the mesh alone, and the pixels that see it are those at
-//! which no other is nearer. Of two at equal depths the one that was added first stays.
+//! Each mesh is rendered separately, so that its silhouette is that of the mesh without the others; its visible pixels
+//! are those where no other mesh is nearer. At equal depths the mesh that was added first wins.
 
 use nalgebra::{Point3, Vector3};
 
@@ -107,7 +107,7 @@ impl LayeredImage {
             let corner = Point3::from(mesh.centre().coords + mesh.half_extents().component_mul(&signs));
             let seen = camera_from_mesh.point(&corner);
             if seen.z <= near {
-                // Beside the camera: three times the image, as far as that says something.
+                // Not in front of the camera: three times the image, within the size limit.
                 return [width, height, width, height].map(|side| side.min(MAX_SIDE / 3));
             }
             let (u, v) = self.camera.project(&seen);
@@ -151,7 +151,8 @@ impl LayeredImage {
 }
 
 impl Silhouette {
-    /// Adds the pixels of a crop whose canvas begins `shift` before the image, where `counts` says so by column and row.
+    /// Adds the pixels of a crop whose canvas begins `shift` before the image, where `counts` returns true for column
+    /// and row.
     fn count(&mut self, crop: &DepthCrop, shift: [i32; 2], counts: impl Fn(i32, i32) -> bool) {
         let [mut left, mut top, mut right, mut bottom] = match self.pixels {
             0 => [i32::MAX, i32::MAX, i32::MIN, i32::MIN],
@@ -235,7 +236,7 @@ mod tests {
         image.add(&square, &outside, 1);
         let gone = image.silhouette(&square, &outside);
         assert_eq!((gone.pixels, gone.pixels_in_image), (whole.pixels, 0));
-        // Beside the camera, in part behind it.
+        // Next to the camera, partly behind it.
         let beside = Pose::from_xyz_rpy([0.0, 0.05, 0.1, 1.5, 0.0, 0.0]);
         image.begin(CAMERA);
         image.add(&square, &beside, 1);

@@ -1,4 +1,4 @@
-//! Depth images of triangle meshes on the CPU, what stands in front of them, and what a real sensor makes of them.
+//! Depth images of triangle meshes on the CPU, occluders in front of them, and the errors of a real sensor.
 
 mod layers;
 mod occluder;

@@ -24,7 +24,7 @@ const HALF_AXIS: [f64; 2] = [0.3, 1.0];
 const ASIDE: [f64; 2] = [-0.3, 0.3];
 /// Share of the room between the near plane and the object that gap and piece may fill.
 const FILLED: f64 = 0.9;
-/// A piece that hides too little even in the middle grows by this factor, so many times at most.
+/// A piece that hides too little even in the middle grows by this factor, at most `MAX_GROWTHS` times.
 const GROWTH: f64 = 1.5;
 const MAX_GROWTHS: usize = 8;
 /// Positions that are tried along a piece's way, and the error of the hidden share that ends the search.
@@ -33,7 +33,7 @@ const GOOD_SHARE: f64 = 0.005;
 /// Front of a slab over its back, in depth: its side faces run along the lines of sight.
 const SLAB: f64 = 0.99;
 
-/// Kind of what stands in front.
+/// Kind of an occluder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OccluderKind {
     /// A box, cylinder, frustum or superquadric at random, somewhere in front of the object.
@@ -47,7 +47,7 @@ pub enum OccluderKind {
 pub struct OccluderModel {
     /// Kinds that are drawn from, each as often as the others; at least one.
     pub kinds: Vec<OccluderKind>,
-    /// Share of the views in which something stands in front, 0 to 1.
+    /// Share of the views with an occluder, 0 to 1.
     pub share: f64,
     /// Smallest and largest share of the object's pixels that it hides, 0 to 1.
     pub hidden: [f64; 2],
@@ -62,7 +62,7 @@ pub struct Occluder {
     pub corners: Vec<[f32; 3]>,
     /// Depth image of the occluder alone, from our own rasteriser.
     pub depth: DepthCrop,
-    /// Pixels of the object where nothing stands in front.
+    /// Pixels of the object without an occluder in front.
     pub object_pixels: u32,
     /// Pixels of these that see the occluder instead.
     pub hidden_pixels: u32,
@@ -73,8 +73,8 @@ pub struct Occluder {
 }
 
 impl OccluderModel {
-    /// Draws what stands in front of an object in a view: `None` in the views that stay free, and where nothing of the
-    /// object is seen. `object` is the perfect depth image of the object alone.
+    /// Draws an occluder in front of an object in a view: `None` in the views that stay free, and where the object is
+    /// not visible. `object` is the perfect depth image of the object without occluders.
     ///
     /// The share that is hidden is as near to the drawn one as a search in a few steps brings it. It can lie outside of
     /// [`OccluderModel::hidden`] where an object has few pixels or there is no room in front of it.
@@ -196,7 +196,7 @@ impl Occluder {
         DepthCrop { depth: scene.depth.iter().map(far).collect(), ..*scene }.trimmed()
     }
 
-    /// Depth at which each line of sight ends: at the occluder as it is, beside it at `scene` as it was measured.
+    /// Depth at which each line of sight ends: at the exact surface of the occluder, elsewhere at `scene` as measured.
     pub fn sight(&self, scene: &DepthCrop) -> DepthCrop {
         let front = &self.depth;
         if front.width == 0 || scene.width == 0 {
@@ -305,7 +305,8 @@ fn half_space(
     angle: f64,
 ) -> TriMesh {
     let (sin, cos) = libm::sincos(angle);
-    // Positions of the object's pixels along the normal: the line stands between the last that it spares and the next.
+    // Positions of the object's pixels along the normal: the line runs between the last pixel that stays visible and
+    // the next.
     let mut along: Vec<f64> = Vec::with_capacity(seen.pixels as usize);
     for (index, _) in object.depth.iter().enumerate().filter(|(_, depth)| !depth.is_nan()) {
         let (x, y) = (index % object.width as usize, index / object.width as usize);

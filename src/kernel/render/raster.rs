@@ -23,7 +23,7 @@ pub struct Rasteriser {
     crop: DepthCrop,
 }
 
-/// The camera as the kernels want it.
+/// The camera in the form that the kernels need.
 struct Lens {
     /// Column and row of the pixel that image coordinates count from [px].
     origin: [i32; 2],
@@ -145,7 +145,7 @@ impl Rasteriser {
     }
 
     /// Projects a mesh that reaches behind the near plane, as [`Self::project`]: triangles are cut at the plane, and
-    /// the remaining ones stand in `self.clipped`. A rare case, so plain code in double precision.
+    /// the remaining ones are written to `self.clipped`. A rare case, so plain code in double precision.
     fn project_clipped(
         &mut self,
         mesh: &RenderMesh,

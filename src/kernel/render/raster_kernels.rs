@@ -447,7 +447,7 @@ fn fill_large_body<L: Lanes>(l: L, survivors: &Survivors, projected: &Projected,
                     }
                     continue;
                 }
-                // From the row's first pixel in single precision: the step is small beside the depth itself.
+                // From the row's first pixel in single precision: the step is small compared with the depth itself.
                 let w = l.add(l.splat(plane.at(first, row)), l.mul(steps, slope));
                 let w = l.max(l.min(w, high), low);
                 // Depth test: the larger inverse depth is nearer.

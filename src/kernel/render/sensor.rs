@@ -1,6 +1,6 @@
 //! The sensor model: from a perfect depth image to what a structured-light or stereo camera returns.
 //!
-//! Equations, sources and what is left out stand in `docs/sensors.md`; [`CONSTANTS`] is the one table of constants.
+//! `docs/sensors.md` has equations, sources and limitations; [`CONSTANTS`] is the one table of constants.
 
 use std::fmt;
 
@@ -94,7 +94,7 @@ constants! {
     focal_px: "px", 1.0..=16384.0, kinect 586.3, d435 424.0,
         "Focal length of the device's own matcher; the job's camera may differ";
     baseline_m: "m", -1.0..=1.0, kinect 0.075, d435 0.05,
-        "Where the projector (or second camera) stands along the image's x; positive: to the right, shadows to the left";
+        "Position of the projector (or second camera) along the image's x; positive: to the right, shadows to the left";
     disparity_sigma_px: "px", 0.0..=10.0, kinect 0.0625, d435 0.08,
         "Standard deviation of the disparity on a surface seen head-on, quantisation included";
     disparity_step_px: "px", 0.0..=10.0, kinect 0.125, d435 0.03125,
@@ -114,9 +114,9 @@ constants! {
     jump_px: "px", 0.01..=1000.0, kinect 1.0, d435 1.0,
         "Step of disparity between neighbouring pixels from which on they are two surfaces";
     edge_dropout: "1", 0.0..=1.0, kinect 0.5, d435 0.2,
-        "Share of the pixels beside a jump that are lost";
+        "Share of the pixels next to a jump that are lost";
     edge_mixed: "1", 0.0..=1.0, kinect 0.0, d435 0.3,
-        "Share of the pixels beside a jump that get a disparity between both sides (flying pixels)";
+        "Share of the pixels next to a jump that get a disparity between both sides (flying pixels)";
     shadow: "1", 0.0..=1.0, kinect 1.0, d435 1.0,
         "1: what the projector (or second camera) does not see is lost; 0: no shadow";
     min_range_m: "m", 0.0..=1000.0, kinect 0.5, d435 0.195,
@@ -152,7 +152,7 @@ impl SensorModel {
         CONSTANTS.iter().map(|constant| constant.key)
     }
 
-    /// Overrides one constant; units and ranges stand in [`CONSTANTS`].
+    /// Overrides one constant; [`CONSTANTS`] has units and ranges.
     ///
     /// # Errors
     /// When there is no such constant or the value does not fit it; the model is then as before.

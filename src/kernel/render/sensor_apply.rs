@@ -34,7 +34,7 @@ pub struct SensorScratch {
     grazing: Noise,
     /// Spread of the disparity of each pixel of a row, in the device's pixels.
     spread: Vec<f32>,
-    /// Source of each pixel, where somebody asked for it.
+    /// Source of each pixel, if requested.
     sources: Option<Vec<u32>>,
 }
 
@@ -68,8 +68,8 @@ impl SensorScratch {
         Self { sources: Some(Vec::new()), ..Self::new(level) }
     }
 
-    /// For each pixel of the last crop the pixel of it whose surface it measured, or [`Self::BETWEEN`]; empty unless the memory
-    /// is [`Self::with_sources`]. Says nothing of pixels without return.
+    /// For each pixel of the last crop, the pixel of it whose surface it measured, or [`Self::BETWEEN`]; empty unless
+    /// the memory is [`Self::with_sources`]. Undefined for pixels without return.
     pub fn sources(&self) -> &[u32] {
         self.sources.as_deref().unwrap_or_default()
     }
@@ -85,12 +85,12 @@ struct Slants {
     angle: Vec<f32>,
     /// Standard deviation of the disparity before quantisation, in the device's pixels.
     spread: Vec<f32>,
-    /// Not 0 beside a jump.
+    /// Not 0 next to a jump.
     at_jump: Vec<f32>,
 }
 
 impl Slants {
-    /// Room for so many rows of a call.
+    /// Memory for `rows` rows of a call.
     fn start(&mut self, call: &Call, rows: usize) {
         (self.width, self.rows) = (call.width, rows);
         for image in [&mut self.angle, &mut self.spread, &mut self.at_jump] {
@@ -137,7 +137,7 @@ struct Rays {
 }
 
 impl SensorModel {
-    /// Converts a perfect depth crop to what the sensor returns, with memory of its own for the call.
+    /// Converts a perfect depth crop to the sensor's output, with memory allocated for the call.
     pub fn apply(&self, camera: &Intrinsics, crop: &mut DepthCrop, stream: &mut Stream) {
         self.apply_with(&mut SensorScratch::new(SimdLevel::detect()), camera, crop, stream);
     }
@@ -262,8 +262,9 @@ impl SensorModel {
         slants.start(call, window);
         uneven.start(call.width, window);
         for y in 0..call.height {
-            // The sums are counts of uneven pixels within reach. Where there is none, any two pixels differ by less than a jump
-            // per step between them, and so are one surface: each measures itself, wherever its lateral noise points.
+            // The sums are counts of uneven pixels within reach. Where there are none, any two pixels differ by less
+            // than a jump per step between them, and so are one surface: each measures itself, wherever its lateral
+            // noise points.
             let uneven = uneven.row(y, |row, marks| match call.row_under(row, window) {
                 Some(y) => {
                     let (seen, marks) = ([&depth[..], &matched[..]], &mut marks[reach..][..call.width]);
@@ -285,7 +286,7 @@ impl SensorModel {
                 let source = source_of(call, matched, [x, y], shift);
                 let (at, slant) = (call.at(source[0], source[1]), slants.row(source[1]).start + source[0]);
                 let mut seen = kernels::seen_at(call, matched[at], slants.angle[slant], grazing[x]);
-                // Pixels beside a jump mix or lose their match.
+                // Pixels next to a jump mix or lose their match.
                 let of_surface = seen;
                 if seen > 0.0 && slants.at_jump[slant] > 0.0 {
                     seen = self.beside_jump(call, matched, at, stream);
@@ -302,7 +303,7 @@ impl SensorModel {
         }
     }
 
-    /// Disparity in pixels of the image after what a jump beside pixel `at` does to it; 0 when it is lost.
+    /// Disparity in pixels of the image, with the effect of a jump next to pixel `at`; 0 when it is lost.
     fn beside_jump(&self, call: &Call, matched: &[f32], at: usize, stream: &mut Stream) -> f32 {
         let own = matched[at];
         let mut other = own;
@@ -330,8 +331,8 @@ fn lateral_shift(noise: f32, sigma: f32, reach: usize) -> isize {
     ((noise * sigma).clamp(-limit, limit) + (limit + 0.5)) as isize - reach as isize
 }
 
-/// The pixel whose surface a pixel measures: a shifted neighbour where that lies on another surface, else itself. A shift
-/// along one surface is no error of its own, since the axial noise holds it: lateral noise only moves edges.
+/// The pixel whose surface a pixel measures: a shifted neighbour if that is on another surface, else itself. A shift
+/// along one surface adds no error, since the axial noise already contains it: lateral noise only moves edges.
 fn source_of(call: &Call, matched: &[f32], [x, y]: [usize; 2], [dx, dy]: [isize; 2]) -> [usize; 2] {
     let (from_x, from_y) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
     if from_x < call.width && from_y < call.height {
@@ -347,7 +348,7 @@ fn source_of(call: &Call, matched: &[f32], [x, y]: [usize; 2], [dx, dy]: [isize;
 fn shade_row(row: &[f32], ranges: &BlockRange, jump: f32, mut lose: impl FnMut(usize)) {
     let last = row.len() - 1;
     let nearest = ranges.max.iter().fold(0.0f32, |nearest, d| nearest.max(*d));
-    // How far to the right of pixel x, of disparity `own`, an occluder can stand.
+    // Farthest distance to the right of pixel x, of disparity `own`, at which an occluder can be.
     let end = |x: usize, own: f32| last.min(x + (nearest - own + 1.0) as usize);
     for (block, &farthest) in ranges.min.iter().enumerate() {
         let pixels = block * BLOCK..((block + 1) * BLOCK).min(row.len());

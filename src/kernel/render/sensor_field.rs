@@ -73,8 +73,8 @@ impl WindowSums {
     }
 }
 
-/// Standard normal noise over an image, made row by row where somebody asks for it: white noise averaged over a square window,
-/// so that pixels (dx, dy) apart correlate by (1 - |dx|/window)(1 - |dy|/window).
+/// Standard normal noise over an image, made row by row on demand: white noise averaged over a square window, so that
+/// pixels (dx, dy) apart correlate by (1 - |dx|/window)(1 - |dy|/window).
 pub(super) struct Noise {
     sums: WindowSums,
     /// A value of the white noise is the sum of theirs.
@@ -89,7 +89,7 @@ impl Noise {
         Self { sums: WindowSums::new(level), rounds: Vec::new(), scale: 0.0, row: Vec::new() }
     }
 
-    /// Starts on an image. The stream is left behind all that the noise of the whole image needs, asked for or not.
+    /// Prepares for an image. The stream is left after all numbers that the noise of the whole image needs, used or not.
     pub(super) fn start(&mut self, width: usize, height: usize, window: usize, stream: &mut Stream) {
         self.sums.start(width, window);
         let rounds = MIN_DRAWS.div_ceil(window * window);
@@ -123,14 +123,14 @@ struct White {
     stream: Stream,
     /// Values that the stream holds for it.
     count: usize,
-    /// Numbers of `values`; the first is the first of its draw, and the stream stands behind the last.
+    /// Numbers of `values`; the first is the first of its draw, and the stream is positioned after the last.
     held: std::ops::Range<usize>,
     values: Vec<i32>,
     bytes: Vec<u8>,
 }
 
 impl White {
-    /// So many values from where the stream stands, which is left behind them.
+    /// Takes `count` values from the stream's position on; advances the stream past them.
     fn take(stream: &mut Stream, count: usize) -> Self {
         let (values, bytes) = (Vec::new(), Vec::new());
         let own = Self { stream: stream.clone(), count, held: 0..0, values, bytes };
@@ -138,7 +138,7 @@ impl White {
         own
     }
 
-    /// The values of these numbers; later calls ask for later ones.
+    /// The values with these numbers; later calls must request later ones.
     fn values(&mut self, level: SimdLevel, numbers: std::ops::Range<usize>) -> &[i32] {
         if numbers.end > self.held.end {
             self.draw(level, numbers.clone());
@@ -148,7 +148,7 @@ impl White {
 
     /// Draws these values and some that come after them.
     fn draw(&mut self, level: SimdLevel, numbers: std::ops::Range<usize>) {
-        // The last ones may be asked for again.
+        // The last values may be requested again.
         let kept = numbers.start.min(self.held.end)..self.held.end;
         self.values.copy_within(kept.start - self.held.start.., 0);
         let start = if kept.is_empty() { numbers.start / VALUES * VALUES } else { kept.start };
@@ -223,7 +223,7 @@ mod tests {
             for asked in [(0..height).collect(), (0..height).step_by(3).collect(), vec![0, height - 1]] {
                 let (mut noise, mut after) = (Noise::new(SimdLevel::detect()), stream());
                 noise.start(width, height, window, &mut after);
-                assert_eq!(after.bits(), draws.clone().bits(), "the stream stands behind the noise");
+                assert_eq!(after.bits(), draws.clone().bits(), "the stream is positioned after the noise");
                 for y in asked {
                     let row = noise.row(y).to_vec();
                     let scale = noise.scale;

@@ -4,7 +4,7 @@
 use super::sensor::MAX_ANGLE;
 use crate::geom::simd_kernel;
 
-/// Numbers of one call of the model, in f32 as the loops want them.
+/// Numbers of one call of the model, in f32 for the loops.
 pub(super) struct Call {
     /// Size of the grown crop [px].
     pub(super) width: usize,
@@ -70,7 +70,7 @@ pub(super) struct SlantRow<'a> {
     pub(super) angle: &'a mut [f32],
     /// Standard deviation of the disparity before quantisation, in the device's pixels.
     pub(super) spread: &'a mut [f32],
-    /// Not 0 beside a jump.
+    /// Not 0 next to a jump.
     pub(super) at_jump: &'a mut [f32],
     /// 1 where a neighbour is another surface or a step of more than half a jump, else 0.
     pub(super) is_uneven: &'a mut [i32],
@@ -322,7 +322,7 @@ fn window_body<L>(_: L, values: &[i32], window: usize, out: &mut [i32]) {
 }
 
 simd_kernel! {
-    /// The odd numbers from -65535 to 65535 that each two random bytes stand for.
+    /// The odd number from -65535 to 65535 that each two random bytes encode.
     pub(super) fn draws(values: &mut [i32], bytes: &[u8]) = draws_body;
 }
 

@@ -13,7 +13,7 @@ const MAX_SIDE: u32 = 1024;
 pub struct Binvox {
     /// The occupied cells.
     pub grid: OccupancyGrid,
-    /// Lower corner of the grid, in the unit of whoever wrote the file (ours: metres).
+    /// Lower corner of the grid, in the unit of the program that wrote the file (ours: metres).
     pub translate: [f64; 3],
     /// Length of the grid's side in that unit.
     pub scale: f64,
@@ -85,8 +85,7 @@ impl Binvox {
 
     /// Reads a file.
     ///
-    /// # Errors
-    /// When anything in it is not as the format wants it; nothing is guessed.
+    /// # Errors If anything differs from the format; nothing is guessed.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, InvalidBinvox> {
         let (Header { side, translate, scale }, start) = read_header(bytes)?;
         let expected = u64::from(side).pow(3);

@@ -249,7 +249,7 @@ impl Caps {
                 if outside < 0.1 * bound {
                     swing += outside;
                 } else if node.triangle.is_none() {
-                    // Each cap of a group has bounds of its own.
+                    // Each cap of a group has its own bounds.
                     node.children.into_iter().flatten().for_each(|child| caps.push(child));
                 } else {
                     swing += outside.min(self.rim_slope(cap, point, reach, (bound - swing) / reach) * reach);
@@ -298,7 +298,7 @@ pub(super) struct Local {
     near: Vec<Part>,
     /// Bound of the gradient of the far caps' winding number, anywhere in the ball.
     far_slope: f64,
-    /// Whole caps, and groups of them, that are too near for that bound.
+    /// Whole caps, and groups of them, too near for that bound.
     near_caps: Vec<u32>,
 }
 

@@ -1,7 +1,7 @@
 //! Which cells of a view's grid the surface meets.
 //!
-//! A closed cell box, widened by a tolerance, against every triangle. Most triangles of a scan lie in one cell or in two
-//! neighbours along one axis, which their vertices mark; only the others ask for an exact test.
+//! A closed cell box, widened by a tolerance, against every triangle. Most triangles of a scan are in one cell or in
+//! two neighbours along one axis, which their vertices mark; only the others need an exact test.
 #![expect(unsafe_code, reason = "gathers and stores without checks: the hot path of every view")]
 
 use super::{
@@ -11,9 +11,9 @@ use super::{
 };
 use crate::geom::{Affine, CameraCv, GridPlacement, Lanes, Object, Pose, RenderMesh, SimdLevel, each_of, simd_kernel};
 
-/// Where depth points may lie beside the surface, as a share of their distance from the camera: the rounding of a
+/// Largest distance of depth points from the surface, as a share of their distance from the camera: the rounding of a
 /// rasteriser in single precision, with a margin of about three. Cells are widened by this much, so that a depth point
-/// never falls into a cell that the surface is not said to meet.
+/// never falls into a cell that is not marked as surface.
 pub(super) const DEPTH_ROUNDING: f64 = 1e-6;
 
 /// Vertices in grid coordinates and the work lists; used again for every view.
@@ -21,18 +21,18 @@ pub(super) const DEPTH_ROUNDING: f64 = 1e-6;
 pub(super) struct Surface {
     /// Grid coordinates plus one (the border) of every vertex [cells].
     grid: [Vec<f32>; 3],
-    /// Lowest and highest of them.
+    /// Lowest and highest coordinate.
     bounds: [[f32; 3]; 2],
     /// Cell of every vertex in `Cells`: x, y, z a byte each; the highest byte is [`NEAR_WALL`] when a wall is within the
     /// tolerance.
     packed: Vec<u32>,
     /// Index of that cell in `Cells`.
     indices: Vec<u32>,
-    /// Triangles that ask for an exact test.
+    /// Triangles that need an exact test.
     work: Work,
     /// Triangles that span more than three cells along an axis: indices in `work`.
     wide: Vec<u32>,
-    /// Cells of one of them that are not marked yet: x, y, z in `Cells`, a byte each.
+    /// Cells of one wide triangle that are not marked yet: x, y, z in `Cells`, a byte each.
     open: Vec<u32>,
 }
 

@@ -1,4 +1,4 @@
-//! Cost of the solid of an open surface, beside that of a closed one.
+//! Cost of computing the solid of an open surface, relative to a closed one.
 
 use nalgebra::Vector3;
 
@@ -11,9 +11,9 @@ use crate::geom::TriMesh;
 
 /// About how many times as long the solid of a surface takes as that of a closed one of its size; 1 for a closed surface.
 ///
-/// The solid of a closed surface takes milliseconds. Beside the caps that close an open one cells are decided one by one: the
-/// larger its holes and the longer its cracks, the more. The factors were fitted to surfaces with holes, cracks and loose
-/// triangles of 500 to a million triangles; they are right within a factor of four.
+/// The solid of a closed surface takes milliseconds. Near the caps that close an open surface, cells are decided one by
+/// one: the larger its holes and the longer its cracks, the more. The factors were fitted to surfaces with holes,
+/// cracks and loose triangles of 500 to a million triangles; they are right within a factor of four.
 pub fn solid_effort(mesh: &TriMesh) -> f64 {
     /// Per square of the side of a cell that caps cover.
     const PER_AREA: f64 = 0.008;

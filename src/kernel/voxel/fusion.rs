@@ -34,10 +34,11 @@ impl VolumeGrid {
 
 /// Fuses depth images into a volume; its memory is used again.
 ///
-/// The centre of each voxel is projected into each image. Where the pixel that holds it has a depth, the signed distance is the
-/// pixel's depth less the centre's, both along the optical axis, times the length of the pixel's ray per unit of depth. A voxel
-/// farther behind what is seen than the truncation learns nothing of the image; one in front of it by more is at the truncation. A
-/// voxel's value is the mean over the images that it learnt of, each of weight 1.
+/// The centre of each voxel is projected into each image. If the pixel that contains it has a depth, the signed
+/// distance is the pixel's depth less the centre's, both along the optical axis, times the length of the pixel's ray
+/// per unit of depth. An image does not update voxels that are behind the visible surface by more than the truncation;
+/// voxels in front of it by more are set to the truncation. A voxel's value is the mean over the images that update it,
+/// each of weight 1.
 ///
 /// Open3D counts pixel centres as whole numbers, adds a half and truncates: that is the pixel which holds the point. Sums are in
 /// double precision and in the order of the images, so that equal images give equal bits on every machine.
@@ -88,12 +89,12 @@ impl VolumeFusion {
         self.weights.resize(grid.voxels(), 0);
     }
 
-    /// Adds an image. A depth that is not positive, or NaN, is none.
+    /// Adds an image. Depths that are NaN or not positive are ignored.
     ///
     /// # Panics
     /// If the volume has [`Self::MAX_IMAGES`] already.
     pub fn add(&mut self, depth: &DepthCrop, camera: &Intrinsics, camera_from_volume: &Pose<CameraCv, Volume>) {
-        assert!(self.images < Self::MAX_IMAGES, "a volume of {} images takes no more", self.images);
+        assert!(self.images < Self::MAX_IMAGES, "a volume of {} images cannot take another", self.images);
         self.images += 1;
         let Self { grid, truncation, sums, weights, row: scratch, .. } = self;
         let (n, voxel, truncation) = (grid.resolution as usize, grid.voxel(), *truncation);
@@ -256,8 +257,8 @@ mod tests {
         assert!(near > 10_000 && behind > 10_000, "{near} {behind}");
     }
 
-    /// Along the ray of its pixel the true distance from a voxel to a ball; the voxel's centre lies beside that ray by less than a
-    /// pixel, so that the value may be off by what the surface falls within a pixel.
+    /// Along the ray of its pixel the true distance from a voxel to a ball; the voxel's centre is off that ray by less
+    /// than a pixel, so that the value may be off by the change of the surface within a pixel.
     #[test]
     fn a_ball_seen_by_one_camera_is_as_far_as_its_rays_say() {
         let (distance, radius) = (0.5, 0.06);

@@ -91,9 +91,9 @@ pub(super) fn fill_interior(
     }
 }
 
-/// Decides the runs of cells without surface along z: as a neighbour in the row before along y or x, whose status is
-/// known, since no surface lies between them; else by one test. `ends` says where the mesh ends inside the grid, so that
-/// beyond is outside: before x = 0, before y = 0, before z = 0, after the last z.
+/// Decides the runs of cells without surface along z: as a neighbour in the row before along y or x with known status,
+/// since no surface is between them; else by one test. `ends` are true where the mesh ends inside the grid, so that
+/// cells beyond are outside: before x = 0, before y = 0, before z = 0, after the last z.
 fn fill_runs(rows: &mut [u128], n: usize, ends: [bool; 4], is_inside: impl Fn([usize; 3]) -> bool) {
     if n <= 64 { fill_short_runs(rows, n, ends, is_inside) } else { fill_long_runs(rows, n, ends, is_inside) }
 }

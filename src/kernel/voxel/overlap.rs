@@ -309,7 +309,7 @@ fn list_pairs<L: Lanes>(l: L, batch: &Batch<L>, start: usize, lanes: u32, cells:
     let side = cells.side() as i32;
     let Batch { first, index, span, step, low, high, thin } = batch;
     let lane = l.load_i(&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15]);
-    // Entries of the work list that the lanes stand for.
+    // Work list entries of these lanes.
     let triangles = l.add_i(l.splat_i(start as i32), lane);
     for x in 0..3 {
         let in_x = l.gt_i(span[0], l.splat_i(x - 1));

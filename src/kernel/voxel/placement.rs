@@ -64,7 +64,7 @@ impl Slopes {
 }
 
 simd_kernel! {
-    /// Lower and upper corner of the unprojected pixels, widening what is there.
+    /// Widens the bounds to the lower and upper corner of the unprojected pixels.
     fn cloud_bounds(crop: &DepthCrop, slopes: &Slopes, bounds: &mut [f64; 6]) = cloud_bounds_body;
 }
 

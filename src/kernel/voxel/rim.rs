@@ -4,8 +4,8 @@
 //! other. A surface without a rim is closed and its winding number is a whole number everywhere. Corners are one
 //! when they lie on the same tick, so that a closed soup has no rim.
 //!
-//! Where two sides of a crack run beside each other, strips across it are caps of hardly any area; caps over each of the pieces
-//! that it separates would be as large as the surface.
+//! Along a crack, strips between its two sides are caps of hardly any area; caps over each of the separated pieces
+//! would be as large as the surface.
 
 use super::columns::{Ticks, in_cells};
 use crate::geom::near_groups;
@@ -57,7 +57,7 @@ fn strip([from, to]: [u32; 2], across: &[u32]) -> Option<Vec<u32>> {
     (strip.len() > 2).then_some(strip)
 }
 
-/// For each point, the one that stands for all points around it across cracks; itself where there is no crack.
+/// For each point, the representative of all points around it across cracks; the point itself where there is no crack.
 fn across_cracks(points: &[Ticks], rim: &[[u32; 2]], triangles: &[[u32; 3]], point_of: &[u32]) -> Vec<u32> {
     let mut shortest = vec![f64::INFINITY; points.len()];
     for triangle in triangles {
@@ -74,14 +74,14 @@ fn across_cracks(points: &[Ticks], rim: &[[u32; 2]], triangles: &[[u32; 3]], poi
     let positions: Vec<[f64; 3]> = on_rim.iter().map(|point| in_cells(points[*point as usize])).collect();
     let reaches: Vec<f64> = on_rim.iter().map(|point| (CRACK * shortest[*point as usize]).min(WIDEST)).collect();
     let mut across: Vec<u32> = (0..points.len() as u32).collect();
-    // In a crowd each piece has a cap of its own.
+    // In a crowd each piece has its own cap.
     for (point, group) in on_rim.iter().zip(near_groups(&positions, &reaches).into_iter().flatten()) {
         across[*point as usize] = on_rim[group as usize];
     }
     across
 }
 
-/// Closed ways along edges of which as many come to each point as leave it.
+/// Closed paths along edges, of which equal numbers enter and leave each point.
 fn loops(edges: &[[u32; 2]], points: usize) -> Vec<Vec<u32>> {
     let mut next = vec![Vec::new(); points];
     edges.iter().for_each(|[from, to]| next[*from as usize].push(*to));
@@ -132,7 +132,7 @@ fn against_the_rim(triangles: &[[u32; 3]], point_of: &[u32]) -> Vec<[u32; 2]> {
     without_opposites(edges)
 }
 
-/// Edges of which those in opposite directions cancel, in rising order of their ends; those from a point to itself are gone.
+/// Edges after opposite ones cancel, in ascending order of their ends; without those from a point to itself.
 fn without_opposites(edges: Vec<[u32; 2]>) -> Vec<[u32; 2]> {
     let runs = edges.into_iter().filter(|[from, to]| from != to);
     let mut runs: Vec<(u32, u32, i32)> =

@@ -1,4 +1,4 @@
-//! Which objects have the same shape, whatever their pose and size.
+//! Tests whether objects have the same shape in any pose and size.
 //!
 //! A descriptor is the solid on a 32^3 grid along its own principal axes, each axis scaled to its own standard deviation,
 //! so that a knife fills its grid as well as a ball. Where two standard deviations nearly coincide the axes are free to

@@ -23,7 +23,7 @@ const ANGLES: u32 = 24;
 const FOLLOWED: usize = 4;
 const ROUNDS: u32 = 10;
 
-/// Largest distance that is told from none [radii].
+/// Distances are cut off at this value [radii].
 const FAR: f64 = 0.4;
 
 /// Deviations nearer than this ratio leave the axes free.
@@ -165,7 +165,7 @@ impl Skin {
         best
     }
 
-    /// Every so many of the points.
+    /// `count` points, evenly spaced in the list.
     fn some(&self, count: usize) -> Vec<V3> {
         self.points.iter().step_by(POINTS / count).map(|point| V3::from(point.map(f64::from))).collect()
     }
@@ -206,7 +206,7 @@ impl Skin {
                 left += row * row.transpose();
                 right -= row * off;
             }
-            // What a body of revolution leaves open stays as it is.
+            // Rotations that leave a body of revolution unchanged keep their value.
             left += Matrix6::identity() * (1e-6 * left.trace().max(1e-12));
             let Some(step) = left.cholesky().map(|factors| factors.solve(&right)) else { break };
             let [about, along] = [V3::new(step[0], step[1], step[2]), V3::new(step[3], step[4], step[5])];

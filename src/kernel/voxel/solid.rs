@@ -24,8 +24,8 @@ pub enum InsideTest {
 /// The solid of a mesh: a cell is solid when its centre is inside; `with_surface` adds every cell whose closed box meets
 /// a triangle, as binvox does.
 ///
-/// The grid spans the mesh's box as [`SolidGrid`] says. A mesh without triangles, without extent or with coordinates
-/// that are not finite gives an empty grid; preparation refuses such meshes.
+/// The grid spans the mesh's box as described at [`SolidGrid`]. A mesh without triangles, without extent or with
+/// coordinates that are not finite gives an empty grid; preparation refuses such meshes.
 pub fn solid_occupancy(mesh: &TriMesh, test: InsideTest, with_surface: bool) -> SolidGrid {
     let Some(lattice) = Lattice::of(mesh) else {
         return SolidGrid::new(mesh.aabb().map_or(Point3::origin(), |aabb| aabb.min), 1.0);

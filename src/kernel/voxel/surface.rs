@@ -27,7 +27,7 @@ impl Span {
         Self { low: self.low.max(other.low), high: self.high.min(other.high) }
     }
 
-    /// The closed cells that meet it, of so many, as a half-open range.
+    /// The closed cells that meet this span, among `side` cells, as a half-open range.
     fn cells(self, side: usize) -> (usize, usize) {
         // Cell i meets it when i <= high and i + 1 >= low; casts saturate at 0.
         let first = ((self.low - SLACK).ceil() - 1.0).max(0.0) as usize;
@@ -58,7 +58,7 @@ pub(super) struct ColumnsMet {
 }
 
 impl ColumnsMet {
-    /// For a grid of so many cells along each axis.
+    /// Memory for a grid of `side` cells along each axis.
     pub(super) fn new(side: usize) -> Self {
         Self { side, over_y: Vec::with_capacity(side) }
     }
@@ -68,8 +68,8 @@ impl ColumnsMet {
     ///
     /// A triangle and a box are apart exactly when they are apart in one of the three flat projections or the plane misses
     /// the box (separating axes: the three projections cover the box's axes and the nine edge products). In a projection
-    /// the part of the triangle over one row of cells is convex, so its span along the other axis says which cells of the
-    /// row it meets.
+    /// the part of the triangle over one row of cells is convex, so its span along the other axis gives the cells of the
+    /// row that it meets.
     #[inline]
     pub(super) fn each(&mut self, corners: &[[f64; 3]; 3], mut found: impl FnMut(usize, usize, usize, usize)) {
         let (side, over_y) = (self.side, &mut self.over_y);

@@ -31,7 +31,7 @@ pub enum Truth {
     LowerCorners,
 }
 
-/// An object as the kernels of a view want it; made once per object, shared by its views.
+/// An object in the form that the kernels of a view need; made once per object, shared by its views.
 pub struct SolidObject {
     /// The surface.
     pub render: RenderMesh,
@@ -43,9 +43,9 @@ pub struct SolidObject {
 }
 
 impl SolidObject {
-    /// `closed` says that the mesh is watertight: its winding number is constant wherever no surface is crossed. With
-    /// `outward` its faces are wound outward too, so that back faces need not be drawn. `truth` is the rule that
-    /// [`ViewGrids::complete`] will be asked for; `LowerCorners` wants a list of its own.
+    /// `closed` means that the mesh is watertight: its winding number is constant wherever no surface is crossed. With
+    /// `outward` its faces are also wound outward, so that back faces need not be drawn. `truth` is the rule that
+    /// [`ViewGrids::complete`] will use; `LowerCorners` needs its own list.
     pub fn new(mesh: &TriMesh, solid: impl Into<Arc<SolidGrid>>, closed: bool, outward: bool, truth: Truth) -> Self {
         let solid = solid.into();
         Self {
@@ -81,7 +81,7 @@ impl ViewGrids {
         }
     }
 
-    /// The grid that a depth image asks for: see [`GridPlacement`].
+    /// The grid that a depth image requires: see [`GridPlacement`].
     ///
     /// # Errors
     /// When nothing is seen, or one point only.
@@ -94,8 +94,9 @@ impl ViewGrids {
         place_grid(self.level, crop, camera, &mut self.slopes, resolution)
     }
 
-    /// Cells that hold a seen point: floor((p - centre) / cell_size + anchor), in double precision from the depth as it
-    /// stands. Points outside the grid are dropped, with `drop_index_zero` also those whose cell has index 0 on any axis.
+    /// Cells that contain a visible point: floor((p - centre) / cell_size + anchor), in double precision from the
+    /// unmodified depth. Points outside the grid are dropped, with `drop_index_zero` also those whose cell has index 0
+    /// on any axis.
     pub fn partial(
         &mut self,
         crop: &DepthCrop,
@@ -124,8 +125,7 @@ impl ViewGrids {
     ///
     /// With `drop_index_zero` cells with index 0 on any axis stay empty.
     ///
-    /// # Panics
-    /// If `LowerCorners` is asked of an object that was not made for it.
+    /// # Panics If `LowerCorners` is requested for an object that was not made for it.
     pub fn complete(
         &mut self,
         object: &SolidObject,

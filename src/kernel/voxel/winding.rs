@@ -2,7 +2,7 @@
 //!
 //! The winding number w of an open surface is that of the closed surface which caps over its holes complete, a whole
 //! number n that crossings give exactly, less the winding number c of the caps. With m the whole number nearest to c,
-//! |w| >= 1/2 says the same as n != m. Any caps do: w does not depend on them (the same identity makes the one-shot
+//! |w| >= 1/2 is equivalent to n != m. Any caps work: w does not depend on them (the same identity makes the one-shot
 //! method of Martens and Bessmeltsev 2025).
 //!
 //! Nearly everywhere m is 0, so that the crossings decide. Where it may not be is found in two steps: blocks in which c
@@ -137,7 +137,7 @@ impl Refinement<'_> {
             self.refill(corner, size, m as i32);
         }
         if capped || m != 0.0 {
-            // A region with m != 0 may go on outside.
+            // A region with m != 0 may continue outside.
             shell(corner, size).for_each(|cell| set(&mut self.pending, cell, 1, true));
         }
         true
@@ -159,7 +159,7 @@ impl Refinement<'_> {
         let point = eye(corner.map(|index| index + size / 2));
         self.caps.narrow(outer, point, (size / 2) as f64 * 3f64.sqrt(), &mut local);
         if size == FINE {
-            // What becomes pending in this block is decided with it, so that the lists serve once.
+            // Cells that become pending in this block are decided with it, so that the lists are used once.
             while self.evaluate_cells(corner, &local) {}
         } else {
             eighths(corner, size).for_each(|part| self.evaluate(part, size / 2, &local));
@@ -185,7 +185,7 @@ impl Refinement<'_> {
             let m = c.round() as i32;
             set(self.grid, cell, 1, self.columns.winding(cell) != m);
             if m != 0 {
-                // The region goes on beside it.
+                // The region continues next to it.
                 shell(cell, 1).for_each(|cell| set(&mut self.pending, cell, 1, true));
             }
         }
@@ -329,7 +329,7 @@ mod tests {
         TriMesh { vertices, triangles: quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect() }
     }
 
-    /// A bumpy ball with the faces dropped that `keep` says no to.
+    /// A bumpy ball without the faces for which `keep` is false.
     fn ball(keep: impl Fn(usize) -> bool) -> TriMesh {
         let (rings, around) = (20, 40);
         let mut mesh = TriMesh::default();

@@ -1,4 +1,4 @@
-//! Lists of triangles that ask for an exact test, sixteen at a time.
+//! Lists of triangles that need an exact test, sixteen at a time.
 
 /// A list of triangles by their vertices, filled up to whole vectors with vertex 0.
 #[derive(Default)]
@@ -8,7 +8,7 @@ pub(super) struct Work {
 }
 
 impl Work {
-    /// Ends the list; what stood behind it may name vertices of another mesh.
+    /// Ends the list; entries after it may name vertices of another mesh.
     pub(super) fn finish(&mut self, count: usize) {
         self.count = count;
         self.corners.iter_mut().for_each(|corner| corner[count..count + 16].fill(0));

@@ -1,4 +1,4 @@
-//! From where end effectors come, distinguished coarsely: for pictures and counts.
+//! Approach directions of end effectors, coarsely grouped for images and counts.
 
 use nalgebra::Vector3;
 
@@ -23,8 +23,8 @@ pub fn approach_directions() -> [Vector3<f64>; 26] {
 }
 
 impl PoseGrid {
-    /// The index in [`approach_directions`] that lies nearest to each orientation's approach (x) axis, in the order of the
-    /// orientations; the first of several at the same angle.
+    /// The index in [`approach_directions`] that is nearest to each orientation's approach (x) axis, in the order of
+    /// the orientations; the first of several at the same angle.
     pub fn approaches(&self) -> Vec<u8> {
         let directions = approach_directions();
         let nearest = |angle| {

@@ -35,9 +35,9 @@ pub struct Axis {
     pub first: f64,
     /// Distance of neighbouring centres, above zero.
     pub step: f64,
-    /// Count of cells, at least one.
+    /// Number of cells, at least one.
     pub count: usize,
-    /// Whether the cell after the last one is cell 0; then `count * step` is 2 pi, so that no pose stands at both ends.
+    /// Whether the cell after the last one is cell 0; then `count * step` is 2 pi, so that no pose is at both ends.
     pub periodic: bool,
 }
 
@@ -148,13 +148,13 @@ pub enum InvalidPoseGrid {
     /// More orientations than a field over directions can compare.
     #[error("more than {max} orientations (directions times rolls); take fewer")]
     TooManyOrientations {
-        /// The most there can be.
+        /// Largest possible number.
         max: usize,
     },
     /// More cells than a cell index can count.
     #[error("more than {max} cells; take larger steps")]
     TooManyCells {
-        /// The most there can be.
+        /// Largest possible number.
         max: usize,
     },
 }
@@ -217,7 +217,7 @@ impl AxisGrid {
         self.inverse_steps
     }
 
-    /// Count of cells.
+    /// Number of cells.
     pub fn cells(&self) -> usize {
         self.cells
     }

@@ -155,7 +155,7 @@ unsafe fn multilinear<L: Doubles, const NEXT: bool>(
     });
     // Trilinear part: eight positions, each with four lanes of angles.
     let [low, high] = each_of!([angles[0], angles[1]], angles => {
-        // SAFETY: as the caller says.
+        // SAFETY: as the caller guarantees.
         let corners = unsafe { each_of!([0, 1, 2, 3, 4, 5, 6, 7], corner => {
             let position = x[corner / 4] + y[corner / 2 % 2] + z[corner % 2];
             if NEXT {
@@ -170,7 +170,7 @@ unsafe fn multilinear<L: Doubles, const NEXT: bool>(
     let by = l.splat(share[3]);
     let (value, slope_roll) = fold(l, low[0], high[0], by);
     let [x, y, z] = each_of!([1, 2, 3], k => blend(l, low[k], high[k], by));
-    // Pitch: the two numbers of a quantity become those of yaw, and two quantities stand side by side.
+    // Pitch: the two numbers of a quantity become those of yaw, and two quantities are stored side by side.
     let by = l.splat(share[4]);
     let [low, high] = l.halves(value, x);
     let (value_x, slope_pitch) = fold(l, low, high, by);

@@ -16,9 +16,9 @@ const TOLERANCE: f64 = 1.7e-4;
 /// Covering radii of the orientations of a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Covering {
-    /// The most by which any rotation differs from the nearest orientation [rad]; never below the truth.
+    /// Largest angle between any rotation and the nearest orientation [rad]; never below the true value.
     pub radius: f64,
-    /// Covering radius of the directions of the end effector's x axis alone, where the grid is made of them [rad].
+    /// Covering radius of the directions of the end effector's x axis only, where the grid is made of them [rad].
     pub directions: Option<f64>,
     /// Method by which the radius is known.
     pub method: &'static str,
@@ -54,7 +54,7 @@ pub(super) fn of_axes(grid: &AxisGrid) -> f64 {
 struct Piece {
     middle: [f64; 3],
     half: [f64; 3],
-    /// The rotations that may be nearest to one of them.
+    /// Rotations of the set that may be nearest to a rotation in this cell.
     near: Vec<u32>,
     /// No rotation in it is farther from all of the set.
     max: f64,

@@ -3,11 +3,11 @@
 //! Sethian, "A fast marching level set method for monotonically advancing fronts" (1996); second-order one-sided
 //! differences after Sethian, "Level Set Methods and Fast Marching Methods" (1999), ch. 8. What these leave open was
 //! found by comparing values with scikit-fmm 2025.6.23:
-//! - a cell next to the contour stands at `1 / sqrt(sum of 1 / crossing^2)` over its axes with a neighbour across;
+//! - a cell next to the contour has the value `1 / sqrt(sum of 1 / crossing^2)` over its axes with a neighbour across;
 //! - cells of exactly equal value are accepted together;
-//! - a trial value is computed anew, and may rise, whenever a cell one or two steps away is accepted;
+//! - a trial value is computed again, and may rise, whenever a cell one or two steps away is accepted;
 //! - quirk: on each axis the lower neighbour is tried first, and where the upper one is nearer but has no second cell
-//!   behind it, the one behind the lower neighbour takes its place.
+//!   behind it, the cell behind the lower neighbour is used.
 //!
 //! Because equal values are accepted together, sums are in a fixed order: last bits decide what is equal.
 
@@ -220,7 +220,7 @@ impl<'a> March<'a> {
         if let Some(distance) = eikonal(upwind) {
             return distance;
         }
-        // First order with the nearest axes alone; one axis always has a root.
+        // First order with the nearest axes only; one axis always has a root.
         upwind.sort_by(|a, b| a.0.total_cmp(&b.0));
         (1..axes).rev().find_map(|axes| eikonal(&upwind[..axes])).unwrap_or(upwind[0].0 + 1.0)
     }
@@ -250,7 +250,7 @@ mod tests {
     use super::{super::fixtures::*, *};
     use std::time::Instant;
 
-    /// A field over x and y alone, as rows.
+    /// A field over x and y only, as rows.
     fn plane(rows: &[&[u8]]) -> Vec<f32> {
         let shape = [rows.len(), rows[0].len(), 1, 1, 1, 1];
         let labels: Vec<bool> = rows.concat().iter().map(|label| *label == 1).collect();

@@ -42,7 +42,7 @@ impl HealPix {
         self.nside
     }
 
-    /// The resolution with so many directions; `None` where there is none.
+    /// The resolution with this number of directions; `None` if there is none.
     pub fn of_count(count: usize) -> Option<Self> {
         (1..=Self::MAX_NSIDE).map(|nside| Self { nside }).find(|healpix| healpix.count() == count)
     }

@@ -6,7 +6,7 @@
 pub enum PoseLabel {
     /// No joint values within the limits bring it there.
     NoSolution = 0,
-    /// Joint values do, but with all of them something collides.
+    /// Joint values reach the pose, but something collides with all of them.
     Colliding = 1,
     /// Joint values without a collision bring it there.
     Reachable = 2,
@@ -67,7 +67,7 @@ impl Proof {
         }
     }
 
-    /// Whether it can stand for a label.
+    /// Whether it may replace a label.
     pub fn fits(self, label: PoseLabel) -> bool {
         (self == Self::Witness) == (label == PoseLabel::Reachable)
     }

@@ -7,7 +7,7 @@ use super::{AxisUnit, PoseGrid};
 pub enum FieldMetric {
     /// Metres, angles weighted by `rho` (profile `standard`).
     Metres {
-        /// Metres that count as much as one radian [m/rad].
+        /// Metres equivalent to one radian [m/rad].
         rho: f64,
     },
     /// Cells, all axes equal (profile `thesis`); only of six axes.

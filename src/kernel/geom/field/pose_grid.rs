@@ -31,7 +31,7 @@ impl From<SphereGrid> for PoseGrid {
 }
 
 impl PoseGrid {
-    /// A grid of six axes, as [`AxisGrid::new`] says.
+    /// A grid of six axes, as by [`AxisGrid::new`].
     ///
     /// # Errors
     /// Errors of [`AxisGrid::new`].
@@ -39,7 +39,7 @@ impl PoseGrid {
         AxisGrid::new(axes).map(Self::Axes)
     }
 
-    /// A grid of positions, directions and roll, as [`SphereGrid::new`] says.
+    /// A grid of positions, directions and roll, as by [`SphereGrid::new`].
     ///
     /// # Errors
     /// Errors of [`SphereGrid::new`].
@@ -60,7 +60,7 @@ impl PoseGrid {
         self.position_axes().map(|axis| axis.count)
     }
 
-    /// Count of positions.
+    /// Number of positions.
     pub fn positions(&self) -> usize {
         self.position_counts().iter().product()
     }
@@ -73,7 +73,7 @@ impl PoseGrid {
         }
     }
 
-    /// Count of cells.
+    /// Number of cells.
     pub fn cells(&self) -> usize {
         self.positions() * self.orientations()
     }

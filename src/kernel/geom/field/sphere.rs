@@ -1,7 +1,7 @@
 //! Signed distance over positions, directions and roll, by the angle between rotations.
 //!
-//! The squared distance is a sum of a part of position and a part of orientation. The first is separable; for the second
-//! every orientation is tried, the nearest first, until no other can be nearer: exact, too.
+//! The squared distance is a sum of a part of position and a part of orientation. The first is separable; for the
+//! second, orientations are tried from the nearest on until no other can be nearer, so it is also exact.
 
 use nalgebra::{UnitQuaternion, Vector4};
 

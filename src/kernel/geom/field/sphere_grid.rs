@@ -26,13 +26,13 @@ pub struct SphereGrid {
 }
 
 impl SphereGrid {
-    /// The most orientations: what a distance field knows of pairs of them fits a few hundred megabytes.
+    /// Largest number of orientations: pairs of them in a distance field then fit a few hundred megabytes.
     pub const MAX_ORIENTATIONS: usize = 1 << 14;
 
     /// A grid of positions [m], directions and `rolls` equal steps of a full revolution, the first at -pi.
     ///
     /// # Errors
-    /// Axes of position as [`AxisGrid::new`] says, no roll, more than [`Self::MAX_ORIENTATIONS`] or more than
+    /// Axes of position as for [`AxisGrid::new`], no roll, more than [`Self::MAX_ORIENTATIONS`] or more than
     /// [`AxisGrid::MAX_CELLS`].
     pub fn new(position_axes: [Axis; 3], directions: HealPix, rolls: usize) -> Result<Self, InvalidPoseGrid> {
         let radian = |name, step, count, periodic| Axis {
@@ -112,13 +112,13 @@ impl SphereGrid {
         best.0
     }
 
-    /// The most by which any rotation differs from the nearest orientation [rad].
+    /// Largest angle between any rotation and the nearest orientation [rad].
     ///
-    /// A swing about an axis square to its x axis brings any rotation's x axis onto the nearest direction, by no more than
-    /// the directions' covering radius rho; then a roll about that direction, by no more than half a step h, ends at an
-    /// orientation. Two rotations about axes square to each other make one by theta with cos(theta / 2) = cos(rho / 2)
-    /// cos(h / 2). That is a bound, since another direction may be nearer in all; with a multiple of four rolls it is the
-    /// truth, since the four directions around a pole then have the same rolls.
+    /// A swing about an axis perpendicular to its x axis brings any rotation's x axis onto the nearest direction, by no
+    /// more than the directions' covering radius rho; then a roll about that direction, by no more than half a step h,
+    /// ends at an orientation. Two rotations about perpendicular axes compose to one by theta with cos(theta / 2) =
+    /// cos(rho / 2) cos(h / 2). That is an upper bound, since an orientation with another direction may be nearer; with
+    /// a multiple of four rolls it is exact, since the four directions around a pole then have the same rolls.
     pub fn covering_radius(&self) -> f64 {
         let half = |angle: f64| libm::cos(0.5 * angle);
         2.0 * libm::acos(half(self.directions.covering_radius()) * half(0.5 * self.roll.step))

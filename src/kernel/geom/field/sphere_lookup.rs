@@ -152,7 +152,7 @@ mod tests {
         let [x, y, z] = std::array::from_fn(|k| {
             let axis = &grid.position_axes()[k];
             let along = span[0] + draws.unit() * (span[1] - span[0]);
-            // A single cell has no interval between centres: beside it.
+            // A single cell has no interval between centres: the point is outside it.
             axis.first + along * (axis.count - 1).max(1) as f64 * axis.step
         });
         let mut angle = || (draws.unit() - 0.5) * 3.0 * TAU;

@@ -7,7 +7,7 @@
 use super::{Axis, AxisGrid, FieldMetric};
 use crate::geom::{SimdLevel, simd_kernel};
 
-/// Metres that count as much as one radian: 45 deg as much as 0.1 m.
+/// Metres equivalent to one radian: 45 deg correspond to 0.1 m.
 pub const METRES_PER_RADIAN: f64 = 0.127;
 
 /// Lines that are worked side by side: enough for every SIMD width, few enough for registers.
@@ -46,7 +46,7 @@ pub fn signed_distance_standard(inside: &[bool], grid: &AxisGrid, rho: f64) -> V
     result
 }
 
-/// Square of the gap between the centre of a cell and the box of the cell so many steps away [m^2].
+/// Square of the gap between the centre of a cell and the box of the cell at each distance in cells [m^2].
 fn squared_gaps(axis: &Axis, rho: f64) -> Vec<f64> {
     let step = FieldMetric::Metres { rho }.scale(axis.unit, axis.step) * axis.step;
     (0..axis.count)
@@ -71,7 +71,7 @@ impl Transform {
         Self { counts: grid.shape(), strides: grid.strides(), gaps, simd: SimdLevel::detect() }
     }
 
-    /// Along positions alone, each with so many orientations side by side.
+    /// Along positions only, each with `orientations` orientations side by side.
     pub(super) fn of_positions(axes: &[Axis; 3], orientations: usize) -> Self {
         let [nx, ny, nz] = axes.each_ref().map(|axis| axis.count);
         let [x, y, z] = axes.each_ref().map(|axis| squared_gaps(axis, 1.0));

@@ -1,7 +1,7 @@
 //! A tree of boxes, four children a node and four triangles a leaf: the triangle next to a point, those that a ray meets.
 //!
-//! Four numbers at a time stand in plain arrays that the compiler makes vector code of; every operation is exact by
-//! IEEE 754, so an answer is a function of the mesh and the question on every machine.
+//! Plain arrays hold four numbers at a time, which the compiler vectorises; every operation is exact by IEEE 754, so an
+//! answer is a function of the mesh and the query on every machine.
 
 mod nearest;
 mod rays;
@@ -87,7 +87,7 @@ fn widened(mut ends: Ends, axis: usize, [low, high]: [f32; 2]) -> Ends {
 }
 
 impl Builder<'_> {
-    /// Adds the triangles in `order`, whose first stands at index `first`; also returns their box.
+    /// Adds the triangles in `order`, whose first has index `first`; also returns their box.
     fn add(&mut self, order: &mut [u32], first: u32) -> (u32, Ends) {
         if order.len() <= WIDTH {
             let triangle = |lane: usize| self.mesh.triangles[order[lane.min(order.len() - 1)] as usize];

@@ -124,7 +124,7 @@ fn above(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// The lesser one; the second where the first is no number.
+/// The smaller one; the second if the first is NaN.
 fn below(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
@@ -197,7 +197,7 @@ mod tests {
                 let bound = stream.uniform(0.0, 0.03).powi(2) as f32;
                 let is_near = tree.is_near(point, bound);
                 assert_eq!(is_near, tree.nearest(point, bound).is_some(), "{name}, {point:?}, {bound}");
-                // At the very distance of the nearest triangle nothing is nearer.
+                // At exactly the distance of the nearest triangle nothing is nearer.
                 let (_, distance) = tree.nearest_with_distance(point, f32::INFINITY).expect("a triangle");
                 assert!(
                     !tree.is_near(point, distance) && tree.is_near(point, distance * 1.001 + 1e-12),

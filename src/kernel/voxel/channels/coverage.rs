@@ -26,7 +26,8 @@ const SLACK: f64 = 0.01;
 /// once. Build it once per object (4 MB).
 pub struct CoverageBlocks {
     level: SimdLevel,
-    /// Blocks that have as many blocks around them, in every direction, all full or all empty as they are: 1, 2, ...
+    /// Blocks within uniform surroundings of 1, 2, ... blocks in every direction, all full or all empty like the block
+    /// itself.
     uniform: Vec<Bits>,
 }
 
@@ -45,7 +46,7 @@ impl CoverageBlocks {
     }
 
     /// Writes the share of every cell that is solid to `out`: 0 = empty, 255 = full, 255 * share rounded to nearest.
-    /// Shape (resolution, resolution, resolution), C order, indexed (x, y, z) as [`GridPlacement`] says.
+    /// Shape (resolution, resolution, resolution), C order, indexed (x, y, z) as in [`GridPlacement`].
     ///
     /// The error of a cell has two parts: the lattice's 0.011 at most, and that of the solid's own fine cells, whose
     /// surface is off by at most half the diagonal of one: sqrt(3)/2 * pitch / cell size of a cell cut by one plane
@@ -159,7 +160,8 @@ impl Bits {
         Self(self.0.iter().zip(&other.0).map(|(a, b)| [a[0] | b[0], a[1] | b[1]]).collect())
     }
 
-    /// Blocks whose neighbours, also across edges and corners, are all set; those beyond the grid are as `beyond` says.
+    /// Blocks whose neighbours, also across edges and corners, are all set; blocks outside the grid have the value
+    /// `beyond`.
     fn eroded(&self, beyond: bool) -> Self {
         let edge = if beyond { u64::MAX } else { 0 };
         let and = |a: [u64; 2], b: [u64; 2]| [a[0] & b[0], a[1] & b[1]];

@@ -19,11 +19,11 @@ const TRIES: u32 = 16;
 pub struct ImplicitPoints {
     /// Points on the whole surface, uniform over its area; shape (surface, 3) [m].
     pub surface: Vec<[f32; 3]>,
-    /// Unit normal of the surface at each of them, outward; shape (surface, 3).
+    /// Unit normal of the surface at each surface point, outward; shape (surface, 3).
     pub normals: Vec<[f32; 3]>,
     /// Points in the grid's box: the first half (rounded up) uniform, the others near the surface; shape (space, 3) [m].
     pub space: Vec<[f32; 3]>,
-    /// Signed distance of each of them to the surface, negative inside; shape (space,) [m].
+    /// Signed distance of each space point to the surface, negative inside; shape (space,) [m].
     pub distances: Vec<f32>,
 }
 

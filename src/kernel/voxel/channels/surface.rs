@@ -360,7 +360,7 @@ pub(super) mod shapes {
         let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
         let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
         let mesh = TriMesh { vertices: vertices.collect(), triangles };
-        // The f32 corners, so that the truth is of the mesh as it stands.
+        // The f32 corners, so that the reference is exact for this mesh.
         let bounds = mesh.aabb().expect("vertices");
         let (middle, half) = (bounds.centre(), (bounds.max - bounds.min) * 0.5);
         shape_of(

@@ -23,10 +23,10 @@ struct Field<'a> {
 
 /// Writes the truncated signed distance at the centre of every cell to `out`.
 ///
-/// True distance to the mesh's surface, seen or not (no distance along the line of sight), negative inside, cut at
-/// `truncation` cells, which must be positive. Shape (resolution, resolution, resolution), C order, indexed (x, y, z) as
-/// [`GridPlacement`] says. Each value is the distance in steps of truncation / 32767, rounded to nearest: distance [m] =
-/// value / 32767 * truncation * cell size, and -32767 and 32767 mean "at least so far".
+/// True distance to the mesh's surface, visible or not (no distance along the line of sight), negative inside, cut at
+/// `truncation` cells, which must be positive. Shape (resolution, resolution, resolution), C order, indexed (x, y, z)
+/// as in [`GridPlacement`]. Each value is the distance in steps of truncation / 32767, rounded to nearest: distance [m]
+/// = value / 32767 * truncation * cell size, and -32767 and 32767 mean "at least this far".
 pub fn tsdf(
     surface: &Surface,
     solid: &SolidGrid,
