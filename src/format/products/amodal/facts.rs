@@ -39,9 +39,9 @@ pub(super) const FACTS: [FactFormat; 9] = [
     fact("complete_cells", FactKind::Integer, "Occupied cells of the complete grid."),
     fact("both_cells", FactKind::Integer, "Cells that are occupied in both."),
     fact("solid_share", FactKind::Number(FactRange::Share), "Share of the solid's volume inside the grid."),
-    fact("visible_share", FactKind::Number(FactRange::Share), "Share of the body's silhouette that is seen."),
+    fact("visible_share", FactKind::Number(FactRange::Share), "Visible share of the body's silhouette."),
     fact("pixels_visible", FactKind::Integer, "Pixels that see the body."),
-    fact("truncated", FactKind::Count, "1 where the body reaches out of the image, else 0."),
+    fact("truncated", FactKind::Count, "1 if the body extends beyond the image, else 0."),
     fact(
         "purity",
         FactKind::Number(FactRange::Share),

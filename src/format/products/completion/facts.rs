@@ -38,8 +38,12 @@ pub(super) const FACTS: [FactFormat; 6] = [
     fact("complete_cells", FactKind::Integer, "Occupied cells of the complete grid."),
     fact("both_cells", FactKind::Integer, "Cells that are occupied in both."),
     fact("solid_share", FactKind::Number(FactRange::Share), "Share of the solid's volume inside the grid."),
-    occlusion("occluded", FactKind::Count, "1 where something stands in front of the object, else 0."),
-    occlusion("hidden_share", FactKind::Number(FactRange::Share), "Share of the object's pixels that it hides."),
+    occlusion("occluded", FactKind::Count, "1 if the view has an occluder, else 0."),
+    occlusion(
+        "hidden_share",
+        FactKind::Number(FactRange::Share),
+        "Share of the object's pixels that the occluder hides.",
+    ),
 ];
 
 impl OcclusionFacts {

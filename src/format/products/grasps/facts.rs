@@ -48,17 +48,17 @@ const fn trials(name: &'static str, meaning: &'static str) -> FactFormat {
 
 /// Columns of the facts: verdicts in the order of [`GraspVerdict::ALL`], then the others.
 pub(super) const FACTS: [FactFormat; VERDICTS + TRIAL_FACTS + 3] = [
-    fact("grasps_kept", FactKind::Count, "Grasps that are kept."),
-    fact("grasps_penetrates", FactKind::Count, "States too deep in the mesh before the hand closes."),
+    fact("grasps_kept", FactKind::Count, "Kept grasps."),
+    fact("grasps_penetrates", FactKind::Count, "States whose hand is too deep in the mesh before it closes."),
     fact("grasps_open_hand", FactKind::Count, "States whose closed hand touches with one link or none."),
     fact("grasps_no_force_closure", FactKind::Count, "States without force closure."),
-    fact("grasps_low_quality", FactKind::Count, "States whose epsilon is below what the job asks for."),
+    fact("grasps_low_quality", FactKind::Count, "States whose epsilon is below the job's minimum."),
     fact("grasps_below_table", FactKind::Count, "States that come below the table in every resting pose."),
-    fact("given_up", FactKind::Count, "1 where the seed was given up before the run was over, else 0."),
-    trials("grasps_tried", "Grasps that were tried in physics."),
+    fact("given_up", FactKind::Count, "1 if the search gave up its seed early, else 0."),
+    trials("grasps_tried", "Grasps with a physical trial."),
     trials("grasps_held", "Tried grasps that held."),
     trials("grasps_refused", "Tried grasps whose hand starts too deep in the object."),
-    trials("grasps_tried_on_table", "Grasps that were tried on a table as well."),
+    trials("grasps_tried_on_table", "Grasps with a trial on a table, too."),
     trials("grasps_held_on_table", "Grasps that lifted the object from a table."),
     fact("best_energy", FactKind::Number(FactRange::FiniteOrNone), "Lowest energy of any state; infinite without one."),
     fact("best_epsilon", FactKind::Number(FactRange::FromZero), "Highest epsilon of a kept grasp; 0 without one."),

@@ -42,7 +42,7 @@ pub(super) const VISIBLE: usize = 5;
 /// Columns of the facts.
 pub(super) const FACTS: [FactFormat; 6] = [
     fact("type", FactKind::Integer, "Type of the grasp."),
-    fact("type_index", FactKind::Integer, "Index of that type among the chosen ones."),
+    fact("type_index", FactKind::Integer, "Index of the type among the chosen types."),
     fact("energy", FactKind::Number(FactRange::Finite), "Energy of the grasp."),
     fact("epsilon", FactKind::Number(FactRange::Finite), "Epsilon of the grasp."),
     beside(
@@ -55,7 +55,7 @@ pub(super) const FACTS: [FactFormat; 6] = [
         VISIBILITY_TOPIC,
         "visible_points",
         FactKind::Count,
-        "Points, of palm and fingertips, that the image does not hide.",
+        "Points of palm and fingertips that the image does not hide.",
     ),
 ];
 

@@ -20,13 +20,13 @@ const fn count(name: &'static str, meaning: &'static str) -> FactFormat {
 /// [`Proof::ALL`](kernel::geom::Proof::ALL).
 pub(super) const FACTS: [FactFormat; 8] = [
     count("no_solution", "Poses that no joint values reach."),
-    count("colliding", "Poses that are reached with a collision alone."),
+    count("colliding", "Poses that are reached only with a collision."),
     count("reachable", "Poses that are reached without a collision."),
-    count("by_bound", "Poses whose label is known by a bound."),
-    count("by_interval_ends", "Poses whose label is known by the ends of intervals of solutions."),
-    count("by_swept", "Poses whose label is known by a certificate over swept intervals."),
-    count("by_searched", "Poses whose label is what a search found, without a proof."),
-    count("by_witness", "Poses whose label is known by joint values."),
+    count("by_bound", "Poses whose label is proved by a bound."),
+    count("by_interval_ends", "Poses whose label is proved by the ends of intervals of solutions."),
+    count("by_swept", "Poses whose label is proved by a certificate over swept intervals."),
+    count("by_searched", "Poses whose label is the result of a search, without a proof."),
+    count("by_witness", "Poses whose label is proved by joint values."),
 ];
 
 impl BlockFacts {

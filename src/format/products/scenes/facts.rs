@@ -33,9 +33,9 @@ const fn number(name: &'static str, meaning: &'static str) -> FactFormat {
 
 /// Columns of the facts.
 pub(super) const FACTS: [FactFormat; 10] = [
-    count("bodies", "Bodies of the scene; 0 of a rejected one."),
-    count("contacts", "Contacts of its bodies with each other and with the container; 0 of a rejected one."),
-    count("gone", "Bodies that left the container and are none of the scene's."),
+    count("bodies", "Bodies of the scene; 0 for a rejected scene."),
+    count("contacts", "Contacts of its bodies with each other and with the container; 0 for a rejected scene."),
+    count("gone", "Bodies that left the container and are not part of the scene."),
     count("steps", "Steps of the simulation until rest."),
     number("rest_time", "Time from the last release to rest [s]."),
     number("top_speed", "Largest speed at rest [m/s]."),

@@ -51,24 +51,24 @@ const fn count(name: &'static str, meaning: &'static str) -> FactFormat {
 
 /// Columns of the facts.
 pub(super) const FACTS: [FactFormat; 11] = [
-    count("bodies", "Bodies of the scene; 0 of a rejected view."),
-    count("unseen", "Bodies of which no pixel is seen."),
-    count("hidden", "Bodies that are seen, by less than a tenth of their silhouette."),
-    count("mostly_hidden", "Bodies seen by a tenth to less than a half."),
-    count("partly_hidden", "Bodies seen by a half to less than nine tenths."),
-    count("clear", "Bodies seen by nine tenths or more."),
-    count("truncated", "Bodies that reach out of the image."),
-    count("near_draws", "Cameras drawn before that were inside or next to something."),
-    count("unseen_draws", "Cameras drawn before that saw too little of every body."),
+    count("bodies", "Bodies of the scene; 0 for a rejected view."),
+    count("unseen", "Bodies without a visible pixel."),
+    count("hidden", "Bodies visible, but by less than a tenth of their silhouette."),
+    count("mostly_hidden", "Bodies visible by a tenth to less than a half."),
+    count("partly_hidden", "Bodies visible by a half to less than nine tenths."),
+    count("clear", "Bodies visible by nine tenths or more."),
+    count("truncated", "Bodies that extend beyond the image."),
+    count("near_draws", "Discarded cameras that were inside or next to something."),
+    count("unseen_draws", "Discarded cameras that saw too little of every body."),
     count(
         "too_near",
-        "Bodies at least half of whose seen pixels are nearer than the sensor measures; 0 without a sensor.",
+        "Bodies with at least half of their visible pixels nearer than the sensor measures; 0 without a sensor.",
     ),
     FactFormat {
         name: "nearest",
         kind: FactKind::Number(FactRange::FromZero),
         topic: None,
-        meaning: "Smallest true depth of a body [m]; 0 without a sensor, or where none is seen.",
+        meaning: "Smallest true depth of a body [m]; 0 without a sensor, or if no body is visible.",
     },
 ];
 

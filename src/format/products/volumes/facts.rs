@@ -53,15 +53,15 @@ const fn of_grasps(name: &'static str, meaning: &'static str) -> FactFormat {
 /// Columns of the facts.
 pub(super) const FACTS: [FactFormat; FIRST_OF_GRASPS + 5] = [
     fact("images", FactKind::Count, "Images that were fused."),
-    fact("observed_voxels", FactKind::Integer, "Voxels that an image says something of."),
-    fact("near_voxels", FactKind::Integer, "Observed voxels nearer to what is seen than the truncation."),
+    fact("observed_voxels", FactKind::Integer, "Voxels that at least one image observed."),
+    fact("near_voxels", FactKind::Integer, "Observed voxels nearer to the observed surface than the truncation."),
     fact("bodies", FactKind::Count, "Bodies of the scene."),
-    fact("bodies_inside", FactKind::Count, "Bodies that hold the centre of a voxel."),
+    fact("bodies_inside", FactKind::Count, "Bodies that contain the centre of a voxel."),
     fact("occupied_voxels", FactKind::Integer, "Voxels whose centre is inside a body."),
-    of_grasps("untried", "Free grasps with their centre in the cube of which no trial says anything."),
+    of_grasps("untried", "Free grasps with their centre in the cube, without a conclusive trial."),
     of_grasps("held", "Free grasps with their centre in the cube that held in a trial."),
     of_grasps("failed", "Free grasps with their centre in the cube that failed in a trial."),
-    of_grasps("forbidden", "Grasps of the scene that something forbids."),
+    of_grasps("forbidden", "Grasps of the scene that are not free."),
     of_grasps("outside", "Free grasps with their centre outside the cube."),
 ];
 

@@ -57,8 +57,8 @@ pub(super) trait OfBody {
 pub(super) fn body_columns<R: OfBody>() -> [RowColumn<R>; 3] {
     [
         RowColumn::new("body", U32, "number of the body in its scene, from 1", |row: &R| Value::U32(row.body().number)),
-        RowColumn::new("body_name", Text, "name of the object that the body is", |row| Value::Text(row.body().name)),
-        RowColumn::new("body_object", Text, "that object by content, 64 hexadecimal digits", |row| {
+        RowColumn::new("body_name", Text, "name of the body's object", |row| Value::Text(row.body().name)),
+        RowColumn::new("body_object", Text, "digest of the body's object, 64 hexadecimal digits", |row| {
             Value::Text(&row.body().object)
         }),
     ]
@@ -126,8 +126,8 @@ impl TableRow for BodyRow<'_> {
         name: "bodies",
         row: "body",
         group: 16384,
-        meaning: "One row per body of each exported scene, volume or pick; `body` counts in the order of the scene. The columns from `mass` on \
-                  are there for scenes.",
+        meaning: "One row per body of each exported scene, volume or pick; `body` counts in the order of the scene. Only scenes have the \
+                  columns from `mass` on.",
     };
 
     fn columns(_: Product) -> Vec<RowColumn<Self>> {
@@ -147,22 +147,22 @@ impl TableRow for BodyRow<'_> {
             RowColumn::optional(
                 "friction",
                 F64,
-                "coefficient of sliding friction; of two bodies that touch the larger counts",
+                "coefficient of sliding friction; the larger one counts between two bodies",
                 |row| row.number(|body| body.friction),
             ),
-            RowColumn::optional("released_at", F64, "time at which it was let go [s]", |row| {
+            RowColumn::optional("released_at", F64, "time at which it was released [s]", |row| {
                 row.number(|body| body.released_at)
             }),
             RowColumn::optional(
                 "resting_pose",
                 U32,
-                "index of the resting pose of its object whose up is nearest; none where no resting pose is known",
+                "index of the resting pose of its object with the nearest upward direction; none if no resting pose is known",
                 |row| {
                     let resting = row.scene.and_then(|body| body.resting);
                     resting.map_or(Value::Empty, |(pose, _)| Value::U32(pose))
                 },
             ),
-            RowColumn::optional("resting_angle", F64, "angle between the two ups [rad]", |row| {
+            RowColumn::optional("resting_angle", F64, "angle between the two upward directions [rad]", |row| {
                 let resting = row.scene.and_then(|body| body.resting);
                 resting.map_or(Value::Empty, |(_, angle)| Value::F64(angle))
             }),

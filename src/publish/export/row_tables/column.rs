@@ -100,11 +100,11 @@ pub(super) fn sample_columns<R: OfSample>() -> Vec<RowColumn<R>> {
         RowColumn::new("sample_index", U64, "index of the sample in the dataset", |row| {
             Value::U64(row.sample().index.0)
         }),
-        RowColumn::new("subject", Text, "the subject by content, 64 hexadecimal digits", |row| {
+        RowColumn::new("subject", Text, "digest of the subject, 64 hexadecimal digits", |row| {
             Value::Text(&row.sample().subject)
         }),
         RowColumn::new("object", Text, "name of the subject", |row| Value::Text(row.sample().object)),
-        RowColumn::new("split", Text, "split of the sample; empty where the product has none", |row| {
+        RowColumn::new("split", Text, "split of the sample; empty if the product has no splits", |row| {
             Value::Text(row.sample().split)
         }),
         RowColumn::new("item", U32, "number of the sample's item: view, run, position, grasp or body", |row| {
@@ -160,8 +160,8 @@ pub(super) fn container_columns<R: HasContainer>() -> [RowColumn<R>; 2] {
         RowColumn::new(
             "container_size",
             ColumnType::F64s,
-            "sides along x and y of a plane; room inside a bin and thickness of its walls; room inside a mesh [m]; last the tilt of a bin \
-             or mesh that has one [degree]",
+            "sides along x and y of a plane; inner sides of a bin and thickness of its walls; inner sides of a mesh [m]; last \
+             the tilt of a tilted bin or mesh [degree]",
             |row| Value::F64s(row.container().sizes().into()),
         ),
     ]
@@ -193,7 +193,10 @@ mod tests {
 
     #[test]
     fn sentences_become_meanings() {
-        assert_eq!(as_meaning("Bodies of the scene; 0 of a rejected one."), "bodies of the scene; 0 of a rejected one");
+        assert_eq!(
+            as_meaning("Bodies of the scene; 0 for a rejected scene."),
+            "bodies of the scene; 0 for a rejected scene"
+        );
         assert_eq!(as_meaning(""), "");
     }
 }

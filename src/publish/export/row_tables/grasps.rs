@@ -229,16 +229,16 @@ impl TableRow for RunRow<'_> {
         name: "runs",
         row: "run",
         group: 16384,
-        meaning: "One row per run that was kept: how its search went, and how many grasps of each verdict it found.",
+        meaning: "One row per kept run: progress of its search, and its number of grasps per verdict.",
     };
 
     fn columns(product: Product) -> Vec<RowColumn<Self>> {
         let mut columns = sample_columns();
         columns.extend([
-            RowColumn::new("asked_steps", U32, "steps of the search that the job asks for", |row: &Self| {
+            RowColumn::new("asked_steps", U32, "steps of the search that the job sets", |row: &Self| {
                 Value::U32(row.run.asked_steps)
             }),
-            RowColumn::new("steps", U32, "steps that were taken; fewer where the seed was given up", |row| {
+            RowColumn::new("steps", U32, "steps that were taken; fewer if the seed was given up", |row| {
                 Value::U32(row.run.steps)
             }),
             RowColumn::new("failed_steps", U32, "steps without a legal neighbour", |row| Value::U32(row.run.failed)),
@@ -261,11 +261,11 @@ impl TableRow for GraspRow<'_> {
         name: "grasps",
         row: "grasp",
         group: ROW_GROUP,
-        meaning: "One row per grasp, kept or not. The columns from `trial` on are there where the job has `[physics]`; states that were not \
-                  tried are untested, not bad. `graspmill.joints`, `graspmill.driven`, `graspmill.hand` and `graspmill.quality_space` in the \
-                  table's metadata are JSON: names of the joints of `joints` and of the driven ones, name of the hand, and the space of \
-                  epsilon that decided what is kept. `grasp_frame` of the Python package (docs/python.md) is the same table without the \
-                  detour.",
+        meaning: "One row per grasp, kept or not. Datasets with `[physics]` in the job have the columns from `trial` on; states without a \
+                  trial are untested, not bad. `graspmill.joints`, `graspmill.driven`, `graspmill.hand` and `graspmill.quality_space` in \
+                  the table's metadata are JSON: names of the joints of `joints` and of the driven joints, name of the hand, and the space \
+                  of the epsilon that decides which grasps are kept. `grasp_frame` of the Python package (docs/python.md) returns the same \
+                  table without an export.",
     };
 
     fn columns(_: Product) -> Vec<RowColumn<Self>> {
@@ -283,8 +283,8 @@ impl TableRow for ContactRow<'_> {
         name: "contacts",
         row: "contact",
         group: 8 * ROW_GROUP,
-        meaning: "One row per contact of a closed hand: of every grasp that the search closed, and, where it was tried, of the hand in the \
-                  simulation when gravity came on.",
+        meaning: "One row per contact of a closed hand: of every grasp that the search closed, and, for tried grasps, of the hand in the \
+                  simulation when gravity is switched on.",
     };
 
     fn columns(_: Product) -> Vec<RowColumn<Self>> {
@@ -297,7 +297,7 @@ impl TableRow for ContactRow<'_> {
 /// Columns of the verdict and of the hand: where it is, and its joints.
 fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 14] {
     [
-        RowColumn::new("rank", U32, "number of the grasp in its run, the lowest energy first", |row: &GraspRow<'a>| {
+        RowColumn::new("rank", U32, "number of the grasp in its run, lowest energy first", |row: &GraspRow<'a>| {
             Value::U32(row.rank)
         }),
         RowColumn::new(
@@ -309,7 +309,7 @@ fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 14] {
         RowColumn::optional(
             "type",
             U32,
-            "type of the grasp, the closed joints in bins; none where the hand has none",
+            "type of the grasp, the closed joints in bins; none for a hand without types",
             |row| row.grasp.kind.map_or(Value::Empty, Value::U32),
         ),
         RowColumn::new(
@@ -333,7 +333,7 @@ fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 14] {
         RowColumn::optional(
             "width",
             F64,
-            "between the pads of the closed hand [m]; none where it means nothing",
+            "free width between the pads of the closed hand [m]; none for a hand without a width",
             |row| row.grasp.width.map_or(Value::Empty, Value::F64),
         ),
         RowColumn::new("opening", F64s, "driven joints of the opened hand [rad or m]", |row| {
@@ -354,14 +354,14 @@ fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 14] {
         RowColumn::new(
             "clearances",
             F64s,
-            "one number per resting pose of the object: lowest point of the hand over the table as it comes in its posture and \
-             closes [m]; empty where it penetrates",
+            "one number per resting pose of the object: lowest point of the hand over the table as it approaches in its posture \
+             and closes [m]; empty if it penetrates",
             |row| numbers(Some(&row.clearances[0])),
         ),
         RowColumn::new(
             "clearances_opened",
             F64s,
-            "the same where it comes opened and takes on its posture there [m]",
+            "the same if it approaches opened and takes its posture where it closes [m]",
             |row| numbers(Some(&row.clearances[1])),
         ),
     ]
@@ -373,43 +373,43 @@ fn way_columns<'a>() -> [RowColumn<GraspRow<'a>>; 7] {
         RowColumn::new(
             "free_ways",
             Text,
-            "ways on which the object is not in the way of the hand, without a table: opened, posture, both or none",
+            "ways of approach that the object does not obstruct, without a table: opened, posture, both or none",
             |row: &GraspRow<'a>| Value::Text(row.grasp.free_ways(None).name()),
         ),
         RowColumn::optional(
             "object_in_way_posture",
             Text,
-            "part of the way on which the object is in the way of the hand that comes in its posture: pregrasp or approach; none where \
-             it is not, or where the hand penetrates",
+            "phase in which the object obstructs the hand that approaches in its posture: pregrasp or approach; none if it does \
+             not, or if the hand penetrates",
             |row| object_in_way(row, |ways| ways.shaped),
         ),
         RowColumn::optional(
             "object_in_way_opened",
             Text,
-            "the same of the hand that comes opened and takes on its posture where it closes: pregrasp, approach or shaping",
+            "the same for the hand that approaches opened and takes its posture where it closes: pregrasp, approach or shaping",
             |row| object_in_way(row, |ways| ways.opened),
         ),
         RowColumn::optional(
             "pregrasp",
             F64s,
-            "driven joints of the pregrasp, without a table: as opening where that way is free, else as posture [rad or m]; none where \
+            "driven joints of the pregrasp, without a table: as opening if that way is free, else as posture [rad or m]; none if \
              neither is",
             |row| numbers(row.grasp.pregrasp(None)),
         ),
         RowColumn::new(
             "free_ways_on_table",
             Texts,
-            "one text per resting pose of the object: as free_ways, with the table in the way below a clearance of 0",
+            "one text per resting pose of the object: as free_ways, where the table obstructs below a clearance of 0",
             |row| Value::Texts(per_pose(row, |grasp, pose| grasp.free_ways(Some(pose)).name())),
         ),
         RowColumn::new(
             "obstacles_posture_on_table",
             Texts,
-            "one text per resting pose of the object: object, table, object and table, or empty: what is in the way of the hand that \
-             comes in its posture",
+            "one text per resting pose of the object: obstacles for the hand that approaches in its posture: object, table, \
+             object and table, or empty",
             |row| Value::Texts(per_pose(row, |grasp, pose| obstacles(grasp, pose, |ways| ways.shaped))),
         ),
-        RowColumn::new("obstacles_opened_on_table", Texts, "the same of the hand that comes opened", |row| {
+        RowColumn::new("obstacles_opened_on_table", Texts, "the same for the hand that approaches opened", |row| {
             Value::Texts(per_pose(row, |grasp, pose| obstacles(grasp, pose, |ways| ways.opened)))
         }),
     ]
@@ -458,13 +458,13 @@ fn quality_columns<'a>() -> [RowColumn<GraspRow<'a>>; 11] {
             |row| Value::F64(row.grasp.epsilon_wrench),
         ),
         RowColumn::new("volume", F64, "volume of that hull", |row| Value::F64(row.grasp.volume)),
-        RowColumn::new("advance", F64, "way of the hand along its approach before it closed [m]", |row| {
+        RowColumn::new("advance", F64, "distance that the hand moved along its approach before it closed [m]", |row| {
             Value::F64(row.grasp.advance)
         }),
         RowColumn::optional(
             "shift",
             F64s,
-            "3 numbers: translation by which a gripper gave way, in its approach frame before that [m]; none where it did not",
+            "3 numbers: translation by which a gripper gave way, in its approach frame before that [m]; none if it did not",
             |row| numbers(row.grasp.shift.as_ref().map(<[f64; 3]>::as_slice)),
         ),
         RowColumn::optional(
@@ -489,46 +489,47 @@ fn outcome_columns<'a>() -> [RowColumn<GraspRow<'a>>; 11] {
         row.trial.map_or(Value::Empty, |trial| Value::U32(count(trial) as u32))
     }
     [
-        RowColumn::optional(
-            "trial",
-            Text,
-            "verdict on the trial (trials.parquet); none where it was not tried",
-            |row| row.trial.map_or(Value::Empty, |trial| Value::Text(trial.outcome.verdict.name())),
-        ),
-        RowColumn::optional("held", Boolean, "whether it held in the trial; none where it was not tried", |row| {
+        RowColumn::optional("trial", Text, "verdict on the trial (trials.parquet); none if it was not tried", |row| {
+            row.trial.map_or(Value::Empty, |trial| Value::Text(trial.outcome.verdict.name()))
+        }),
+        RowColumn::optional("held", Boolean, "whether it held in the trial; none if it was not tried", |row| {
             row.trial.map_or(Value::Empty, |trial| Value::Boolean(trial.outcome.verdict.is_held()))
         }),
         RowColumn::optional("perturbed", U32, "trials under perturbed conditions", |row| {
             count(row, |trial| trial.perturbed.len())
         }),
-        RowColumn::optional("perturbed_held", U32, "number of them that held", |row| {
+        RowColumn::optional("perturbed_held", U32, "number of perturbed trials that held", |row| {
             count(row, |trial| trial.perturbed.iter().filter(|run| run.outcome.verdict.is_held()).count())
         }),
         RowColumn::optional("roll_outs", U32, "further trials of chosen grasps", |row| {
             count(row, |trial| trial.roll_outs[0] as usize)
         }),
-        RowColumn::optional("roll_outs_held", U32, "number of them that held; their share is a probability", |row| {
-            count(row, |trial| trial.roll_outs[1] as usize)
-        }),
+        RowColumn::optional(
+            "roll_outs_held",
+            U32,
+            "number of roll-outs that held; their share is a probability",
+            |row| count(row, |trial| trial.roll_outs[1] as usize),
+        ),
         RowColumn::optional(
             "label",
             Text,
-            "what all trials of the grasp say together: held, failed, borderline where they disagree, unconfirmed where none held but not all were made, untested; none without trials",
+            "combined result of all trials: held, failed, borderline if they disagree, unconfirmed if none held but not all were \
+             made, untested; none without trials",
             |row| row.trial.map_or(Value::Empty, |trial| Value::Text(trial.label().name())),
         ),
         RowColumn::optional(
             "robust",
             Boolean,
-            "whether it holds under every variant of the conditions too; none where no variant was tried",
+            "whether it also holds under every variant of the conditions; none if no variant was tried",
             |row| row.trial.and_then(GraspTrial::is_robust).map_or(Value::Empty, Value::Boolean),
         ),
         RowColumn::optional(
             "table_pose",
             U32,
-            "resting pose of the object in which it was tried on a table as well; none where it was not",
+            "resting pose of the object in its trial on a table; none without such a trial",
             |row| on_table(row).map_or(Value::Empty, |trial| Value::U32(trial.resting_pose)),
         ),
-        RowColumn::optional("table_trial", Text, "verdict on that trial", |row| {
+        RowColumn::optional("table_trial", Text, "verdict on the trial on a table", |row| {
             on_table(row).map_or(Value::Empty, |trial| Value::Text(trial.outcome.verdict.name()))
         }),
         RowColumn::optional("held_on_table", Boolean, "whether it lifted the object from the table", |row| {
@@ -541,9 +542,12 @@ fn outcome_columns<'a>() -> [RowColumn<GraspRow<'a>>; 11] {
 fn contact_columns<'a>() -> [RowColumn<ContactRow<'a>>; 7] {
     [
         RowColumn::new("rank", U32, "number of the grasp in its run", |row: &ContactRow<'a>| Value::U32(row.rank)),
-        RowColumn::new("closed_in", Text, "what closed the hand: search, or trial when gravity came on", |row| {
-            Value::Text(row.closed_in)
-        }),
+        RowColumn::new(
+            "closed_in",
+            Text,
+            "what closed the hand: search, or trial when gravity is switched on",
+            |row| Value::Text(row.closed_in),
+        ),
         RowColumn::new("link", Text, "link of the hand that touches", |row| Value::Text(row.link)),
         RowColumn::new("point", F64s, "3 numbers: on the object's surface, in the object's frame [m]", |row| {
             numbers(Some(&row.contact.point))

@@ -121,7 +121,7 @@ impl TableRow for HeatmapRow<'_> {
         name: "heatmaps",
         row: "heatmap",
         group: 16,
-        meaning: "One row per image. `numpy.frombuffer(depth, \"<f4\").reshape(height, width)` is the depth, where the job stores it.",
+        meaning: "One row per image. `numpy.frombuffer(depth, \"<f4\").reshape(height, width)` is the depth, if the job stores it.",
     };
 
     fn columns(product: Product) -> Vec<RowColumn<Self>> {
@@ -135,7 +135,7 @@ impl TableRow for HeatmapRow<'_> {
                 |row: &Self| matrix(&row.heatmap.world_from_camera),
             ),
             RowColumn::new("hand", Text, "name of the hand", |row| Value::Text(&row.heatmap.hand)),
-            RowColumn::new("hand_digest", Text, "description and table of the hand by content", |row| {
+            RowColumn::new("hand_digest", Text, "digest of the hand's description and table", |row| {
                 Value::Text(&row.hand)
             }),
             RowColumn::new("picks", Text, "root digest of the exact numbers of the dataset of picks", |row| {
@@ -144,7 +144,7 @@ impl TableRow for HeatmapRow<'_> {
             RowColumn::new(
                 "trials",
                 Text,
-                "root digest of the physics numbers of the dataset of picks; empty where nothing was tried",
+                "root digest of the physics numbers of the dataset of picks; empty without trials",
                 |row| Value::Text(&row.picks[1]),
             ),
             RowColumn::new("label", Text, "meaning of the labels: trial or free", |row| {
@@ -157,7 +157,7 @@ impl TableRow for HeatmapRow<'_> {
             RowColumn::optional("size", F64, "side of the squares that patches in metres show [m]", |row| {
                 row.heatmap.size.map_or(Value::Empty, Value::F64)
             }),
-            RowColumn::new("evaluated", F64s, "one number per body: 1 where it has picks, else 0", |row| {
+            RowColumn::new("evaluated", F64s, "one number per body: 1 if it has picks, else 0", |row| {
                 list(row.heatmap.evaluated.iter().map(|known| u8::from(*known)))
             }),
             RowColumn::new(
@@ -184,8 +184,8 @@ impl TableRow for MarkRow<'_> {
         name: "marks",
         row: "mark",
         group: 4096,
-        meaning: "One row per free grasp of the chosen types that comes from about the camera's side. `graspmill.points` in the table's \
-                  metadata is JSON: names of the points of the hand, the palm first; p is their count. `graspmill.types` has the types that \
+        meaning: "One row per free grasp of the chosen types that comes from the camera's side. `graspmill.points` in the table's metadata \
+                  is JSON: names of the points of the hand, the palm first; p is their count. `graspmill.types` has the types that \
                   `type_index` counts. `body` and `candidate` join it with `candidates.parquet` of the picks.",
     };
 
@@ -206,7 +206,7 @@ impl TableRow for MarkRow<'_> {
             RowColumn::new("direction", U32, "number of its direction; 0 is the stored grasp", |row| {
                 Value::U32(row.grasp.direction)
             }),
-            RowColumn::new("type_index", U32, "index of its type among those chosen, the commonest first", |row| {
+            RowColumn::new("type_index", U32, "index of its type among the chosen types, most common first", |row| {
                 Value::U32(row.grasp.type_index)
             }),
             RowColumn::new("state", Text, "outcome of its trial: untried, held or failed", |row| {
@@ -225,7 +225,7 @@ impl TableRow for MarkRow<'_> {
             RowColumn::new(
                 "pixels",
                 F64s,
-                "2 p numbers: column and row of each point, in the image or not [px]; NaN nearer than the camera sees",
+                "2 p numbers: column and row of each point, in the image or not [px]; NaN if nearer than the camera's near limit",
                 |row| list(row.grasp.points.iter().flat_map(|point| pixel(point.pixel))),
             ),
             RowColumn::new(
@@ -237,13 +237,13 @@ impl TableRow for MarkRow<'_> {
             RowColumn::new(
                 "visible",
                 F64s,
-                "p numbers: 1 where the point is in the image and nothing hides it, else 0",
+                "p numbers: 1 if the point is in the image and nothing hides it, else 0",
                 |row| list(row.grasp.points.iter().map(|point| u8::from(point.visible))),
             ),
             RowColumn::optional(
                 "corners",
                 F64s,
-                "2 p numbers: left and top pixel of each patch [px]; none of a grasp without patches",
+                "2 p numbers: left and top pixel of each patch [px]; none for a grasp without patches",
                 |row| of_patches(row, |patch| patch.corner.to_vec()),
             ),
             RowColumn::optional(
@@ -268,7 +268,7 @@ impl TableRow for ForbiddenRow<'_> {
         name: "forbidden",
         row: "grasp",
         group: 16384,
-        meaning: "One row per grasp from about the camera's side that something forbids: background, wherever it is.",
+        meaning: "One row per grasp from the camera's side that is not free: train its pixel as background.",
     };
 
     fn columns(_: Product) -> Vec<RowColumn<Self>> {
@@ -284,7 +284,7 @@ impl TableRow for ForbiddenRow<'_> {
             RowColumn::new(
                 "pixel",
                 F64s,
-                "2 numbers: column and row of its palm, in the image or not [px]; NaN nearer than the camera sees",
+                "2 numbers: column and row of its palm, in the image or not [px]; NaN if nearer than the camera's near limit",
                 |row| list(pixel(row.grasp.pixel)),
             ),
         ]);

@@ -133,28 +133,26 @@ impl TableRow for ObjectRow<'_> {
         name: "objects",
         row: "object",
         group: 1024,
-        meaning: "One row per object of the exported samples: what it weighs and is ([format](format.md#tables)). Where samples are of objects, \
-                  `object` joins it with the other tables; in tables of scenes `body_name` does. `object_facts` of the Python package has \
-                  the same without the detour.",
+        meaning: "One row per object of the exported samples, with its physical properties ([format](format.md#tables)). Join it with the \
+                  other tables on `object` if the samples are of objects, and on `body_name` in tables of scenes. `object_facts` of the \
+                  Python package returns the same without an export.",
     };
 
     fn columns(_: Product) -> Vec<RowColumn<Self>> {
         let mut columns = vec![
-            RowColumn::new("subject", Text, "the object by content, 64 hexadecimal digits", |row: &Self| {
+            RowColumn::new("subject", Text, "digest of the object, 64 hexadecimal digits", |row: &Self| {
                 Value::Text(&row.subject)
             }),
             RowColumn::new("object", Text, "name of the object", |row| Value::Text(&row.asset.name)),
-            RowColumn::new("split", Text, "split of the object; empty where the product has none", |row| {
+            RowColumn::new("split", Text, "split of the object; empty if the product has no splits", |row| {
                 Value::Text(row.split)
             }),
             RowColumn::new("samples", U64, "samples in this export that the object is in", |row| {
                 Value::U64(row.samples)
             }),
             RowColumn::optional("group", Text, "family, for splits by group", |row| row.text("group")),
-            RowColumn::optional("category", Text, "kind of thing, where the job says it", |row| row.text("category")),
-            RowColumn::optional("material", Text, "class of material, where the job says it", |row| {
-                row.text("material")
-            }),
+            RowColumn::optional("category", Text, "kind of object, if the job gives it", |row| row.text("category")),
+            RowColumn::optional("material", Text, "class of material, if the job gives it", |row| row.text("material")),
             RowColumn::optional("licence", Text, "licence of the mesh", |row| row.text("licence")),
         ];
         columns.extend(weight_columns());
@@ -172,7 +170,7 @@ fn weight_columns<'a>() -> [RowColumn<ObjectRow<'a>>; 8] {
         RowColumn::optional(
             "mass_from",
             Text,
-            "how it is known: job, table, material, or hull (the area of the convex hull)",
+            "origin of the mass: job, table, material, or hull (the area of the convex hull)",
             |row| row.fact(|facts| Some(Value::Text(&facts.mass_from))),
         ),
         RowColumn::optional("mass_source", Text, "source of the mass in words; may be empty", |row| {
@@ -242,7 +240,7 @@ fn shape_columns<'a>() -> [RowColumn<ObjectRow<'a>>; 10] {
         RowColumn::optional(
             "symmetry_tolerance",
             F64,
-            "how far off the surface its points may come to lie [m]",
+            "largest distance from the surface at which a mapped point still counts as on it [m]",
             |row| {
                 let tolerance = row.asset.facts.get("symmetry").and_then(|symmetry| symmetry.get("tolerance"));
                 tolerance.and_then(Json::as_f64).map_or(Value::Empty, Value::F64)

@@ -119,9 +119,10 @@ impl TableRow for PairRow<'_> {
         row: "pair",
         group: 256,
         meaning: "One row per pair. The bits are n^3 / 8 bytes: `numpy.unpackbits(numpy.frombuffer(bits, numpy.uint8), \
-                  bitorder=\"little\")[:n**3].reshape(n, n, n)` is indexed (x, y, z). Poses are 12 numbers here, the top three rows of the \
-                  4 x 4 matrix. `tactile` is there with touch; the columns of the body and its surroundings are there for amodal pairs. \
-                  Further channels, such as depth and signed distances, are in the shards alone: read them with the Python package.",
+                  bitorder=\"little\")[:n**3].reshape(n, n, n)` is indexed (x, y, z). Poses have 12 numbers in this table, the top three \
+                  rows of the 4 x 4 matrix. Datasets with touch have `tactile`; amodal datasets have the columns of the body and its \
+                  surroundings. Further channels, such as depth and signed distances, are only in the shards: read them with the Python \
+                  package.",
     };
 
     fn columns(product: Product) -> Vec<RowColumn<Self>> {
@@ -162,13 +163,13 @@ impl TableRow for PairRow<'_> {
             RowColumn::new("world_from_camera", F64s, "pose of the camera in the room, 12 numbers [m]", |row| {
                 rows(&row.pair().world_from_camera)
             }),
-            RowColumn::new("partial", Bytes, "bits of the cells that hold a seen point", |row| {
+            RowColumn::new("partial", Bytes, "bits of the cells that hold a point the camera saw", |row| {
                 Value::Bytes(row.pair().partial.bytes())
             }),
             RowColumn::new("complete", Bytes, "bits of the cells of the solid", |row| {
                 Value::Bytes(row.pair().complete.bytes())
             }),
-            RowColumn::new("tactile", Bytes, "bits of the cells that any kind of touch met", |row: &Self| {
+            RowColumn::new("tactile", Bytes, "bits of the cells with a contact of any kind of touch", |row: &Self| {
                 row.pair.tactile().map_or(Value::Empty, |grid| Value::Bytes(grid.bytes()))
             })
             .of_channels(Channel::is_touch),
@@ -189,13 +190,13 @@ fn clutter_columns<'a>() -> [RowColumn<PairRow<'a>>; 6] {
         RowColumn::optional(
             "pixels_all",
             U32,
-            "pixels of the body's silhouette alone, those outside the image included",
+            "pixels of the body's silhouette alone, including those outside the image",
             |row: &PairRow<'a>| count(row, |clutter| clutter.pixels_all),
         ),
         RowColumn::optional("pixels_in_image", U32, "pixels of the body's silhouette alone, in the image", |row| {
             count(row, |clutter| clutter.pixels_in_image)
         }),
-        RowColumn::optional("points", U32, "measured depths that the partial grid is made of", |row| {
+        RowColumn::optional("points", U32, "measured depths from which the partial grid is made", |row| {
             count(row, |clutter| clutter.points)
         }),
         RowColumn::optional("own_points", U32, "depths among them that were measured on the body itself", |row| {
@@ -210,7 +211,7 @@ fn clutter_columns<'a>() -> [RowColumn<PairRow<'a>>; 6] {
         RowColumn::optional(
             "others_solid",
             Bytes,
-            "bits of the cells that meet another body, the container or what is below the table",
+            "bits of the cells that meet another body, the container or the half-space below the table",
             |row| row.clutter.map_or(Value::Empty, |clutter| Value::Bytes(clutter.others_solid.bytes())),
         ),
     ];

@@ -100,21 +100,26 @@ impl TableRow for PatchRow<'_> {
         name: "patches",
         row: "patch",
         group: 64,
-        meaning: "One row per grasp that patches were cut for. `numpy.frombuffer(depth, \"<f4\").reshape(4, side, side)` are the patches; \
-                  `rgb` is there where the job renders colours, and the columns from `outcome` to `camera_from_table` where it asks for \
-                  labels by trials, marks, squares in metres or a table.",
+        meaning: "One row per grasp with patches. `numpy.frombuffer(depth, \"<f4\").reshape(4, side, side)` are the patches; Jobs that \
+                  render colours have `rgb`; jobs with labels by trials, marks, squares in metres or a table have the corresponding \
+                  columns from `outcome` to `camera_from_table`.",
     };
 
     fn columns(product: Product) -> Vec<RowColumn<Self>> {
         let mut columns = sample_columns();
         columns.extend([
-            RowColumn::new("grasps", Text, "root digest of the exact numbers of the grasps' dataset", |row: &Self| {
-                Value::Text(&row.grasps)
+            RowColumn::new(
+                "grasps",
+                Text,
+                "root digest of the exact numbers of the dataset of grasps",
+                |row: &Self| Value::Text(&row.grasps),
+            ),
+            RowColumn::new("run", U32, "item of the grasp's run in the dataset of grasps", |row| {
+                Value::U32(row.patch.run)
             }),
-            RowColumn::new("run", U32, "item of the grasp's run in that dataset", |row| Value::U32(row.patch.run)),
-            RowColumn::new("rank", U32, "number of the grasp in that run", |row| Value::U32(row.patch.rank)),
+            RowColumn::new("rank", U32, "number of the grasp in its run", |row| Value::U32(row.patch.rank)),
             RowColumn::new("type", U32, "type of the grasp", |row| Value::U32(row.patch.kind())),
-            RowColumn::new("type_index", U32, "index of the type among those chosen, the commonest first", |row| {
+            RowColumn::new("type_index", U32, "index of the type among the chosen types, most common first", |row| {
                 Value::U32(row.patch.type_index)
             }),
             RowColumn::new("energy", F64, "energy that the search minimised, before closing", |row| {
@@ -211,13 +216,13 @@ fn trial_columns<'a>() -> Vec<RowColumn<PatchRow<'a>>> {
             "label by trials: held, failed, borderline, unconfirmed, untested",
             |row| of(row, |trial| Value::Text(trial.outcome.name())),
         ),
-        RowColumn::optional("trial", Text, "end of the trial in the air", |row| {
+        RowColumn::optional("trial", Text, "verdict on the trial in the air", |row| {
             of(row, |trial| Value::Text(trial.trial.name()))
         }),
         RowColumn::optional("verdict", Text, "verdict of the analytic criteria", |row| {
             of(row, |trial| Value::Text(trial.verdict.name()))
         }),
-        RowColumn::new("trials", Text, "root digest of the physics numbers of the grasps' dataset", |row| {
+        RowColumn::new("trials", Text, "root digest of the physics numbers of the dataset of grasps", |row| {
             Value::Text(&row.trials)
         }),
     ]

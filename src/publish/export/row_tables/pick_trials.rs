@@ -122,23 +122,23 @@ impl TableRow for TrialRow<'_> {
             RowColumn::new("held", Boolean, "whether the body was lifted and kept", |row| {
                 Value::Boolean(row.trial.verdict.is_held())
             }),
-            RowColumn::new("time", F64, "when it was decided, since the trial began [s]", |row| {
+            RowColumn::new("time", F64, "time of the decision, since the trial began [s]", |row| {
                 Value::F64(row.trial.time)
             }),
             RowColumn::new("steps", U32, "steps of 2 ms that were simulated", |row| Value::U32(row.trial.steps)),
             RowColumn::new(
                 "raised",
                 F64,
-                "height of the body's centre of mass in the end over where it was before [m]",
+                "height gain of the body's centre of mass at the end [m]",
                 |row| Value::F64(row.trial.raised),
             ),
-            RowColumn::new("penetration", F64, "deepest overlap of hand and body since the hand had closed [m]", |row| {
+            RowColumn::new("penetration", F64, "deepest overlap of hand and body after the hand closed [m]", |row| {
                 Value::F64(row.trial.penetration)
             }),
             RowColumn::optional(
                 "object_from_base",
                 F64s,
-                "16 numbers: pose of the hand's base in the object's frame when it had closed [m]; none where it did not",
+                "16 numbers: pose of the hand's base in the object's frame when it had closed [m]; none if it did not close",
                 |row| row.trial.object_from_base.as_ref().map_or(Value::Empty, matrix),
             ),
             RowColumn::new("contacts", U32, "contacts of the closed hand with the body", |row| {
@@ -190,7 +190,7 @@ impl TableRow for PressedRow<'_> {
         name: "pick_touches",
         row: "touch",
         group: 32768,
-        meaning: "One row per thing that a hand pressed on in a trial beside its body.",
+        meaning: "One row per thing that a hand pressed on in a trial, other than its body.",
     };
 
     fn columns(_: Product) -> Vec<RowColumn<Self>> {
@@ -205,10 +205,10 @@ impl TableRow for PressedRow<'_> {
             RowColumn::new(
                 "phase",
                 Text,
-                "part of the trial in which it was touched first: approach, closing, lift or hold",
+                "phase of the trial in which it was first touched: approach, closing, lift or hold",
                 |row| Value::Text(row.thing.phase.name()),
             ),
-            RowColumn::new("time", F64, "when it was touched first, since the trial began [s]", |row| {
+            RowColumn::new("time", F64, "time of the first touch, since the trial began [s]", |row| {
                 Value::F64(row.thing.time)
             }),
             RowColumn::new("force", F64, "largest normal force of one contact [N]", |row| Value::F64(row.thing.force)),
@@ -232,10 +232,10 @@ impl TableRow for NeighbourRow<'_> {
                 Value::U32(row.candidate)
             }),
             RowColumn::new("body", U32, "number of the neighbour, from 1", |row| Value::U32(row.neighbour.body)),
-            RowColumn::new("moved", F64, "largest distance of its centre of mass from where it was [m]", |row| {
+            RowColumn::new("moved", F64, "largest displacement of its centre of mass [m]", |row| {
                 Value::F64(row.neighbour.moved)
             }),
-            RowColumn::new("lifted", F64, "height of its centre of mass in the end over where it was [m]", |row| {
+            RowColumn::new("lifted", F64, "height gain of its centre of mass at the end [m]", |row| {
                 Value::F64(row.neighbour.lifted)
             }),
         ]);

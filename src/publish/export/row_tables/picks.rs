@@ -216,12 +216,15 @@ fn protocol_columns<'a>() -> [RowColumn<PickRow<'a>>; 16] {
         }),
         RowColumn::optional("lift", F64, "height of the lift [m]", |row| of(row, |trials| trials.protocol.lift[0])),
         RowColumn::optional("lift_time", F64, "time of the lift [s]", |row| of(row, |trials| trials.protocol.lift[1])),
-        RowColumn::optional("hold_time", F64, "time for which the hand keeps the body after that [s]", |row| {
+        RowColumn::optional("hold_time", F64, "time for which the hand holds the body after the lift [s]", |row| {
             of(row, |trials| trials.protocol.hold_time)
         }),
-        RowColumn::optional("least_raised", F64, "height of the centre of mass of a body that is held [m]", |row| {
-            of(row, |trials| trials.protocol.least_raised)
-        }),
+        RowColumn::optional(
+            "least_raised",
+            F64,
+            "smallest height gain of the centre of mass of a held body [m]",
+            |row| of(row, |trials| trials.protocol.least_raised),
+        ),
         RowColumn::optional("lost_distance", F64, "a body that moves farther in the hand is lost [m]", |row| {
             of(row, |trials| trials.protocol.lost[0])
         }),
@@ -231,7 +234,7 @@ fn protocol_columns<'a>() -> [RowColumn<PickRow<'a>>; 16] {
         RowColumn::optional(
             "carried_height",
             F64,
-            "a neighbour that is this far up in the end was carried along [m]",
+            "a neighbour that is this much higher at the end was carried along [m]",
             |row| of(row, |trials| trials.protocol.carried_height),
         ),
     ];
@@ -243,8 +246,8 @@ impl TableRow for PickRow<'_> {
         name: "picks",
         row: "pick",
         group: 4096,
-        meaning: "One row per body whose grasps were evaluated. The columns from `mass` to `carried_height`, and the counts of trials, are \
-                  there where grasps were tried among the neighbours.",
+        meaning: "One row per body whose grasps were evaluated. Datasets with trials have the columns from `mass` to `carried_height` and \
+                  the counts of trials.",
     };
 
     fn columns(product: Product) -> Vec<RowColumn<Self>> {
@@ -253,16 +256,19 @@ impl TableRow for PickRow<'_> {
         columns.extend(container_columns());
         columns.extend([
             RowColumn::new("hand", Text, "name of the hand", |row: &Self| Value::Text(&row.picks.hand)),
-            RowColumn::new("hand_digest", Text, "description and table of the hand by content", |row| {
+            RowColumn::new("hand_digest", Text, "digest of the hand's description and table", |row| {
                 Value::Text(&row.hand)
             }),
             RowColumn::new("take", Text, "choice of the stored grasps: tried, held, kept or closed", |row| {
                 Value::Text(row.picks.take.name())
             }),
-            RowColumn::new("rolls", U32, "directions about its closing line in which each grasp is evaluated", |row| {
-                Value::U32(row.picks.rolls)
-            }),
-            RowColumn::new("margin", F64, "distance that the hand keeps from everything but the body [m]", |row| {
+            RowColumn::new(
+                "rolls",
+                U32,
+                "number of directions about its closing line in which each grasp is evaluated",
+                |row| Value::U32(row.picks.rolls),
+            ),
+            RowColumn::new("margin", F64, "distance that the hand keeps from everything except the body [m]", |row| {
                 Value::F64(row.picks.margin)
             }),
         ]);
@@ -278,9 +284,9 @@ impl TableRow for CandidateRow<'_> {
         name: "candidates",
         row: "candidate",
         group: 8192,
-        meaning: "One row per grasp that was evaluated. `run` and `rank` name the stored grasp (`item` and `rank` of `grasps.parquet`). \
-                  `trial` and `held` are there where grasps were tried. `graspmill.joints` in the table's metadata is JSON: names of the \
-                  joints of `closed_joints`.",
+        meaning: "One row per evaluated grasp. `run` and `rank` name the stored grasp (`item` and `rank` of `grasps.parquet`). Datasets \
+                  with trials have `trial` and `held`. `graspmill.joints` in the table's metadata is JSON: names of the joints of \
+                  `closed_joints`.",
     };
 
     fn columns(_: Product) -> Vec<RowColumn<Self>> {
@@ -303,7 +309,7 @@ impl TableRow for CandidateRow<'_> {
             RowColumn::new(
                 "free_ways",
                 Text,
-                "ways on which the hand touches nothing but the body: opened, posture, both or none",
+                "ways of approach on which the hand touches nothing but the body: opened, posture, both or none",
                 |row| Value::Text(row.candidate.free_ways().name()),
             ),
         ]);
@@ -312,17 +318,17 @@ impl TableRow for CandidateRow<'_> {
         columns.extend([RowColumn::optional(
             "closed_joints",
             F64s,
-            "all joints of the hand closed on the body alone [rad or m]; none where no way is free",
+            "all joints of the hand closed on the body without the other bodies [rad or m]; none if no way is free",
             |row: &Self| numbers((!row.candidate.closed.is_empty()).then_some(row.candidate.closed.as_slice())),
         )]);
         let of_trials = [
             RowColumn::optional(
                 "trial",
                 Text,
-                "verdict on its trial (pick_trials.parquet); none where it was not tried",
+                "verdict on its trial (pick_trials.parquet); none if it was not tried",
                 |row: &Self| row.trial.map_or(Value::Empty, |trial| Value::Text(trial.verdict.name())),
             ),
-            RowColumn::optional("held", Boolean, "whether it held in the trial; none where it was not tried", |row| {
+            RowColumn::optional("held", Boolean, "whether it held in the trial; none if it was not tried", |row| {
                 row.trial.map_or(Value::Empty, |trial| Value::Boolean(trial.verdict.is_held()))
             }),
         ];
@@ -337,13 +343,14 @@ fn posture_columns<'a>() -> [RowColumn<CandidateRow<'a>>; 5] {
         RowColumn::new(
             "free",
             Boolean,
-            "whether the hand that comes in its posture touches nothing but the body",
+            "whether the hand that approaches in its posture touches nothing but the body",
             |row| is_free(&row.candidate.ways.shaped),
         ),
         RowColumn::optional(
             "blocked_by",
             Text,
-            "obstacle in the way of the hand that comes in its posture: ground, container, own object or neighbour; none of a free hand",
+            "obstacle for the hand that approaches in its posture: ground, container, own object or neighbour; none for a free \
+             grasp",
             |row| obstacle(&row.candidate.ways.shaped),
         ),
         RowColumn::optional(
@@ -352,14 +359,14 @@ fn posture_columns<'a>() -> [RowColumn<CandidateRow<'a>>; 5] {
             "part of the path with the obstacle: pregrasp, approach or closing",
             |row| stage(&row.candidate.ways.shaped),
         ),
-        RowColumn::optional("neighbour", U32, "number of the body that is in the way", |row| {
+        RowColumn::optional("neighbour", U32, "number of the body that is the obstacle", |row| {
             neighbour(&row.candidate.ways.shaped)
         }),
         RowColumn::new(
             "clearance",
             F64,
-            "distance from the obstacle, below 0 where they overlap; of a free hand the smallest from anything but the body, up to \
-             0.01 [m]",
+            "distance from the obstacle, negative where they overlap; for a free grasp the smallest distance from anything but \
+             the body, up to 0.01 [m]",
             |row| Value::F64(row.candidate.ways.shaped.clearance),
         ),
     ]
@@ -371,10 +378,10 @@ fn opened_columns<'a>() -> [RowColumn<CandidateRow<'a>>; 5] {
         RowColumn::new(
             "free_opened",
             Boolean,
-            "as free, of the hand that comes opened and takes on its posture where it closes",
+            "as free, for the hand that approaches opened and takes its posture where it closes",
             |row| is_free(&row.candidate.ways.opened),
         ),
-        RowColumn::optional("blocked_by_opened", Text, "as blocked_by, of the hand that comes opened", |row| {
+        RowColumn::optional("blocked_by_opened", Text, "as blocked_by, for the hand that approaches opened", |row| {
             obstacle(&row.candidate.ways.opened)
         }),
         RowColumn::optional(
@@ -383,10 +390,10 @@ fn opened_columns<'a>() -> [RowColumn<CandidateRow<'a>>; 5] {
             "part of the path with the obstacle: pregrasp, approach, shaping or closing",
             |row| stage(&row.candidate.ways.opened),
         ),
-        RowColumn::optional("neighbour_opened", U32, "as neighbour, of the hand that comes opened", |row| {
+        RowColumn::optional("neighbour_opened", U32, "as neighbour, for the hand that approaches opened", |row| {
             neighbour(&row.candidate.ways.opened)
         }),
-        RowColumn::new("clearance_opened", F64, "as clearance, of the hand that comes opened [m]", |row| {
+        RowColumn::new("clearance_opened", F64, "as clearance, for the hand that approaches opened [m]", |row| {
             Value::F64(row.candidate.ways.opened.clearance)
         }),
     ]

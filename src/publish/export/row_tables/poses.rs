@@ -152,7 +152,7 @@ impl TableRow for PoseRow<'_> {
             RowColumn::new(
                 "proof",
                 Text,
-                "how the label is known: bound, interval_ends, swept, searched or witness",
+                "proof of the label: bound, interval_ends, swept, searched or witness",
                 |row| Value::Text(row.block.proofs[row.orientation].name()),
             ),
             RowColumn::new(
@@ -164,7 +164,7 @@ impl TableRow for PoseRow<'_> {
             RowColumn::optional(
                 "witness",
                 F64s,
-                "joint values that reach the pose [rad or m]; none where it is not reachable",
+                "joint values that reach the pose [rad or m]; none if it is not reachable",
                 |row| numbers(row.witness),
             ),
         ]);

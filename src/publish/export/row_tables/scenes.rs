@@ -102,14 +102,14 @@ impl TableRow for SceneRow<'_> {
         row: "scene",
         group: 4096,
         meaning: "One row per scene. The subject of a scene is its split; `scene` is the `subject` of the views, pairs, volumes, picks and \
-                  heatmaps that are made of it. The triangles of a container that is a mesh are in the shards alone (`container_mesh` of the \
+                  heatmaps made from it. The triangles of a container that is a mesh are only in the shards (`container_mesh` of the \
                   Python package).",
     };
 
     fn columns(product: Product) -> Vec<RowColumn<Self>> {
         let mut columns = sample_columns();
         columns.extend([
-            RowColumn::new("scene", Text, "the scene by content, 64 hexadecimal digits", |row: &Self| {
+            RowColumn::new("scene", Text, "digest of the scene, 64 hexadecimal digits", |row: &Self| {
                 Value::Text(&row.id)
             }),
             RowColumn::new("mode", Text, "table, heap, bin, packed, pile or imported", |row| {
@@ -127,7 +127,7 @@ impl TableRow for SceneRow<'_> {
                 "16 numbers: pose of the world of an imported scene's files in the world [m]",
                 |row| row.scene.import.as_ref().map_or(Value::Empty, |import| matrix(&import.world_from_source)),
             ),
-            RowColumn::optional("crossed", U32, "pairs of an imported scene that go through each other", |row| {
+            RowColumn::optional("crossed", U32, "pairs of bodies of an imported scene that intersect", |row| {
                 row.scene.import.as_ref().map_or(Value::Empty, |import| Value::U32(import.crossed))
             }),
         ]);
@@ -185,13 +185,11 @@ impl TableRow for SupportRow<'_> {
     fn columns(_: Product) -> Vec<RowColumn<Self>> {
         let mut columns = sample_columns();
         columns.extend([
-            RowColumn::new("by", U32, "number of what carries; 0 is the container", |row: &Self| {
+            RowColumn::new("by", U32, "number of the supporting body; 0 is the container", |row: &Self| {
                 Value::U32(row.support.by)
             }),
-            RowColumn::new("body", U32, "number of the body that is carried, from 1", |row| {
-                Value::U32(row.support.body)
-            }),
-            RowColumn::new("share", F64, "share of that body's weight", |row| Value::F64(row.support.share)),
+            RowColumn::new("body", U32, "number of the carried body, from 1", |row| Value::U32(row.support.body)),
+            RowColumn::new("share", F64, "share of the carried body's weight", |row| Value::F64(row.support.share)),
         ]);
         columns
     }

@@ -57,15 +57,15 @@ impl TableRow for SeriesRow<'_> {
         name: "series",
         row: "sample",
         group: 32768,
-        meaning: "One row per 20 ms of the trials of chosen grasps (`physics.series_share`), that in the air before that on a table. \
-                  `graspmill.links` in the table's metadata is JSON: names of the links of `forces`.",
+        meaning: "One row per 20 ms of the trials of chosen grasps (`physics.series_share`), the trial in the air before the trial on a \
+                  table. `graspmill.links` in the table's metadata is JSON: names of the links of `forces`.",
     };
 
     fn columns(_: Product) -> Vec<RowColumn<Self>> {
         let mut columns = sample_columns();
         columns.extend([
         RowColumn::new("rank", U32, "number of the grasp in its run", |row: &Self| Value::U32(row.rank)),
-        RowColumn::new("on_table", Boolean, "whether the trial is that on a table, else that in the air", |row| {
+        RowColumn::new("on_table", Boolean, "whether the trial is on a table, else in the air", |row| {
             Value::Boolean(row.is_on_table)
         }),
         RowColumn::new(
@@ -84,8 +84,8 @@ impl TableRow for SeriesRow<'_> {
         RowColumn::new(
             "moved",
             F64,
-            "distance of the object's centre of mass in the hand from where it was when the hand began to close, after that phase \
-             from where it was when gravity came on [m]",
+            "displacement of the object's centre of mass in the hand since the hand began to close; after the closing phase, \
+             since gravity was switched on [m]",
             |row| Value::F64(f64::from(row.moment.moved)),
         ),
         RowColumn::new("turned", F64, "rotation of the object in the hand since then [rad]", |row| {

@@ -137,10 +137,10 @@ impl TableRow for ContactRow<'_> {
             RowColumn::new("normal", F64s, "3 numbers: outward normal of the surface there, in camera axes", |row| {
                 list(row.contact.normal)
             }),
-            RowColumn::new("distance", F64, "way of the probe until it touched [m]", |row| {
+            RowColumn::new("distance", F64, "distance that the probe moved until it touched [m]", |row| {
                 Value::F64(row.contact.distance.into())
             }),
-            RowColumn::new("visible", Boolean, "whether no surface stands between it and the camera", |row| {
+            RowColumn::new("visible", Boolean, "whether no surface is between it and the camera", |row| {
                 Value::Boolean(row.contact.visible)
             }),
             RowColumn::optional("cell_x", U32, "index of the cell of the pair's grid; none outside it", |row| {
@@ -152,17 +152,17 @@ impl TableRow for ContactRow<'_> {
             RowColumn::optional("cell_z", U32, "index of the cell of the pair's grid; none outside it", |row| {
                 cell(row, 2)
             }),
-            RowColumn::optional("link", Text, "link of the hand that touched; none of rays", |row| {
+            RowColumn::optional("link", Text, "link of the hand that touched; none for rays", |row| {
                 let felt = row.hand.map(|(hand, index)| hand.links[hand.felt[index].link as usize].as_str());
                 felt.map_or(Value::Empty, Value::Text)
             }),
-            RowColumn::optional("force", F64, "force along the normal [N]; none of rays", |row| {
+            RowColumn::optional("force", F64, "force along the normal [N]; none for rays", |row| {
                 row.hand.map_or(Value::Empty, |(hand, index)| Value::F64(hand.felt[index].force.into()))
             }),
             RowColumn::optional(
                 "gap",
                 F64,
-                "from the mesh to the link [m], negative where it presses in; none of rays",
+                "from the mesh to the link [m], negative where it presses in; none for rays",
                 |row| row.hand.map_or(Value::Empty, |(hand, index)| Value::F64(hand.felt[index].gap.into())),
             ),
         ]);
@@ -175,7 +175,7 @@ impl TableRow for BlockedRow<'_> {
         name: "blocked",
         row: "probe",
         group: 32768,
-        meaning: "One row per ray or approach that something else than the body stopped, in clutter.",
+        meaning: "One row per ray or approach that an obstacle stopped, in clutter.",
     };
 
     fn columns(_: Product) -> Vec<RowColumn<Self>> {
@@ -187,7 +187,7 @@ impl TableRow for BlockedRow<'_> {
             RowColumn::new("probe", U32, "number of the ray, or of the approach of a hand", |row| {
                 Value::U32(row.blocked.probe)
             }),
-            RowColumn::new("by", U32, "what was in the way: a body from 1, 254 the container, 255 the table", |row| {
+            RowColumn::new("by", U32, "obstacle: a body from 1, 254 the container, 255 the table", |row| {
                 Value::U32(row.blocked.by.into())
             }),
             RowColumn::new("position", F64s, "3 numbers: where it was stopped, in camera axes [m]", |row| {
@@ -203,7 +203,7 @@ impl TableRow for ApproachRow<'_> {
         name: "approaches",
         row: "approach",
         group: 32768,
-        meaning: "One row per approach of a hand, also of those that touched nothing.",
+        meaning: "One row per approach of a hand, including those that touched nothing.",
     };
 
     fn columns(_: Product) -> Vec<RowColumn<Self>> {

@@ -66,8 +66,8 @@ impl TableRow for TrialRow<'_> {
         name: "trials",
         row: "trial",
         group: 4096,
-        meaning: "One row per simulated trial: that under the conditions as given, then the perturbed ones. Roll-outs are counted in \
-                  `grasps.parquet` alone.",
+        meaning: "One row per simulated trial: first the trial under the given conditions, then the perturbed trials. Roll-outs are only \
+                  counted, in `grasps.parquet`.",
     };
 
     fn columns(_: Product) -> Vec<RowColumn<Self>> {
@@ -85,7 +85,7 @@ fn condition_columns<'a>() -> [RowColumn<TrialRow<'a>>; 6] {
         RowColumn::optional(
             "perturbation",
             U32,
-            "number of the perturbed trial; none under the conditions as given",
+            "number of the perturbed trial; none under the given conditions",
             |row| row.perturbed.map_or(Value::Empty, |(number, _)| Value::U32(number)),
         ),
         RowColumn::new("friction", F64, "coefficient of friction of the object against the hand", |row| {
@@ -95,14 +95,14 @@ fn condition_columns<'a>() -> [RowColumn<TrialRow<'a>>; 6] {
         RowColumn::optional(
             "shift",
             F64s,
-            "3 numbers: offset of the object along the axes of the hand's base [m]; none under the conditions as given",
+            "3 numbers: offset of the object along the axes of the hand's base [m]; none under the given conditions",
             |row| numbers(row.perturbed.map(|(_, trial)| trial.shift.as_slice())),
         ),
         RowColumn::optional(
             "turn",
             F64s,
-            "3 numbers: rotation of the object about its centre of mass, an axis times an angle [rad]; none under the \
-             conditions as given",
+            "3 numbers: rotation of the object about its centre of mass, an axis times an angle [rad]; none under the given \
+             conditions",
             |row| numbers(row.perturbed.map(|(_, trial)| trial.turn.as_slice())),
         ),
     ]
@@ -121,35 +121,38 @@ fn outcome_columns<'a>() -> [RowColumn<TrialRow<'a>>; 18] {
         RowColumn::new("held", Boolean, "whether the object stayed in the hand", |row| {
             Value::Boolean(row.outcome.verdict.is_held())
         }),
-        RowColumn::new("time", F64, "when it was decided, since the trial began [s]", |row| {
+        RowColumn::new("time", F64, "time of the decision, since the trial began [s]", |row| {
             Value::F64(row.outcome.time)
         }),
         RowColumn::new("closing_time", F64, "duration of closing [s]", |row| Value::F64(row.outcome.closing_time)),
-        RowColumn::new("closed_at_rest", Boolean, "whether the hand had come to rest then", |row| {
+        RowColumn::new("closed_at_rest", Boolean, "whether the hand had come to rest by then", |row| {
             Value::Boolean(row.outcome.closed_at_rest)
         }),
         RowColumn::new("start_penetration", F64, "overlap of hand and mesh when it began [m]", |row| {
             Value::F64(row.outcome.penetration[0])
         }),
-        RowColumn::new("closed_penetration", F64, "overlap when gravity came on [m]", |row| {
+        RowColumn::new("closed_penetration", F64, "overlap when gravity is switched on [m]", |row| {
             Value::F64(row.outcome.penetration[1])
         }),
         RowColumn::new("shaken_penetration", F64, "deepest overlap after that [m]", |row| {
             Value::F64(row.outcome.penetration[2])
         }),
-        RowColumn::new("farthest", F64, "largest way of the object in the hand since gravity came on [m]", |row| {
-            Value::F64(row.outcome.farthest)
-        }),
-        RowColumn::new("slips", F64s, "way of the object in each phase that it stood [m]", |row| {
+        RowColumn::new(
+            "farthest",
+            F64,
+            "largest displacement of the object in the hand since gravity was switched on [m]",
+            |row| Value::F64(row.outcome.farthest),
+        ),
+        RowColumn::new("slips", F64s, "displacement of the object in each phase that it survived [m]", |row| {
             numbers(Some(&row.slips[0]))
         }),
-        RowColumn::new("turns", F64s, "rotation of the object in each phase that it stood [rad]", |row| {
+        RowColumn::new("turns", F64s, "rotation of the object in each phase that it survived [rad]", |row| {
             numbers(Some(&row.slips[1]))
         }),
-        RowColumn::new("force", F64, "sum of the normal forces when gravity came on [N]", |row| {
+        RowColumn::new("force", F64, "sum of the normal forces when gravity is switched on [N]", |row| {
             Value::F64(row.outcome.force)
         }),
-        RowColumn::new("links", U32, "links of the hand that touched in the end", |row| Value::U32(row.outcome.links)),
+        RowColumn::new("links", U32, "links of the hand that touch at the end", |row| Value::U32(row.outcome.links)),
         RowColumn::new("opened_by", F64, "share of their range that the fingers backed off before, 0 to 1", |row| {
             Value::F64(row.outcome.opened_by)
         }),
@@ -160,7 +163,7 @@ fn outcome_columns<'a>() -> [RowColumn<TrialRow<'a>>; 18] {
         RowColumn::optional(
             "closed_joints",
             F64s,
-            "all joints of the hand when gravity came on [rad or m]; none where it did not close, and of perturbed trials",
+            "all joints of the hand when gravity is switched on [rad or m]; none if it did not close, and for perturbed trials",
             |row| numbers(row.closed.map(|closed| closed.joints.as_slice())),
         ),
         RowColumn::optional(

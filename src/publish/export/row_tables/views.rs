@@ -111,9 +111,9 @@ impl TableRow for ViewRow<'_> {
         name: "views",
         row: "view",
         group: 16,
-        meaning: "One row per image. `numpy.frombuffer(depth, \"<f4\").reshape(height, width)` is the depth; `rgb` is there where the job \
-                  renders colours, `depth` where the views store it. In `instances` 0 is nothing, from 1 a body, 254 the container and 255 \
-                  the table; in `point_instances`, which are there with a sensor, 253 is a depth between two bodies.",
+        meaning: "One row per image. `numpy.frombuffer(depth, \"<f4\").reshape(height, width)` is the depth. Jobs that render colours have \
+                  `rgb`, views that store depth have `depth`, jobs with a sensor have `point_instances`. In `instances` 0 is nothing, from \
+                  1 a body, 254 the container and 255 the table; in `point_instances`, 253 is a depth between two bodies.",
     };
 
     fn columns(product: Product) -> Vec<RowColumn<Self>> {
@@ -136,7 +136,7 @@ impl TableRow for ViewRow<'_> {
             RowColumn::optional(
                 "point_instances",
                 Bytes,
-                "uint8 (height, width): what each measured depth is of; none without a sensor",
+                "uint8 (height, width): what each measured depth belongs to; none without a sensor",
                 |row| row.image.point_instances.as_deref().map_or(Value::Empty, Value::Bytes),
             ),
             RowColumn::new(
@@ -162,8 +162,8 @@ impl TableRow for InstanceRow<'_> {
         name: "instances",
         row: "instance",
         group: 1024,
-        meaning: "One row per body of the scene in each image, seen or not. Boxes are left, top, width and height [px]. `mask` has the bits of \
-                  the silhouette in `mask_box`: `numpy.unpackbits(numpy.frombuffer(mask, numpy.uint8), bitorder=\"little\")[:w * \
+        meaning: "One row per body of the scene in each image, seen or not. Boxes are left, top, width and height [px]. `mask` has the \
+                  bits of the silhouette in `mask_box`: `numpy.unpackbits(numpy.frombuffer(mask, numpy.uint8), bitorder=\"little\")[:w * \
                   h].reshape(h, w)`.",
     };
 
@@ -180,14 +180,14 @@ impl TableRow for InstanceRow<'_> {
             RowColumn::new(
                 "pixels_all",
                 U32,
-                "pixels of its silhouette alone, those outside the image included",
+                "pixels of its silhouette alone, including those outside the image",
                 |row| Value::U32(row.instance.pixels_all),
             ),
             RowColumn::new("pixels_in_image", U32, "pixels of its silhouette alone, in the image", |row| {
                 Value::U32(row.instance.mask.count())
             }),
             RowColumn::new("pixels_visible", U32, "pixels that see it", |row| Value::U32(row.instance.pixels_visible)),
-            RowColumn::new("visible_share", F64, "share of its silhouette that is seen, 0 to 1", |row| {
+            RowColumn::new("visible_share", F64, "visible share of its silhouette, 0 to 1", |row| {
                 Value::F64(row.instance.visible_share())
             }),
             RowColumn::optional(
@@ -199,25 +199,28 @@ impl TableRow for InstanceRow<'_> {
             RowColumn::optional(
                 "nearest_depth",
                 F64,
-                "smallest true depth of the pixels that see it, 0 where none does; none without a sensor [m]",
+                "smallest true depth of the pixels that see it, 0 if none does; none without a sensor [m]",
                 |row| row.instance.near.map_or(Value::Empty, |near| Value::F64(near.nearest.into())),
             ),
-            RowColumn::new("truncated", Boolean, "whether it reaches out of the image", |row| {
+            RowColumn::new("truncated", Boolean, "whether it extends beyond the image", |row| {
                 Value::Boolean(row.instance.is_truncated())
             }),
             RowColumn::new("whole_box", F64s, "4 numbers: its whole silhouette, in the image or not [px]", |row| {
                 list(row.instance.whole_box)
             }),
-            RowColumn::new("visible_box", F64s, "4 numbers: pixels that see it; zeros where none does [px]", |row| {
+            RowColumn::new("visible_box", F64s, "4 numbers: pixels that see it; zeros if none does [px]", |row| {
                 list(row.instance.visible_box)
             }),
-            RowColumn::new("mask_box", F64s, "4 numbers: the part of the image that `mask` is of [px]", |row| {
+            RowColumn::new("mask_box", F64s, "4 numbers: the part of the image that `mask` covers [px]", |row| {
                 let mask = &row.instance.mask;
                 list([mask.left, mask.top, mask.width, mask.height])
             }),
-            RowColumn::new("mask", Bytes, "bits of its silhouette alone, whatever is in front of it", |row| {
-                Value::Bytes(&row.instance.mask.bits)
-            }),
+            RowColumn::new(
+                "mask",
+                Bytes,
+                "bits of its silhouette alone, regardless of what is in front of it",
+                |row| Value::Bytes(&row.instance.mask.bits),
+            ),
         ]);
         columns
     }

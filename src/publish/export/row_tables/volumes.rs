@@ -145,9 +145,9 @@ impl TableRow for VolumeRow<'_> {
         name: "volumes",
         row: "volume",
         group: 16,
-        meaning: "One row per fusion. `numpy.frombuffer(steps, \"<i2\").reshape(n, n, n) / 32767` is the mean signed distance in units of the \
-                  truncation, indexed (x, y, z); n is `resolution`. In `instances` 0 is free, from 1 a body, 254 the container and 255 below \
-                  the table. The columns from `hand` to `evaluated` are there where the job names picks.",
+        meaning: "One row per fusion. `numpy.frombuffer(steps, \"<i2\").reshape(n, n, n) / 32767` is the mean signed distance in units of \
+                  the truncation, indexed (x, y, z); n is `resolution`. In `instances` 0 is free, from 1 a body, 254 the container and 255 \
+                  below the table. Jobs that name picks have the columns from `hand` to `evaluated`.",
     };
 
     fn columns(product: Product) -> Vec<RowColumn<Self>> {
@@ -160,7 +160,7 @@ impl TableRow for VolumeRow<'_> {
                 Value::U32(row.volume.grid.resolution)
             }),
             RowColumn::new("size", F64, "edge of the cube [m]", |row| Value::F64(row.volume.grid.size)),
-            RowColumn::new("truncation", F64, "distances are cut off at this [m]", |row| {
+            RowColumn::new("truncation", F64, "distance at which values are truncated [m]", |row| {
                 Value::F64(row.volume.truncation)
             }),
             RowColumn::new(
@@ -172,10 +172,10 @@ impl TableRow for VolumeRow<'_> {
             RowColumn::new(
                 "steps",
                 Bytes,
-                "int16 (n, n, n): mean signed distance / truncation * 32767, positive in front of what is seen",
+                "int16 (n, n, n): mean signed distance / truncation * 32767, positive in front of the observed surface",
                 |row| Value::Bytes(&row.steps),
             ),
-            RowColumn::new("weights", Bytes, "uint8 (n, n, n): images that each distance is the mean of", |row| {
+            RowColumn::new("weights", Bytes, "uint8 (n, n, n): number of images averaged in each distance", |row| {
                 Value::Bytes(&row.volume.weights)
             }),
             RowColumn::new("instances", Bytes, "uint8 (n, n, n): what is at the centre of each voxel", |row| {
@@ -192,16 +192,16 @@ impl TableRow for VolumeRow<'_> {
             RowColumn::new(
                 "trials",
                 Text,
-                "root digest of the physics numbers of the dataset of picks; empty where nothing was tried",
+                "root digest of the physics numbers of the dataset of picks; empty without trials",
                 |row| Value::Text(&row.picks[1]),
             ),
             RowColumn::optional(
                 "forbidden_by",
                 F64s,
-                "4 numbers: grasps of the scene that ground, container, own object and neighbour forbid",
+                "4 numbers: grasps of the scene that collide with ground, container, own object and neighbour",
                 |row| of(row, |affordance| list(affordance.forbidden)),
             ),
-            RowColumn::optional("evaluated", F64s, "one number per body: 1 where it has picks, else 0", |row| {
+            RowColumn::optional("evaluated", F64s, "one number per body: 1 if it has picks, else 0", |row| {
                 of(row, |affordance| list(affordance.evaluated.iter().map(|known| u8::from(*known))))
             }),
         ];
@@ -222,7 +222,7 @@ impl TableRow for FusedRow<'_> {
             RowColumn::new("view", U32, "number of the view: its `item` in the dataset of views", |row: &Self| {
                 Value::U32(row.view.view)
             }),
-            RowColumn::new("camera", U32, "entry of the job's cameras that made it", |row| Value::U32(row.view.camera)),
+            RowColumn::new("camera", U32, "index of the job's camera that made it", |row| Value::U32(row.view.camera)),
         ]);
         columns.extend(camera_columns());
         columns.push(RowColumn::new(
@@ -240,7 +240,8 @@ impl TableRow for GraspRow<'_> {
         name: "volume_grasps",
         row: "grasp",
         group: 16384,
-        meaning: "One row per free grasp whose centre is in the cube. `body` and `candidate` join it with `candidates.parquet` of the picks.",
+        meaning: "One row per free grasp whose centre is in the cube. `body` and `candidate` join it with `candidates.parquet` of the \
+                  picks.",
     };
 
     fn columns(_: Product) -> Vec<RowColumn<Self>> {
@@ -253,12 +254,12 @@ impl TableRow for GraspRow<'_> {
             RowColumn::new("state", Text, "outcome of its trial: untried, held or failed", |row| {
                 Value::Text(row.grasp.state.name())
             }),
-            RowColumn::new("voxel", F64s, "3 numbers: the voxel that holds its centre", |row| list(row.voxel)),
+            RowColumn::new("voxel", F64s, "3 numbers: the voxel that contains its centre", |row| list(row.voxel)),
             RowColumn::new(
                 "centre",
                 F64s,
-                "3 numbers: middle between the pads of a closed gripper, of any other hand the mean of its contacts, in the volume's \
-                 frame [m]",
+                "3 numbers: middle between the pads of a closed gripper, or the mean of the contacts of any other hand, in the \
+                 volume's frame [m]",
                 |row| numbers(Some(&row.grasp.centre)),
             ),
             RowColumn::new(
@@ -267,7 +268,7 @@ impl TableRow for GraspRow<'_> {
                 "4 numbers: quaternion x, y, z, w in the volume's frame, x along the closing line, z along the approach",
                 |row| numbers(Some(&row.grasp.rotation)),
             ),
-            RowColumn::new("width", F64, "between the pads of the closed hand [m]; 0 of a hand without a width", |row| {
+            RowColumn::new("width", F64, "free width between the pads of the closed hand [m]; 0 for a hand without a width", |row| {
                 Value::F64(row.grasp.width)
             }),
         ]);
