@@ -277,7 +277,7 @@ fn a_report_is_opened_by_the_desktop_or_by_the_browser_that_is_named() {
     };
     // A machine without a desktop: the report is there, and the remedy is told.
     let said = report("").expect_code(1);
-    let expected = format!("{}: no program to show it", page.display());
+    let expected = format!("{}: no program found to open it", page.display());
     assert!(said.stderr.contains(&expected) && said.stderr.contains("open it in a browser"), "{}", said.text());
     assert!(said.stdout.starts_with(&page.display().to_string()) && page.exists(), "{}", said.text());
     // A browser that is named takes precedence; one that cannot be started is passed over.

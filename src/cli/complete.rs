@@ -29,7 +29,7 @@ use perception::{LabelImage, PLANE_LABEL, read_mask};
 use runtime::completion::{Completed, Completer, CompletionError, CompletionModel, InputName, Scene};
 use surface::{LooseBodies, MeshBody, TablePlane, write_mjcf, write_obj, write_ply, write_stl};
 
-/// Density of completed objects in a scene for MuJoCo [kg/m^3]: filled packages, between foam and water.
+/// Density of completed objects in a MuJoCo scene [kg/m^3]: that of filled packages, between foam and water.
 const DENSITY: f64 = 550.0;
 
 /// Content of `scene.json`.
@@ -39,14 +39,14 @@ struct SceneReport<'a> {
     frame: &'static str,
     picture: PictureRow,
     plane: Option<PlaneRow>,
-    /// Pose of the camera in the world, row by row, where it was given; every other number is in the camera's frame.
+    /// Pose of the camera in the world, row by row, if it was given; every other number is in the camera's frame.
     #[serde(skip_serializing_if = "Option::is_none")]
     world_from_camera: Option<[[f64; 4]; 4]>,
     model: Option<ModelRow<'a>>,
-    /// The baseline in place of a model.
+    /// Baseline used instead of a model.
     #[serde(skip_serializing_if = "Option::is_none")]
     method: Option<&'a str>,
-    /// Way in which the targets' meshes were made.
+    /// Meshing method for targets.
     detail: DetailName,
     objects: Vec<ObjectRow>,
     overlay: &'static str,
@@ -69,7 +69,7 @@ struct ObjectRow {
     role: &'static str,
     /// Count of its pixels in the given picture.
     pixels: usize,
-    /// Why it has no mesh.
+    /// Reason why the cluster has no mesh.
     refusal: Option<String>,
     completed: Option<CompletedRow>,
 }
@@ -80,13 +80,13 @@ struct CompletedRow {
     /// Middle of the visible part's box [m].
     grid_centre: [f64; 3],
     cell_size: f64,
-    /// Cells with a seen point.
+    /// Cells with an observed point.
     partial_cells: u32,
     /// Pixels left out as outliers.
     outliers: usize,
     /// Cells that were touched.
     touched_cells: u32,
-    /// Contacts outside of the grid, which were left out.
+    /// Contacts outside the grid, which were ignored.
     contacts_outside: usize,
     triangles: usize,
     /// [m^3].
@@ -95,13 +95,13 @@ struct CompletedRow {
     bounds: [[f64; 3]; 2],
     /// Pieces under 1 % of the volume that were dropped.
     dropped_pieces: usize,
-    /// Bodies that do not hang together, and the shares of area and volume in all but the largest.
+    /// Disconnected bodies, and the shares of area and volume in all but the largest.
     #[serde(flatten)]
     bodies: LooseBodies,
     /// Voxels per cell along each axis, where they are finer than cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     upsampling: Option<usize>,
-    /// Share of the mesh's area that lies more than 8 mm in front of every depth within 3 pixels.
+    /// Share of the mesh's area that is more than 8 mm in front of every depth within 3 pixels.
     free_space_violation: f64,
     /// Share of the mesh's vertices below the plane; `None` without one.
     below_plane: Option<f64>,
@@ -115,25 +115,25 @@ struct CompletedTimes {
     mesh: f64,
 }
 
-/// Time by part [ms]: reading apart, T = segment + target + others in one line of the thesis (section 5.4.5).
+/// Time by part [ms]. Without reading, the thesis reports T = segment + target + others (section 5.4.5).
 #[derive(Serialize)]
 struct Times {
     open_model: f64,
     read: f64,
     /// Plane and clusters.
     segment: f64,
-    /// The mean per target, on one thread.
+    /// Mean time per target on one thread.
     target: f64,
-    /// The mean per obstacle, on one thread.
+    /// Mean time per obstacle on one thread.
     other: f64,
-    /// All objects, by the clock.
+    /// Wall-clock time of all objects.
     objects: f64,
 }
 
 /// `graspmill complete` on a picture.
 pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Failure> {
     if arguments.split.is_some() || arguments.limit.is_some() {
-        let message = format!("{} is no dataset: leave out --split and --limit", arguments.picture.depth.shown());
+        let message = format!("{} is not a dataset: leave out --split and --limit", arguments.picture.depth.shown());
         return Err(Failure::message(Exit::BadSpec, message));
     }
     let world_from_camera = arguments.world.as_deref().map(given_pose).transpose()?;
@@ -206,10 +206,10 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
     Ok(if is_whole { Exit::Complete } else { Exit::Refused })
 }
 
-/// A cluster's mesh, or why it has none.
+/// Mesh of a cluster, or the reason why there is none.
 type ClusterResult = Result<Completed, CompletionError>;
 
-/// The error of an object whose contacts all lie elsewhere.
+/// Error of an object whose contacts are all outside its grid.
 fn without_contact(result: &ClusterResult) -> Option<&CompletionError> {
     result.as_ref().err().filter(|error| matches!(error, CompletionError::NoContactInside { .. }))
 }
@@ -274,14 +274,14 @@ fn complete_all(
     })
 }
 
-/// The camera's pose in the world out of seven numbers.
+/// Camera pose in the world from seven numbers.
 fn given_pose(text: &str) -> Result<Isometry3<f64>, Failure> {
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|number| number.trim().parse().ok().filter(|number: &f64| number.is_finite())).collect();
     let numbers: Option<[f64; 7]> = numbers.and_then(|numbers| numbers.try_into().ok());
     let pose = numbers.and_then(|[x, y, z, w, i, j, k]| {
         let rotation = Quaternion::new(w, i, j, k);
-        // Rounded numbers pass; a quaternion that is far from a unit is another thing.
+        // Rounded numbers pass; a quaternion whose norm is far from 1 is refused.
         let is_unit = (rotation.norm() - 1.0).abs() < 1e-3;
         is_unit.then(|| Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_quaternion(rotation)))
     });
@@ -291,11 +291,11 @@ fn given_pose(text: &str) -> Result<Isometry3<f64>, Failure> {
     })
 }
 
-/// Refuses contacts of nothing, of several objects, or for a model that does not take them.
+/// Refuses contacts without a target, with several targets, or for a model without a touch input.
 fn check_touch(completer: &Completer, targets: &[usize]) -> Result<(), Failure> {
     let wrong = |problem: String| Err(Failure::message(Exit::BadSpec, format!("--touch: {problem}")));
     if targets.len() != 1 {
-        return wrong(format!("contacts are those of one object, and --target means {}", targets.len()));
+        return wrong(format!("contacts belong to one object, but --target selects {}", targets.len()));
     }
     if completer.model().is_some_and(|model| !model.inputs().contains(&InputName::Touch)) {
         return wrong(CompletionError::TakesNoTouch.to_string());
@@ -303,7 +303,7 @@ fn check_touch(completer: &Completer, targets: &[usize]) -> Result<(), Failure> 
     Ok(())
 }
 
-/// Indices of the clusters that `--target` means. The pixels of a mask become the first cluster.
+/// Indices of the clusters that `--target` selects. The pixels of a mask become the first cluster.
 fn targets(arguments: &CompleteArgs, picture: &mut SegmentedPicture) -> Result<Vec<usize>, Failure> {
     let text = arguments.target.as_str();
     if text.to_ascii_lowercase().ends_with(".png") {
@@ -331,33 +331,32 @@ fn targets(arguments: &CompleteArgs, picture: &mut SegmentedPicture) -> Result<V
     }
     let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
     let pixel = text.split_once(',').and_then(|(u, v)| Some([number(u)?, number(v)?]));
-    let Some(pixel) = pixel else { return wrong("it is none of those".to_owned()) };
+    let Some(pixel) = pixel else { return wrong("not a valid target".to_owned()) };
     object_at(pixel, picture).map(|index| vec![index]).or_else(wrong)
 }
 
-/// Index of the cluster that a pixel of the given picture shows, or why it shows none. Whole numbers are pixel centres.
+/// Index of the cluster at a pixel of the given picture, or the reason why there is none. Whole numbers are pixel centres.
 fn object_at([u, v]: [f64; 2], picture: &SegmentedPicture) -> Result<usize, String> {
     let labels = picture.labels();
     let Some((column, row)) = index_at(u, labels.width).zip(index_at(v, labels.height)) else {
         return Err(format!("the picture has {} x {} pixels", labels.width, labels.height));
     };
     match labels.at(column, row) {
-        Some(PLANE_LABEL) => Err("no object is at that pixel, but the table".to_owned()),
+        Some(PLANE_LABEL) => Err("the pixel shows the table, not an object".to_owned()),
         Some(label) if label > 0 => Ok(usize::from(label) - 1),
-        _ if !picture.scene.frame.has_return_at(column, row) => {
-            Err("no object is at that pixel, which has no depth".to_owned())
-        }
+        _ if !picture.scene.frame.has_return_at(column, row) => Err("the pixel has no depth".to_owned()),
         _ => Err("no object is at that pixel".to_owned()),
     }
 }
 
-/// Index of the column or row whose centre is nearest to a coordinate; `None` outside of the picture.
+/// Index of the column or row whose centre is nearest to a coordinate; `None` outside the picture.
 fn index_at(coordinate: f64, side: u32) -> Option<u32> {
     let index = (coordinate + 0.5).floor();
     (0.0..f64::from(side)).contains(&index).then_some(index as u32)
 }
 
-/// Index of the cluster whose mean pixel is nearest to the middle of the given picture, of those that its border does not cut.
+/// Index of the cluster whose mean pixel is nearest to the middle of the given picture, among clusters that the border does not
+/// cut.
 fn nearest_to_middle(picture: &SegmentedPicture) -> Option<usize> {
     let labels = picture.labels();
     let extents = labels.extents();
@@ -420,13 +419,11 @@ fn scene_xml(scene: &Scene, rows: &[ObjectRow], world_from_camera: Option<&Isome
     write_mjcf(&bodies, table.as_ref(), world_from_camera)
 }
 
-/// Bodies that do not hang together, in words.
+/// Text about disconnected bodies.
 pub fn loose_words(found: &LooseBodies) -> String {
     let LooseBodies { bodies, loose_area, loose_volume } = found;
     let (area, volume) = (100.0 * loose_area, 100.0 * loose_volume);
-    format!(
-        "{bodies} bodies that do not hang together; {area:.1} % of the area, {volume:.1} % of the volume outside of the largest"
-    )
+    format!("{bodies} disconnected bodies; {area:.1} % of the area and {volume:.1} % of the volume outside the largest")
 }
 
 fn text(report: &SceneReport<'_>, plane: &str, targets: usize, out: &Path) -> String {
@@ -440,7 +437,7 @@ fn text(report: &SceneReport<'_>, plane: &str, targets: usize, out: &Path) -> St
             let [x, y, z]: [f64; 3] = std::array::from_fn(|axis| 1e3 * (high[axis] - low[axis]));
             _ = writeln!(
                 text,
-                "{name}: {role}, {x:.0} x {y:.0} x {z:.0} mm, {:.0} ml, {triangles} triangles; {:.1} % in front of what was seen",
+                "{name}: {role}, {x:.0} x {y:.0} x {z:.0} mm, {:.0} ml, {triangles} triangles; {:.1} % in front of the observed depth",
                 1e6 * volume,
                 100.0 * free_space_violation
             );
@@ -448,7 +445,7 @@ fn text(report: &SceneReport<'_>, plane: &str, targets: usize, out: &Path) -> St
                 _ = writeln!(text, "{name}: {}", loose_words(&row.bodies));
             }
             if row.contacts_outside > 0 {
-                _ = writeln!(text, "{name}: contacts outside of its grid, left out: {}", row.contacts_outside);
+                _ = writeln!(text, "{name}: ignored contacts outside its grid: {}", row.contacts_outside);
             }
         }
         if let Some(refusal) = refusal {
@@ -460,7 +457,7 @@ fn text(report: &SceneReport<'_>, plane: &str, targets: usize, out: &Path) -> St
     _ = writeln!(text, "model opened in {open_model:.0} ms, picture read in {read:.1} ms");
     _ = writeln!(
         text,
-        "T = segment {segment:.1} + {targets} x target {target:.1} + {others} x other {other:.1} ms; all objects in {objects:.1} ms by the clock"
+        "T = segment {segment:.1} + {targets} x target {target:.1} + {others} x other {other:.1} ms; all objects in {objects:.1} ms wall-clock time"
     );
     _ = write!(text, "{}: meshes, overlay.png, scene.json", out.shown());
     text

@@ -45,22 +45,22 @@ struct SampleRow {
     triangles: usize,
     /// [m^3].
     volume: f64,
-    /// Bodies that do not hang together, and the shares of area and volume in all but the largest.
+    /// Disconnected bodies, and the shares of area and volume in all but the largest.
     #[serde(flatten)]
     bodies: LooseBodies,
 }
 
-/// Completes stored samples: a mesh each, in the camera's frame.
+/// Completes stored samples: one mesh per sample, in the camera's frame.
 pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Failure> {
     let picture = &arguments.picture;
     let is_about_camera =
         picture.intrinsics.is_some() || picture.depth_scale.is_some() || picture.range || picture.flip;
     if is_about_camera || picture.plane.is_some() || picture.no_plane {
-        let message = format!("{} is a dataset: leave out what is for pictures", picture.depth.shown());
+        let message = format!("{} is a dataset: leave out the options for pictures", picture.depth.shown());
         return Err(Failure::message(Exit::BadSpec, message));
     }
     if arguments.to == MeshFormat::Mjcf || arguments.touch.is_some() || arguments.world.is_some() {
-        let message = "samples of a dataset are written as ply, obj or stl, and hold their own touch and poses: leave out --to mjcf, --touch and --world";
+        let message = "samples of a dataset are written as ply, obj or stl and contain their own contacts and poses: leave out --to mjcf, --touch and --world";
         return Err(Failure::message(Exit::BadSpec, message));
     }
     let detail = arguments.detail.unwrap_or(DetailName::Off);
@@ -118,8 +118,7 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
         let meshes = report.samples.len() - empty;
         let loose = report.samples.iter().filter(|row| row.bodies.bodies > 1).count();
         printer.result(&format!(
-            "{meshes} meshes, {empty} samples without; intersection over union {mean:.3} in the mean; {:.1} ms per sample\n{loose} \
-             meshes with bodies that do not hang together\n{}: meshes, samples.json",
+            "{meshes} meshes, {empty} samples without; mean intersection over union {mean:.3}; {:.1} ms per sample\n{loose} meshes with disconnected bodies\n{}: meshes, samples.json",
             took / count,
             out.shown()
         ));
@@ -127,7 +126,7 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
     Ok(if empty == 0 { Exit::Complete } else { Exit::Refused })
 }
 
-/// A sample's name as a file's.
+/// Sample name as a file name.
 fn plain(name: &str) -> String {
     name.chars().map(|letter| if letter.is_ascii_alphanumeric() || letter == '-' { letter } else { '_' }).collect()
 }

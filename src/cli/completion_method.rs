@@ -1,4 +1,4 @@
-//! Ways to complete stored samples, and the meshes of their answers.
+//! Methods that complete stored samples, and the meshes of their results.
 
 use std::path::Path;
 
@@ -21,20 +21,20 @@ const LEARNED: [&str; 2] = ["knn", "mean"];
 /// Ending of the name of a method whose meshes are smoothed.
 const SMOOTHED: &str = "+smooth";
 
-/// A way to complete samples.
+/// Method that completes samples.
 pub enum CompletionMethod {
     Model {
         name: String,
         model: Box<CompletionModel>,
     },
     Baseline(Baseline),
-    /// The vote of the nearest training pairs.
+    /// Vote of the nearest training pairs.
     Nearest(TrainingPairs),
-    /// Cells that many training pairs hold, always the same.
+    /// Cells that many training pairs contain; the same for every sample.
     Mean(OccupancyGrid),
-    /// The true grids, as a perfect network would give them.
+    /// The true grids, as a perfect network would return them.
     Truth,
-    /// Another one, its meshes smoothed.
+    /// Another method, with smoothed meshes.
     Smoothed(Box<CompletionMethod>, LaplacianRule),
 }
 
@@ -45,7 +45,7 @@ impl CompletionMethod {
         Ok(Self::Model { name: folder.display().to_string(), model: Box::new(model) })
     }
 
-    /// A baseline by its name, prepared on the dataset where it learns from it.
+    /// Selects a baseline by its name, and prepares it on the dataset if it learns from it.
     pub fn by_name(name: &str, smoothing: SmoothArgs, reader: &DatasetReader) -> Result<Self, Failure> {
         if let (plain, Some(rule)) = smoothed(name, smoothing) {
             return Ok(Self::Smoothed(Box::new(Self::by_name(plain, smoothing, reader)?), rule));
@@ -69,7 +69,7 @@ impl CompletionMethod {
         }
     }
 
-    /// SHA-256 of a model's `model.json`; `None` for all else.
+    /// SHA-256 of a model's `model.json`; `None` for baselines.
     pub fn digest(&self) -> Option<&str> {
         match self {
             Self::Model { model, .. } => Some(model.digest()),
@@ -77,7 +77,7 @@ impl CompletionMethod {
         }
     }
 
-    /// Whether it is something that a model must beat.
+    /// Whether the method is a baseline that a model must beat.
     pub fn is_baseline(&self) -> bool {
         match self {
             Self::Smoothed(method, _) => method.is_baseline(),
@@ -106,7 +106,7 @@ impl CompletionMethod {
         })
     }
 
-    /// A target's mesh out of the method's answer; without triangles where no cell is occupied.
+    /// Mesh of a target from the method's result; without triangles if no cell is occupied.
     pub fn mesh(&self, answer: &Answer, sample: &StoredSample, detail: DetailName) -> Result<TriMesh, Failure> {
         if let Self::Smoothed(method, rule) = self {
             let mut mesh = method.mesh(answer, sample, detail)?;
@@ -121,7 +121,7 @@ impl CompletionMethod {
     }
 }
 
-/// A method's name without the ending that asks for smoothing, and the rule where it has that ending.
+/// Method name without the ending for smoothing, and the smoothing rule if the name has that ending.
 pub fn smoothed(name: &str, smoothing: SmoothArgs) -> (&str, Option<LaplacianRule>) {
     match name.strip_suffix(SMOOTHED) {
         Some(plain) => (plain, Some(smoothing.rule())),
@@ -129,15 +129,15 @@ pub fn smoothed(name: &str, smoothing: SmoothArgs) -> (&str, Option<LaplacianRul
     }
 }
 
-/// A baseline that learns nothing, by its name.
+/// Selects a baseline that learns nothing, by its name.
 pub fn baseline_of(name: &str) -> Result<Baseline, Failure> {
     Baseline::from_name(name).ok_or_else(|| {
         let known: Vec<&str> = Baseline::ALL.map(Baseline::name).into_iter().chain(LEARNED).collect();
         let message = if LEARNED.contains(&name) {
-            format!("--method {name}: it learns from training pairs, which only a dataset has")
+            format!("--method {name}: it learns from training pairs; use it on a dataset")
         } else {
             format!(
-                "--method {name}: no such baseline; one of {}, each also with the ending {SMOOTHED}",
+                "--method {name}: no such baseline; use one of {}, each also with the ending {SMOOTHED}",
                 known.join(", ")
             )
         };
@@ -157,7 +157,7 @@ fn training_pairs(reader: &DatasetReader) -> Result<TrainingPairs, Failure> {
     }
     if pairs.is_empty() {
         let message = format!(
-            "{}: no pair is for training, and --method knn and mean learn from them",
+            "{}: --method knn and mean need training pairs, and the dataset has none",
             reader.folder().path().shown()
         );
         return Err(Failure::message(Exit::BadSpec, message));
@@ -165,7 +165,7 @@ fn training_pairs(reader: &DatasetReader) -> Result<TrainingPairs, Failure> {
     Ok(pairs)
 }
 
-/// The mean grid, at the share that fits the validation objects best; without any, those of training.
+/// Mean grid, thresholded at the share that fits the validation objects best, or the training objects if there are none.
 fn mean_of(reader: &DatasetReader) -> Result<CompletionMethod, Failure> {
     let pairs = training_pairs(reader)?;
     let mut judges = pairs_of(reader, Split::Validation)?;

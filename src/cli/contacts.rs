@@ -11,7 +11,7 @@ use kernel::{
 /// Names of the columns.
 const COLUMNS: [&str; 3] = ["x", "y", "z"];
 
-/// Points [m] in the camera's frame, one per line: x, y, z, with or without a line of these names before them.
+/// Reads points [m] in the camera's frame, one per line: x, y, z, with or without a first line of these names.
 pub fn read_contacts(path: &Path) -> Result<Vec<[f32; 3]>, Failure> {
     let failed = |error: std::io::Error| {
         Failure::of_input(anyhow::Error::new(error).context(format!("{}: it cannot be read", path.shown())))
@@ -32,7 +32,7 @@ fn parse_contacts(text: &str) -> Result<Vec<[f32; 3]>, String> {
         let contact = numbers.and_then(|numbers| <[f32; 3]>::try_from(numbers).ok());
         let contact = contact.ok_or_else(|| {
             format!(
-                "line {}: '{}'; each line holds three numbers x,y,z: metres in the camera's frame",
+                "line {}: '{}'; each line must contain three numbers x,y,z: metres in the camera's frame",
                 index + 1,
                 line.trim()
             )
@@ -40,7 +40,7 @@ fn parse_contacts(text: &str) -> Result<Vec<[f32; 3]>, String> {
         contacts.push(contact);
     }
     if contacts.is_empty() {
-        return Err("it holds no contact: give a line x,y,z per contact, or leave out --touch".to_owned());
+        return Err("the file contains no contact: give one line x,y,z per contact, or leave out --touch".to_owned());
     }
     Ok(contacts)
 }

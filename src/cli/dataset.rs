@@ -1,4 +1,4 @@
-//! Verbs that read a dataset: status, inspect, report, export, digest.
+//! Commands that read a dataset: status, inspect, report, export, digest.
 
 use super::{
     args::{DatasetArgs, DigestArgs, ExportArgs, ReportArgs},
@@ -28,7 +28,7 @@ use std::{
     process::Stdio,
 };
 
-/// Bad shards that the text form shows.
+/// Largest number of bad shards that the text form shows.
 const MOST_BAD: usize = 50;
 
 /// Progress of a dataset.
@@ -41,19 +41,19 @@ pub struct Status {
     samples: u64,
     shards: u32,
     shards_done: usize,
-    /// Missing shards as schedulers write arrays: `3,17-19`.
+    /// Missing shards in the array syntax of schedulers: `3,17-19`.
     shards_missing: String,
     shards_bad: Vec<String>,
-    /// Names among the shards that no run gives.
+    /// Files among the shards whose names no run writes.
     shards_strange: Vec<String>,
-    /// Temporary files that somebody writes, as far as locks show.
+    /// Temporary files that are being written, according to their locks.
     at_work: usize,
     leftovers: usize,
     bytes: u64,
     root: Option<String>,
 }
 
-/// `graspmill status`: reads the folder alone.
+/// `graspmill status`: reads only the folder.
 pub fn status(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failure> {
     let folder = &arguments.dir;
     let Some(status) = status_of(folder)? else {
@@ -73,7 +73,7 @@ fn print(status: &impl Serialize, words: String, arguments: &DatasetArgs, printe
     Ok(Exit::Complete)
 }
 
-/// Progress of the dataset in a folder; `None` where none was begun.
+/// Progress of the dataset in a folder; `None` if none was started.
 pub fn status_of(folder: &Folder) -> Result<Option<Status>, Failure> {
     let Some(mark) = read_mark(folder)? else { return Ok(None) };
     let scan = scan_shards(folder, &mark)?;
@@ -84,7 +84,7 @@ pub fn status_of(folder: &Folder) -> Result<Option<Status>, Failure> {
         dataset: folder.path().display().to_string(),
         state: match (complete, missing.is_empty()) {
             (true, _) => "complete",
-            (false, true) => "all shards are there",
+            (false, true) => "all shards are complete",
             (false, false) => "unfinished",
         },
         product: mark.product,
@@ -102,7 +102,7 @@ pub fn status_of(folder: &Folder) -> Result<Option<Status>, Failure> {
     }))
 }
 
-/// Progress in words, for people.
+/// Progress as text.
 pub fn status_words(folder: &Folder, status: &Status) -> String {
     let mut lines = vec![
         format!("{}: {}", folder.path().shown(), status.state),
@@ -118,19 +118,19 @@ pub fn status_words(folder: &Folder, status: &Status) -> String {
     let strange = status
         .shards_strange
         .iter()
-        .map(|name| format!("strange: {}/{}: no run gives such a name; move it away", layout::SHARDS, name.shown()));
+        .map(|name| format!("strange: {}/{}: not a file of this dataset; move it away", layout::SHARDS, name.shown()));
     lines.extend(capped(strange, MOST_BAD, "strange names"));
     let in_words = in_shell(folder.path());
     match &status.root {
         Some(root) => lines.push(format!("root {root}")),
-        None if status.shards_missing.is_empty() => lines.push(format!("close it: graspmill merge {in_words}")),
+        None if status.shards_missing.is_empty() => lines.push(format!("finish it: graspmill merge {in_words}")),
         None => {
             lines.push(format!("missing: shards {}", status.shards_missing));
             if status.at_work > 0 {
                 lines.push(format!("{} being written", status.at_work));
             }
             lines.push(match submitted(folder) {
-                true => format!("what failed, again: graspmill submit --retry --out {in_words}"),
+                true => format!("to resubmit failed tasks: graspmill submit --retry --out {in_words}"),
                 false => "run the job again to resume".to_owned(),
             });
         }
@@ -160,16 +160,17 @@ pub fn report(arguments: &ReportArgs, printer: &Printer) -> Result<Exit, Failure
     Ok(Exit::Complete)
 }
 
-/// A page that was written, in words.
+/// Text about a written page.
 pub fn page_words(summary: &ReportSummary) -> String {
     format!("{} ({})", summary.path.shown(), size_in_words(summary.bytes))
 }
 
-/// Programs of desktops that show a file, with their arguments before it.
+/// Desktop programs that open a file, with the arguments that precede it.
 const DESKTOPS: [(&str, &[&str]); 5] =
     [("xdg-open", &[]), ("gio", &["open"]), ("gnome-open", &[]), ("kde-open", &[]), ("wslview", &[])];
 
-/// Shows a page in the first program of `BROWSER` that starts, else by the desktop's own; does not wait until it is closed.
+/// Opens a page in the first program of `BROWSER` that starts, or else in the desktop's default; does not wait until it is
+/// closed.
 pub fn show_page(path: &Path) -> Result<(), Failure> {
     let path = path::absolute(path)?;
     let browsers = machine::variable("BROWSER").unwrap_or_default();
@@ -177,15 +178,15 @@ pub fn show_page(path: &Path) -> Result<(), Failure> {
     if browsers.chain(DESKTOPS).any(|(program, arguments)| starts(program, arguments, &path)) {
         return Ok(());
     }
-    let message = format!("{}: no program to show it; open it in a browser", path.shown());
+    let message = format!("{}: no program found to open it; open it in a browser", path.shown());
     Err(Failure::message(Exit::Failed, message))
 }
 
-/// Starts a program on a file, apart from this one.
+/// Starts a program on a file, detached from this process.
 fn starts(program: &str, arguments: &[&str], path: &Path) -> bool {
     let Some(mut command) = machine::program(program) else { return false };
     command.args(arguments).arg(path).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    // Openers of desktops look at BROWSER, too, and take a relative path in it from the current folder.
+    // Desktop openers also read BROWSER, and resolve a relative path in it against the current folder.
     command.env_remove("BROWSER").current_dir("/");
     command.process_group(0).spawn().is_ok()
 }

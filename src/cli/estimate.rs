@@ -24,7 +24,7 @@ use kernel::words::{capped, counted, size_in_words};
 /// Limits of the pilot run.
 const PILOT: PilotLimits = PilotLimits { samples: 2000, time: Duration::from_secs(8) };
 
-/// Estimate of a job, for machines.
+/// Estimate of a job as JSON.
 #[derive(Serialize)]
 struct EstimateJson {
     job: String,
@@ -32,12 +32,12 @@ struct EstimateJson {
     estimate: Estimate,
     core_hours: f64,
     threads: usize,
-    /// Suggestions how to cut the work on a cluster.
+    /// Suggested divisions of the work on a cluster.
     tasks: Vec<TaskSuggestion>,
     pilot: PilotRate,
     refused_meshes: usize,
     warnings: Vec<String>,
-    /// Facts about the work of this product.
+    /// Remarks about the work for this product.
     remarks: Vec<String>,
     figures: BTreeMap<&'static str, f64>,
 }
@@ -51,7 +51,7 @@ struct TaskSuggestion {
     minutes: f64,
 }
 
-/// Size and cost of a job, with the job.
+/// A job, its size and its cost.
 pub struct Costs {
     /// The job.
     pub open: OpenJob,
@@ -60,7 +60,7 @@ pub struct Costs {
     rate: PilotRate,
 }
 
-/// Says what a job would make and how long it would take here, from a pilot of a few samples.
+/// Estimates from a pilot of a few samples what a job would make and how long it would take on this machine.
 pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Failure> {
     let parallelism = machine::parallelism(arguments.job.threads)?;
     let cancel = machine::cancel_on_signals()?;
@@ -75,7 +75,7 @@ pub fn estimate(arguments: &EstimateArgs, printer: &Printer) -> Result<Exit, Fai
     Ok(if costs.open.job.refused().is_empty() { Exit::Complete } else { Exit::Refused })
 }
 
-/// A job that is open, and the processor time that this took.
+/// An open job, and the processor time that opening took.
 pub struct TimedJob {
     /// The job.
     pub open: OpenJob,
@@ -83,7 +83,7 @@ pub struct TimedJob {
 }
 
 impl TimedJob {
-    /// Opens the job of one dataset, and measures the processor time of that.
+    /// Opens the job of one dataset and measures the processor time of opening.
     pub fn open(text: &JobText, context: &RunContext<'_>) -> Result<Self, Failure> {
         let began = machine::processor_time();
         let open = jobs::open_one(text, context)?;
@@ -92,21 +92,21 @@ impl TimedJob {
 }
 
 impl Costs {
-    /// Makes a pilot of a job, on the threads of its context.
+    /// Runs a pilot of a job on the threads of its context.
     pub fn measure(TimedJob { open, opening }: TimedJob, context: &RunContext<'_>) -> Result<Self, Failure> {
         let rate = pilot(&open, PILOT, context).map_err(run_failure)?;
         let estimate = Estimate::new(&open, opening, &rate, context.parallelism.threads);
         Ok(Self { open, estimate, rate })
     }
 
-    /// Best cut of the work into tasks of so many processors.
+    /// Best division of the work into tasks with this number of processors.
     pub fn tasks(&self, cpus: u16) -> TaskPlan {
         TaskPlan::suggested(self.estimate.core_seconds, cpus, self.estimate.shards as u32)
     }
 
-    /// Time per task of `tasks` [s].
+    /// Time per task of `plan` [s].
     pub fn task_seconds(&self, plan: &TaskPlan, cpus: u16) -> f64 {
-        // The largest share: shards do not divide evenly.
+        // The largest task counts: shards do not divide evenly.
         let shards = f64::from(plan.shards.div_ceil(plan.tasks)) / f64::from(plan.shards.max(1));
         (self.estimate.core_seconds * shards + self.estimate.opening_seconds) / f64::from(cpus)
     }

@@ -1,4 +1,4 @@
-//! Exit codes, and which error means which.
+//! Exit codes, and the mapping from errors to exit codes.
 
 use std::{fmt, io, process::ExitCode};
 
@@ -10,9 +10,9 @@ use kernel::files::{FileRefusal, Folder};
 /// Exit codes of the program: a contract with scripts and schedulers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Exit {
-    /// Everything asked for is there.
+    /// The requested result is complete.
     Complete = 0,
-    /// Something failed that no other code names.
+    /// A failure without a code of its own.
     Failed = 1,
     /// The job file or the arguments are wrong.
     BadSpec = 2,
@@ -20,7 +20,7 @@ pub enum Exit {
     Refused = 3,
     /// A check found a difference.
     Mismatch = 4,
-    /// The disk is full, read-only, or failed: mend it and run again.
+    /// The disk is full, read-only, or failed: fix it and run again.
     InputOutput = 74,
     /// Stopped on request; run again to resume.
     Interrupted = 75,
@@ -32,7 +32,7 @@ impl From<Exit> for ExitCode {
     }
 }
 
-/// An error that knows how the program should end.
+/// An error with the exit code of the program.
 #[derive(Debug)]
 pub struct Failure {
     /// The exit code.
@@ -42,19 +42,19 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// An error with this exit code; a disk that fails means 74, whatever the error is about.
+    /// Creates an error with this exit code, or with 74 if its cause is a disk failure.
     pub fn new(exit: Exit, error: impl Into<anyhow::Error>) -> Self {
         let error = error.into();
         let exit = if io_causes(&error).any(is_disk_failure) { Exit::InputOutput } else { exit };
         Self { exit, error }
     }
 
-    /// A folder in which no dataset was begun.
+    /// Error for a folder without a dataset.
     pub fn no_dataset(folder: &Folder) -> Self {
         Self::from(without_manifest(folder))
     }
 
-    /// A file of input that is none, or is not there, means 2; what the disk refuses means 74.
+    /// Maps a missing or invalid input file to 2 and a disk failure to 74.
     pub fn of_input(error: impl Into<anyhow::Error>) -> Self {
         let error = error.into();
         let is_wrong =
@@ -63,15 +63,14 @@ impl Failure {
         Self::new(if is_disk { Exit::InputOutput } else { Exit::BadSpec }, error)
     }
 
-    /// A message with this exit code.
+    /// Creates an error from a message with this exit code.
     pub fn message(exit: Exit, message: impl fmt::Display) -> Self {
         Self { exit, error: anyhow::anyhow!("{message}") }
     }
 }
 
 impl<E: Into<anyhow::Error>> From<E> for Failure {
-    /// Input/output errors anywhere in the chain mean 74, files that are refused and a folder of another kind than the verb wants 2,
-    /// all others 1.
+    /// Maps input/output errors anywhere in the chain to 74, refused files and folders of the wrong kind to 2, all others to 1.
     fn from(error: E) -> Self {
         let error = error.into();
         let is_foreign =
@@ -86,7 +85,7 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
     }
 }
 
-/// Errors of the operating system among the causes of an error.
+/// Operating-system errors among the causes of an error.
 fn io_causes(error: &anyhow::Error) -> impl Iterator<Item = &io::Error> {
     error.chain().filter_map(|cause| cause.downcast_ref())
 }
@@ -96,7 +95,7 @@ fn is_disk_failure(error: &io::Error) -> bool {
     const CODES: [Errno; 7] =
         [Errno::NOSPC, Errno::DQUOT, Errno::FBIG, Errno::ROFS, Errno::IO, Errno::STALE, Errno::NODEV];
     let is_code = |code| CODES.iter().any(|known| known.raw_os_error() == code);
-    // Libraries that wrap an error keep its kind at best.
+    // Libraries that wrap an error may keep only its kind.
     error.raw_os_error().is_some_and(is_code)
         || matches!(
             error.kind(),

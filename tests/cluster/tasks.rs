@@ -31,7 +31,7 @@ fn tasks_in_any_order_make_the_same_dataset() {
     assert!(done.stderr.contains("task 1 of 2 (SLURM_ARRAY_TASK_ID=2)"), "{}", done.stderr);
     assert!(done.stdout.contains("on 1 threads"), "the engine's grant: {}", done.stdout);
     let status = Program::on("status", &out).succeed().stdout;
-    assert!(status.contains("all shards are there") && status.contains("graspmill merge"), "{status}");
+    assert!(status.contains("all shards are complete") && status.contains("graspmill merge"), "{status}");
     // Like a plain run, the merge says that a mesh was refused.
     merge(&out);
     assert_same(&plain, &out);

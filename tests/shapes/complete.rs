@@ -96,7 +96,7 @@ fn targets_are_chosen_by_number_and_pixel_and_others_are_obstacles() {
         ("0", "the picture has 5 objects"),
         ("5,5", "no object is at that pixel"),
         ("320,5", "320 x 240 pixels"),
-        ("cup", "it is none of those"),
+        ("cup", "not a valid target"),
     ] {
         let said = complete(&workspace.path("none")).option("--target", target).expect_code(2).stderr;
         assert!(said.contains(says) && said.contains("give auto, all"), "{says}: {said}");
@@ -217,7 +217,7 @@ fn masks_contacts_and_the_world_are_taken_or_refused_with_the_remedy() {
     let millimetres = "34,-4,726\n";
     let mixed = workspace.write("mixed.csv", format!("{contact}{millimetres}"));
     let said = base("mixed").option("--target", "5").option("--touch", &mixed).succeed().stdout;
-    assert!(said.contains("object-5: contacts outside of its grid, left out: 1"), "{said}");
+    assert!(said.contains("object-5: ignored contacts outside its grid: 1"), "{said}");
     base("one").option("--target", "5").option("--touch", &contacts).succeed();
     let mesh = |out: &str| fs::read(workspace.path(out).join("object-5.ply")).expect("a mesh");
     assert_eq!(mesh("mixed"), mesh("one"));
@@ -234,10 +234,10 @@ fn masks_contacts_and_the_world_are_taken_or_refused_with_the_remedy() {
     let small = workspace.write("small.csv", "1,2\n");
     for (options, says) in [
         (["--target", "no.png"], "no.png: it cannot be read"),
-        (["--touch", small.to_str().expect("a path")], "line 1: '1,2'; each line holds three numbers"),
+        (["--touch", small.to_str().expect("a path")], "line 1: '1,2'; each line must contain three numbers"),
         (["--world", "1,2,3"], "give seven numbers"),
         (["--world", "0,0,0,2,0,0,0"], "a unit quaternion"),
-        (["--method", "knn"], "only a dataset has"),
+        (["--method", "knn"], "use it on a dataset"),
     ] {
         let run = if options[0] == "--method" {
             Program::on("complete", PICTURE).option("--intrinsics", CAMERA_FILE).option("--out", workspace.path("x"))
@@ -249,7 +249,7 @@ fn masks_contacts_and_the_world_are_taken_or_refused_with_the_remedy() {
     }
     // Contacts of several objects, and a model without an input for them.
     let run = || complete(&workspace.path("y")).option("--touch", &contacts);
-    assert!(run().args(["--target", "all"]).expect_code(2).stderr.contains("contacts are those of one object"));
+    assert!(run().args(["--target", "all"]).expect_code(2).stderr.contains("contacts belong to one object"));
     assert!(run().expect_code(2).stderr.contains("the model has no input for contacts"));
 }
 

@@ -320,7 +320,7 @@ fn models_and_baselines_stand_in_one_table() {
         "18 samples of 3 objects, split test",
         "IoU, unseen",
         "mirror-far",
-        "less the best baseline's",
+        "minus that of the best baseline",
         "truth: coverage",
     ] {
         assert!(said.contains(words), "{words}: {said}");
@@ -466,7 +466,7 @@ fn stored_samples_become_meshes() {
     let picture =
         Program::on("complete", "scenes/table.png").args(["--intrinsics", "scenes/table.json", "--model", MODEL]);
     let said = picture.option("--out", workspace.path("none")).args(["--limit", "3"]).expect_code(2).stderr;
-    assert!(said.contains("is no dataset: leave out --split and --limit"), "{said}");
+    assert!(said.contains("is not a dataset: leave out --split and --limit"), "{said}");
 }
 
 #[test]

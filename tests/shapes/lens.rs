@@ -162,8 +162,8 @@ fn a_target_is_marked_and_named_in_the_picture_that_was_given() {
         for (target, words) in [
             ("640,10", "the picture has 640 x 480 pixels"),
             ("-0.6,10", "the picture has 640 x 480 pixels"),
-            ("320,400", "no object is at that pixel, but the table"),
-            ("1,nan", "it is none of those"),
+            ("320,400", "the pixel shows the table, not an object"),
+            ("1,nan", "not a valid target"),
         ] {
             let said = run(target);
             assert!(said.contains(words), "{words}: {said}");

@@ -90,8 +90,7 @@ fn the_share_in_seen_space_and_loose_bodies_are_those_of_numpy() {
                 }
                 let is_loose = bodies > 1.0;
                 loose += usize::from(is_loose);
-                let words =
-                    format!("{}: {bodies} bodies that do not hang together", object["name"].as_str().expect("a name"));
+                let words = format!("{}: {bodies} disconnected bodies", object["name"].as_str().expect("a name"));
                 assert_eq!(said.contains(&words), is_loose, "{words}: {said}");
                 let largest = worst.entry((*method, *detail)).or_insert(0.0_f64);
                 *largest = largest.max(front);
@@ -179,10 +178,9 @@ fn evaluations_count_meshes_in_several_bodies() {
     let loose: Vec<&Value> = samples.iter().filter(|row| number_at(row, "/bodies") > 1.0).collect();
     assert!(!loose.is_empty() && loose.len() < samples.len(), "{} of {}", loose.len(), samples.len());
     assert!(loose.iter().all(|row| number_at(row, "/loose_area") > 0.0 && number_at(row, "/loose_volume") > 0.0));
-    assert!(said.contains(&format!("{} meshes with bodies that do not hang together", loose.len())), "{said}");
+    assert!(said.contains(&format!("{} meshes with disconnected bodies", loose.len())), "{said}");
     assert_eq!(number_at(&report, "/rows/0/in_bodies") as usize, loose.len());
     assert_eq!(number_at(&report, "/rows/1/in_bodies"), 0.0, "true shapes are whole");
-    let words =
-        format!("mirror-shell: {} of {} meshes have bodies that do not hang together", loose.len(), samples.len());
+    let words = format!("mirror-shell: {} of {} meshes have disconnected bodies", loose.len(), samples.len());
     assert!(run().succeed().stdout.contains(&words), "{words}");
 }

@@ -1,4 +1,4 @@
-//! The comparison of completions: a row per method and way of making meshes.
+//! Comparison of completions: one row per completion method and meshing method.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use super::outcome::{Outcome, SEED};
 use crate::{completion_args::DetailName, completion_method::CompletionMethod};
 use measure::{Interval, Scores, SurfaceComparison, VertexComparison};
 
-/// Share of the volume of an object's occupied cells that is solid, below which it counts as hollow or thin.
+/// Solid share of the volume of an object's occupied cells below which the object counts as hollow or thin.
 const SOLID_SHARE: f64 = 0.5;
 
 /// Result of the comparison.
@@ -18,11 +18,11 @@ pub(super) struct Report {
     pub dataset: String,
     pub split: String,
     pub samples: usize,
-    /// Points per surface; 0: surfaces were not compared.
+    /// Points per surface; 0 if surfaces were not compared.
     pub surface_samples: u32,
-    /// Surface that counts as the true one.
+    /// Surface that serves as the true one.
     pub truth: &'static str,
-    /// Whether columns by the thesis's rules stand beside the others.
+    /// Whether the table has additional columns by the thesis's rules.
     #[serde(skip)]
     pub has_thesis_rules: bool,
     pub rows: Vec<Row>,
@@ -32,10 +32,10 @@ pub(super) struct Report {
 #[derive(Serialize)]
 pub(super) struct Row {
     pub name: String,
-    /// Way in which meshes are made of answers.
+    /// Meshing method.
     pub detail: DetailName,
     pub iou: Option<Interval>,
-    /// Intersection over union of the cells without a seen point.
+    /// Intersection over union of the cells without an observed point.
     pub unseen_iou: Option<Interval>,
     /// Mean distance between the surfaces, both directions [mm].
     pub surface_mm: Option<Interval>,
@@ -43,7 +43,7 @@ pub(super) struct Row {
     pub bias_mm: Option<Interval>,
     /// Root of the mean square of the distances, both directions [mm].
     pub rms_mm: Option<Interval>,
-    /// 95 % of the points are nearer than this [mm].
+    /// 95th percentile of the distances [mm].
     pub percentile_95_mm: Option<Interval>,
     /// The largest distance [mm]: the Hausdorff distance.
     pub hausdorff_mm: Option<Interval>,
@@ -55,24 +55,24 @@ pub(super) struct Row {
     pub f_score_5mm: Option<Interval>,
     /// Intersection over union of the meshes' volumes.
     pub mesh_iou: Option<Interval>,
-    /// Volume as a share of the true one's.
+    /// Volume as a share of the true volume.
     pub volume_ratio: Option<Interval>,
     /// Share of the surface more than 8 mm in front of every depth within 3 pixels; `None` without stored depth.
     pub free_space_violation: Option<Interval>,
-    /// Samples whose mesh has bodies that do not hang together.
+    /// Samples whose mesh has disconnected bodies.
     pub in_bodies: usize,
-    /// Share of the area outside of the largest body.
+    /// Share of the area outside the largest body.
     pub loose_area: Option<Interval>,
-    /// Share of the volume outside of the largest body.
+    /// Share of the volume outside the largest body.
     pub loose_volume: Option<Interval>,
-    /// Divergence of the mean geodesic distances on the surface from those on the true one; `None` where nobody asked for it.
+    /// Divergence between the mean geodesic distances on the surface and on the true one; `None` if it was not requested.
     pub geodesic_divergence: Option<Interval>,
-    /// Divergence of those on the true surface from themselves by other points: a difference below it means nothing.
+    /// Divergence between two samplings of the true surface: a difference below this value is not significant.
     pub geodesic_floor: Option<Interval>,
-    /// Intersection over union of the meshes' volumes by the thesis's rule: in the truth's box alone, cells of the surface count.
-    /// `None`, as the two after it, without these rules.
+    /// Intersection over union of the meshes' volumes by the thesis's rule: only in the box of the true mesh, counting surface
+    /// cells. `None` without these rules, as are the next two.
     pub thesis_mesh_iou: Option<Interval>,
-    /// Mean distance of the vertices of both meshes from the other surface [mm], by MeshLab's defaults.
+    /// Mean distance of the vertices of both meshes from the other surface [mm], with MeshLab's defaults.
     pub thesis_surface_mm: Option<Interval>,
     /// The largest of these distances [mm].
     pub thesis_hausdorff_mm: Option<Interval>,
@@ -80,20 +80,20 @@ pub(super) struct Row {
     pub iou_of_solid: Option<Interval>,
     /// Intersection over union of hollow and thin objects; both are `None` without stored coverage.
     pub iou_of_hollow_or_thin: Option<Interval>,
-    /// Samples of which nothing was completed.
+    /// Samples for which nothing was completed.
     pub empty: usize,
-    /// Mean distance between the surfaces less that of the method's first way of making meshes, paired by object [mm]; `None`
-    /// for that first way itself.
+    /// Mean distance between the surfaces minus that of the first meshing method, paired by object [mm]; `None` for the first
+    /// meshing method itself.
     pub surface_over_first_mm: Option<Interval>,
-    /// Intersection over union less that of the best baseline, paired by object; `None` for baselines.
+    /// Intersection over union minus that of the best baseline, paired by object; `None` for baselines.
     pub iou_over_baseline: Option<Interval>,
 }
 
 /// Scores of all samples, by row.
 pub(super) struct Comparison<'a> {
-    /// Method and way of making meshes of each row.
+    /// Completion method and meshing method of each row.
     contenders: Vec<(&'a CompletionMethod, DetailName)>,
-    /// Ways of making meshes per method.
+    /// Meshing methods per completion method.
     details: usize,
     by_sample: &'a [Vec<Outcome>],
     /// Whether each object is hollow or thin.
@@ -182,12 +182,12 @@ impl<'a> Comparison<'a> {
     }
 }
 
-/// Whether a sample's mesh has bodies that do not hang together.
+/// Whether the mesh of a sample has disconnected bodies.
 fn is_in_bodies(outcome: &Outcome) -> bool {
     outcome.surfaces.as_ref().is_some_and(|surfaces| surfaces.bodies.bodies > 1)
 }
 
-/// Scores of one row, by object; samples without the value are left out.
+/// Scores of one row by object, without samples that lack the value.
 fn scores(by_sample: &[Vec<Outcome>], row: usize, value: &dyn Fn(&Outcome) -> Option<f64>) -> Scores {
     let mut scores = Scores::default();
     for outcome in by_sample.iter().map(|outcomes| &outcomes[row]) {
@@ -198,7 +198,7 @@ fn scores(by_sample: &[Vec<Outcome>], row: usize, value: &dyn Fn(&Outcome) -> Op
     scores
 }
 
-/// Whether each object is hollow or thin; without stored coverage nothing is known of it.
+/// Whether each object is hollow or thin; empty without stored coverage.
 fn hollow_objects(by_sample: &[Vec<Outcome>]) -> BTreeMap<String, bool> {
     let mut sums: BTreeMap<String, [f64; 2]> = BTreeMap::new();
     for outcome in by_sample.iter().filter_map(|outcomes| outcomes.first()) {

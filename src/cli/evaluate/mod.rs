@@ -53,7 +53,7 @@ pub fn evaluate_completion(arguments: &EvaluateCompletionArgs, printer: &Printer
         } else if has_coverage {
             "coverage of the dataset"
         } else {
-            "occupied cells of the dataset, about .7 cell too large"
+            "occupied cells of the dataset, about 0.7 cells too large"
         },
         has_thesis_rules: arguments.rules == RulesName::Thesis,
         rows: Comparison::new(&methods, &arguments.detail, &by_sample).rows(),

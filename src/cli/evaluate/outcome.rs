@@ -1,4 +1,4 @@
-//! Scores of one sample: how its completions compare with the truth.
+//! Scores of one sample: its completions compared with the truth.
 
 use crate::{
     completion_args::{EvaluateCompletionArgs, RulesName},
@@ -20,11 +20,11 @@ pub(super) const SEED: u64 = 0;
 pub(super) struct Outcome {
     pub object: String,
     pub overlap: GridOverlap,
-    /// Solid volume in the grid and that of the occupied cells [cells]; `None` without stored coverage.
+    /// Solid volume in the grid and volume of the occupied cells [cells]; `None` without stored coverage.
     pub filled: Option<[f64; 2]>,
-    /// `None` where surfaces are not compared, or one of the two has no triangle.
+    /// `None` if surfaces are not compared, or one of the two has no triangle.
     pub surfaces: Option<SurfaceScores>,
-    /// Whether surfaces are compared, and there is nothing to compare.
+    /// Whether surfaces are compared but the completion has none.
     pub is_empty: bool,
 }
 
@@ -33,21 +33,22 @@ pub(super) struct SurfaceScores {
     pub distances: SurfaceComparison,
     /// Intersection over union of the volumes.
     pub volumes: f64,
-    /// Share of the surface in space that was seen to be empty; `None` without stored depth.
+    /// Share of the surface in observed free space; `None` without stored depth.
     pub free_space: Option<f64>,
-    /// Bodies of the mesh, and how much of it is loose.
+    /// Disconnected bodies of the mesh, and their shares.
     pub bodies: LooseBodies,
-    /// Divergence of the geodesic distances from the truth's, and of the truth's from themselves; `None` where nobody asked.
+    /// Divergence between the geodesic distances and the true ones, and between two samplings of the true surface; `None` if not
+    /// requested.
     pub geodesics: Option<[f64; 2]>,
-    /// Scores by the rules of the thesis's tools; `None` where nobody asked.
+    /// Scores by the rules of the thesis's tools; `None` if not requested.
     pub thesis: Option<ThesisScores>,
 }
 
 /// Scores of one completed surface by the rules of the thesis's tools.
 pub(super) struct ThesisScores {
-    /// Intersection over union of the volumes, in the truth's box alone.
+    /// Intersection over union of the volumes, only in the box of the true mesh.
     pub volumes: f64,
-    /// Distances of vertices; `None` where every vertex of a mesh is too far away.
+    /// Distances of vertices; `None` if every vertex of a mesh is too far away.
     pub vertices: Option<VertexComparison>,
 }
 
@@ -61,7 +62,7 @@ struct Truth<'a> {
     is_perfect_sensor: bool,
 }
 
-/// Scores of a sample: a row per method and way of making meshes, those of one method together.
+/// Scores of a sample: one row per completion method and meshing method, grouped by completion method.
 pub(super) fn outcomes(
     arguments: &EvaluateCompletionArgs,
     methods: &[CompletionMethod],
@@ -100,7 +101,7 @@ pub(super) fn outcomes(
     Ok(outcomes)
 }
 
-/// The surface that counts as the true one: that of coverage, or of the occupied cells where no coverage is stored.
+/// Surface that serves as the true one: that of coverage, or of the occupied cells if no coverage is stored.
 pub(super) fn truth_mesh(sample: &StoredSample) -> TriMesh {
     let occupied = CubeField::from_grid(&sample.pair.complete);
     let placement = &sample.pair.grid;
@@ -110,7 +111,7 @@ pub(super) fn truth_mesh(sample: &StoredSample) -> TriMesh {
     }
 }
 
-/// Scores of a completed mesh; `None` where it has no triangle.
+/// Scores of a completed mesh; `None` if it has no triangle.
 fn surface_scores(mesh: &TriMesh, truth: &Truth, sample: &StoredSample) -> Result<Option<SurfaceScores>, Failure> {
     if mesh.triangles.is_empty() {
         return Ok(None);

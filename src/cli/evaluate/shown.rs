@@ -8,7 +8,7 @@ use format::dataset::DatasetReader;
 use kernel::ids::{ObjectId, SampleIndex};
 use publish::{EvaluatedMethod, EvaluatedSample};
 
-/// Completes the samples to show once more. `details` is the count of rows per method, and `by_sample` the rows of each chosen
+/// Completes the samples on the page again. `details` is the number of rows per method, and `by_sample` the rows of each chosen
 /// sample.
 pub(super) fn samples_to_show(
     methods: &[CompletionMethod],
@@ -26,7 +26,7 @@ pub(super) fn samples_to_show(
             let object = stored.object;
             let name = names.get(&object).cloned().unwrap_or_else(|| object.to_string());
             let caption = format!(
-                "{rank}: {name}, view {}, IoU {:.3}, of the cells without a seen point {:.3}",
+                "{rank}: {name}, view {}, IoU {:.3}, of the cells without an observed point {:.3}",
                 stored.pair.sample.item,
                 overlaps[sample],
                 by_sample[sample][method * details].overlap.unseen
@@ -39,7 +39,7 @@ pub(super) fn samples_to_show(
     methods.iter().enumerate().map(shown).collect()
 }
 
-/// Indices of the best, the median and the worst score, each once; of equal ones the first.
+/// Indices of the best, the median and the worst score, without repetition; among equal scores the first.
 fn ranked(scores: &[f64]) -> Vec<(&'static str, usize)> {
     let mut order: Vec<usize> = (0..scores.len()).collect();
     order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]));

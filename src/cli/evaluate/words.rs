@@ -20,7 +20,7 @@ const COLUMNS: [(&str, usize); 9] = [
     ("bias", 6),
     ("free", 6),
 ];
-/// Columns by the thesis's rules, after them.
+/// Additional columns by the thesis's rules.
 const THESIS_COLUMNS: [(&str, usize); 2] = [("thesis: mesh IoU", 20), ("thesis: surface [mm]", 20)];
 
 /// Columns of a comparison.
@@ -86,7 +86,7 @@ fn notes(report: &Report) -> Vec<String> {
     for Row { name, surface_over_first_mm, .. } in &report.rows {
         if let Some(Interval { mean, low, high, .. }) = surface_over_first_mm {
             notes.push(format!(
-                "{name}: surface less that of the first --detail {mean:+.2} [{low:+.2}, {high:+.2}] mm, paired by object{}",
+                "{name}: surface minus that of the first --detail {mean:+.2} [{low:+.2}, {high:+.2}] mm, paired by object{}",
                 claim(*low, *high)
             ));
         }
@@ -94,7 +94,7 @@ fn notes(report: &Report) -> Vec<String> {
     for Row { name, iou_over_baseline, empty, .. } in &report.rows {
         if let Some(Interval { mean, low, high, .. }) = iou_over_baseline {
             notes.push(format!(
-                "{name}: IoU less the best baseline's {mean:+.3} [{low:+.3}, {high:+.3}], paired by object{}",
+                "{name}: IoU minus that of the best baseline {mean:+.3} [{low:+.3}, {high:+.3}], paired by object{}",
                 claim(*low, *high)
             ));
         }
@@ -105,8 +105,7 @@ fn notes(report: &Report) -> Vec<String> {
     for Row { name, in_bodies, loose_area, loose_volume, .. } in &report.rows {
         if let (1.., Some(area), Some(volume)) = (in_bodies, loose_area, loose_volume) {
             notes.push(format!(
-                "{name}: {in_bodies} of {} meshes have bodies that do not hang together; {:.1} % of all area and {:.1} % of all volume \
-                 outside of the largest",
+                "{name}: {in_bodies} of {} meshes have disconnected bodies; {:.1} % of all area and {:.1} % of all volume outside the largest",
                 report.samples,
                 100.0 * area.mean,
                 100.0 * volume.mean
@@ -118,8 +117,7 @@ fn notes(report: &Report) -> Vec<String> {
     }
     if report.has_thesis_rules {
         notes.push(
-            "thesis: volumes in a cube over the truth's box alone, cells of the surface count (binvox); distances of vertices, farther \
-             than half the diagonal of their mesh's box ignored (MeshLab)"
+            "thesis: volumes only in a cube over the true mesh's box, counting surface cells (binvox); distances of vertices, ignoring those beyond half the diagonal of their mesh's box (MeshLab)"
                 .to_owned(),
         );
     }

@@ -206,8 +206,8 @@ fn make_missing(
     ended.map(|()| (to_make, seconds))
 }
 
-/// Writes the product's own files, index, tables and manifest; all shards are there. The memory of the work, such as meshes, is free
-/// before index and manifest take theirs.
+/// Writes the product's own files, index, tables and manifest; all shards are complete. The memory of the work, such as meshes,
+/// is free before index and manifest take theirs.
 fn close(task: &RunTask, work: Box<dyn OpenWork + '_>, context: &RunContext<'_>) -> Result<Manifest, RunError> {
     let RunContext { parallelism, cancel, listener } = *context;
     listener(Event::Finishing);
