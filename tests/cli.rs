@@ -351,7 +351,7 @@ fn a_log_holds_what_a_command_says_whatever_is_shown() {
     let submit =
         Program::on("submit", &job).args(["--backend", "local", "--print"]).option("--out", workspace.path("far"));
     submit.option("--log", workspace.path("submit.log")).succeed();
-    has(&read_log(&workspace.path("submit.log")), "info", "by this machine's pace");
+    has(&read_log(&workspace.path("submit.log")), "info", "at this machine's speed");
 }
 
 #[test]
@@ -359,7 +359,7 @@ fn a_log_stands_outside_of_the_dataset_in_a_file() {
     let (workspace, data) = make_data();
     let verify = |log: PathBuf| Program::on("verify", &data).option("--log", log);
     let said = verify(data.join("verify.log")).expect_code(2).stderr;
-    assert!(said.contains("holds the dataset and nothing else"), "{said}");
+    assert!(said.contains("must not be in the dataset folder"), "{said}");
     let said = verify(workspace.make_folder("logs")).expect_code(2).stderr;
     assert!(said.contains("--log") && said.contains("a folder, not a regular file"), "{said}");
     verify(workspace.path("verify.log")).succeed();

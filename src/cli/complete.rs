@@ -429,7 +429,7 @@ pub fn loose_words(found: &LooseBodies) -> String {
 fn text(report: &SceneReport<'_>, plane: &str, targets: usize, out: &Path) -> String {
     let mut text = format!("{plane}\n");
     if report.objects.is_empty() {
-        text.push_str("no object stands on it: are there enough points (--min-points), high enough (--min-height)?\n");
+        text.push_str("no objects found: lower --min-points or --min-height\n");
     }
     for ObjectRow { name, role, refusal, completed, .. } in &report.objects {
         if let Some(row) = completed {

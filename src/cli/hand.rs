@@ -1,4 +1,4 @@
-//! `graspmill hand check`: what a hand's description and its table say, and pictures of the hand.
+//! `graspmill hand check`: a summary of a hand's description and its table, and pictures of the hand.
 
 use std::{
     collections::BTreeSet,
@@ -33,34 +33,34 @@ use robot::{
 };
 use sim::HandModel;
 
-/// A contact farther from its link's surface than this is a mistake of the description, nearer ones are rounding [m].
+/// Distance of a contact from its link's surface above which the description is wrong; smaller ones are rounding [m].
 const ON_SURFACE: f64 = 1e-4;
 
 /// Side of each view of a picture [px].
 const SIDE: u32 = 480;
 
-/// All that was found.
+/// Result of the check.
 #[derive(Serialize)]
 struct Report {
     description: String,
     #[serde(skip)]
     format: Format,
     name: String,
-    /// Sum of all masses [kg].
+    /// Total mass [kg].
     mass: f64,
     links: Vec<String>,
     driven: Vec<DrivenRow>,
     /// The approach frame in the opened hand, expressed in the base frame: the top three rows of its 4x4 matrix [m].
     approach: [f64; 12],
     contacts: Vec<ContactRow>,
-    /// The width between the pads, opened and closed [m]; `None` where a width means nothing.
+    /// Width between the pads, opened and closed [m]; `None` for hands without such a width.
     width: Option<[f64; 2]>,
     eigengrasps: Vec<EigengraspRow>,
     samples: u64,
     pairs: Vec<PairRow>,
     /// Pairs that touch in the opened hand.
     touch_opened: Vec<[String; 2]>,
-    /// MJCF that keeps the pairs that always touch from pushing each other apart.
+    /// MJCF that excludes contacts of the pairs that always touch.
     exclude: Vec<String>,
     uses: Vec<UseRow>,
     pictures: Vec<PathBuf>,
@@ -76,11 +76,11 @@ struct DrivenRow {
     opened: f64,
     /// `None` for a joint that does not close the hand.
     closed: Option<f64>,
-    /// A second.
+    /// Speed in `unit` per second.
     speed: f64,
-    /// [N m] or [N].
+    /// Torque or force of the motor [N m] or [N].
     torque: f64,
-    /// Load at which the stopped joint gives way [N m] or [N].
+    /// Load at which the stopped joint moves back [N m] or [N].
     holding_torque: f64,
     followers: Vec<FollowerRow>,
 }
@@ -89,11 +89,11 @@ struct DrivenRow {
 struct FollowerRow {
     joint: String,
     ratio: f64,
-    /// For a unit of the motor, once the driven joint is stopped; `None` where it stops, too.
+    /// Motion per unit of the motor after the driven joint has stopped; `None` if this joint stops, too.
     after_breakaway: Option<f64>,
-    /// Torque or force that stops it then [N m] or [N].
+    /// Torque or force that then stops the joint [N m] or [N].
     torque: Option<f64>,
-    /// Load at which it gives way once it is stopped [N m] or [N].
+    /// Load at which the stopped joint then moves back [N m] or [N].
     holding_torque: Option<f64>,
 }
 
@@ -101,10 +101,10 @@ struct FollowerRow {
 struct ContactRow {
     name: String,
     link: String,
-    /// In the opened hand, expressed in the base frame [m].
+    /// Position in the opened hand, expressed in the base frame [m].
     point: [f64; 3],
     normal: [f64; 3],
-    /// Distance by which it lies outside of its link's surface [m], negative inside.
+    /// Distance outside its link's surface [m], negative inside.
     off_surface: f64,
 }
 
@@ -115,17 +115,17 @@ struct EigengraspRow {
     range: [f64; 2],
 }
 
-/// A setting of jobs that use a hand.
+/// Setting of jobs that use a hand.
 #[derive(Serialize)]
 struct UseRow {
     product: Product,
-    /// The setting, as a job file has it.
+    /// The setting as written in a job file.
     setting: &'static str,
-    /// Reason why such a job cannot use this hand, with the remedy.
+    /// Reason why such a job cannot use this hand, with a remedy.
     refusal: Option<String>,
 }
 
-/// The hand's shapes with their search trees, and where they sit on their links.
+/// The hand's shapes with their search trees and their poses on their links.
 struct Shapes {
     shapes: Vec<(Mount, TouchShape)>,
 }
@@ -180,12 +180,12 @@ fn link_frames(hand: &Hand, motors: &[Motor]) -> Vec<IsometryMatrix3<f64>> {
     std::iter::once(IsometryMatrix3::identity()).chain(hand.link_frames(&values)).collect()
 }
 
-/// Every motor somewhere in its range.
+/// Draws a random state of every motor within its range.
 fn anywhere_all(hand: &Hand, stream: &mut Stream) -> Vec<Motor> {
     hand.driven().iter().map(|driven| anywhere(driven, stream)).collect()
 }
 
-/// A motor somewhere in its range; where there is a clutch, as often open as shut.
+/// Draws a random state of a motor within its range; a clutch is open or shut with equal probability.
 fn anywhere(driven: &Driven, stream: &mut Stream) -> Motor {
     let [low, high] = driven.range();
     let motor = Motor::engaged(stream.uniform(low, high));
@@ -199,7 +199,7 @@ fn anywhere(driven: &Driven, stream: &mut Stream) -> Motor {
     }
 }
 
-/// Settings of all jobs that use hands, and whether this one will do.
+/// Settings of all jobs that use hands, and whether this hand is suitable.
 fn uses(model: &HandModel) -> Vec<UseRow> {
     let mut rows = Vec::new();
     for factory in PRODUCTS {
@@ -274,7 +274,7 @@ impl Shapes {
         Ok(Self { shapes: built.collect::<Result<_, _>>()? })
     }
 
-    /// Distance by which a point of a link lies outside of the link's surface [m].
+    /// Distance of a point outside a link's surface [m].
     fn off_surface(&self, link: usize, point: &Point3<f64>) -> f64 {
         let of_link = self.shapes.iter().filter(|(mount, _)| mount.link == link);
         of_link.map(|(mount, shape)| shape.distance(&mount.link_from_frame, point)).fold(f64::INFINITY, f64::min)
@@ -294,8 +294,8 @@ impl Shapes {
     }
 }
 
-/// The hand opened, half closed (joints that do not close it at the middle of their range) and closed, each seen from
-/// the side, from above a corner, and from above the palm, the contacts as orange balls.
+/// Draws the hand opened, half closed (joints that do not close it at the middle of their range) and closed. Each picture has
+/// three views: from the side, from above a corner, and from above the palm. Contacts are orange balls.
 fn draw(hand: &Hand, shapes: &Shapes, folder: &Folder) -> Result<Vec<PathBuf>, Failure> {
     folder.create()?;
     let ball = TouchShape::new(&Shape::Sphere { radius: 0.002 })?;
@@ -323,7 +323,7 @@ fn draw(hand: &Hand, shapes: &Shapes, folder: &Folder) -> Result<Vec<PathBuf>, F
     Ok(written)
 }
 
-/// Three views beside each other on white, all of the same scale.
+/// Draws three views side by side on white, with the same scale.
 fn picture(solids: &[Solid<'_>]) -> Picture {
     let balls: Vec<_> = solids.iter().map(|solid| solid.shape.ball(&solid.pose)).collect();
     let side = |sign: f64| -> [f64; 3] {
@@ -373,7 +373,7 @@ impl Display for Report {
             match contact.off_surface {
                 off if off.abs() <= ON_SURFACE => writeln!(f)?,
                 off if off.is_infinite() => writeln!(f, "; its link has no shape")?,
-                off if off > 0.0 => writeln!(f, "; {:.2} mm outside of its link: move it to the surface", 1e3 * off)?,
+                off if off > 0.0 => writeln!(f, "; {:.2} mm outside its link: move it to the surface", 1e3 * off)?,
                 off => writeln!(f, "; {:.2} mm inside its link: move it to the surface", -1e3 * off)?,
             }
         }
@@ -402,12 +402,12 @@ impl Display for Report {
 }
 
 impl Report {
-    /// Writes which jobs can use the hand, and why others cannot: settings of one reason together.
+    /// Writes which jobs can use the hand and why others cannot, grouped by reason.
     fn write_uses(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let settings = |refusal: Option<&String>| {
             let mut alike: Vec<&str> = Vec::new();
             for row in self.uses.iter().filter(|row| row.refusal.as_ref() == refusal) {
-                // Jobs of two products may have one setting.
+                // Jobs of two products may share a setting.
                 if !alike.contains(&row.setting) {
                     alike.push(row.setting);
                 }
@@ -439,7 +439,7 @@ impl Display for DrivenRow {
                 (Some(ratio), Some(torque), Some(holds)) => {
                     writeln!(
                         f,
-                        "; when {joint} is stopped, goes on at {ratio:.4} until {torque} {force}, holds {holds}"
+                        "; after {joint} stops, continues at {ratio:.4} until {torque} {force}, holds {holds}"
                     )?;
                 }
                 _ => writeln!(f)?,
@@ -449,7 +449,7 @@ impl Display for DrivenRow {
     }
 }
 
-/// To a micrometre, without a sign of zero.
+/// Rounds to a micrometre, without negative zero.
 fn tidy(number: f64) -> f64 {
     (number * 1e6).round() / 1e6 + 0.0
 }

@@ -1,4 +1,4 @@
-//! From a job file on the command line to a job with its plan, and which error means which exit code.
+//! From a job file on the command line to a job with its plan, and the exit codes of errors on the way.
 
 use std::{collections::BTreeMap, path::PathBuf};
 
@@ -22,7 +22,7 @@ pub fn schema(printer: &Printer) -> Result<Exit, Failure> {
     Ok(Exit::Complete)
 }
 
-/// The text of a job file, or of a set.
+/// Reads the text of a job file or of a set.
 pub fn text(arguments: &JobArgs) -> Result<JobText, Failure> {
     JobText::open(&arguments.job, &arguments.set).map_err(|error| {
         let error = anyhow::Error::new(error).context(arguments.job.shown().to_string());
@@ -30,17 +30,17 @@ pub fn text(arguments: &JobArgs) -> Result<JobText, Failure> {
     })
 }
 
-/// Reads a job of one dataset, prepares its meshes, makes the plan.
+/// Reads the job of one dataset, prepares its meshes and makes the plan.
 pub fn open_one(text: &JobText, context: &RunContext<'_>) -> Result<OpenJob, Failure> {
     if JobSet::is_one(text) {
-        let message = format!("{}: a set of jobs; only `run` takes sets, give one of its jobs", text.label);
+        let message = format!("{} is a set of jobs, which only `run` accepts; give one of its jobs", text.label);
         return Err(Failure::message(Exit::BadSpec, message));
     }
     open(read(text, &BTreeMap::new())?, context)
 }
 
-/// Reads and checks a job file without opening its meshes. `inputs`: folders of datasets that it reads, by the section that
-/// names each, in place of those that the file names.
+/// Reads and checks a job file without opening its meshes. `inputs` are folders of datasets that replace those named in the file,
+/// by the section that names each.
 pub fn read(text: &JobText, inputs: &BTreeMap<String, PathBuf>) -> Result<JobDraft, Failure> {
     let context = JobContext { packages: machine::packages()?, ..JobContext::default() };
     JobDraft::read_with_inputs(text, inputs, &context).map_err(|errors| job_failure(&errors))
@@ -57,16 +57,16 @@ pub fn open(draft: JobDraft, context: &RunContext<'_>) -> Result<OpenJob, Failur
     })
 }
 
-/// Mistakes of a job, for people.
+/// Mistakes of a job as text.
 pub fn job_failure(errors: &FormErrors) -> Failure {
     Failure::message(Exit::BadSpec, format!("\n{}", errors.render().trim_end()))
 }
 
-/// The exit code of a run that ended early.
+/// Exit code of a run that ended early.
 pub fn run_failure(error: RunError) -> Failure {
     match &error {
         RunError::Interrupted => Failure::new(Exit::Interrupted, error),
-        // A folder of another job, and whatever storing a sample or a table met.
+        // The folder belongs to another job, or storing a sample or a table failed.
         RunError::Dataset(source) | RunError::Produce(ProduceError::Store(source)) if source.is_foreign() => {
             Failure::new(Exit::BadSpec, error)
         }

@@ -1,4 +1,4 @@
-//! The command line: the only room that prints, reads the environment and picks exit codes.
+//! The command line: the only room that prints, reads the environment and selects exit codes.
 
 mod args;
 mod complete;
@@ -53,24 +53,24 @@ use kernel::{files, words::Show};
 use log::Level;
 use printer::Printer;
 
-/// The grammar of the command line: every verb with its arguments.
+/// Grammar of the command line: every command with its arguments.
 pub fn command() -> clap::Command {
     Cli::command()
 }
 
-/// Stack of the program's main thread [bytes]: what Linux gives by default, whatever `ulimit -s` says.
+/// Stack of the program's main thread [bytes]: the default of Linux, regardless of `ulimit -s`.
 const STACK_BYTES: usize = 8 << 20;
 
-/// Parses the arguments, runs the command on a thread with a stack of its own, returns its exit code.
+/// Parses the arguments, runs the command on a thread with its own stack, and returns its exit code.
 pub fn main() -> ExitCode {
     let program = thread::Builder::new().name("main".to_owned()).stack_size(STACK_BYTES).spawn(run_command);
     match program.map(thread::JoinHandle::join) {
         Ok(Ok(exit)) => exit.into(),
-        // The panic was printed; Rust's own code for it.
+        // The panic was printed; this is Rust's exit code for a panic.
         Ok(Err(_)) => ExitCode::from(101),
         Err(error) => {
             Printer::default()
-                .say(&format!("graspmill: no thread of {STACK_BYTES} bytes of stack: {error}; lift `ulimit -v` or -u"));
+                .say(&format!("graspmill: cannot start a thread with {STACK_BYTES} bytes of stack: {error}; raise `ulimit -v` or `ulimit -u`"));
             Exit::Failed.into()
         }
     }
@@ -100,18 +100,18 @@ fn run_command() -> Exit {
             if wrong { Exit::BadSpec } else { Exit::Complete }
         }
     };
-    // A result that is lost is no success.
+    // A lost result is a failure.
     if exit == Exit::Complete && printer.has_lost_output() { Exit::InputOutput } else { exit }
 }
 
-/// The words about wrong arguments. clap repeats what it was given: so these are its words about the same arguments with escapes.
+/// Message about wrong arguments. clap repeats the arguments, so it is called again with their escaped forms.
 fn words_of_wrong_arguments(error: &clap::Error) -> String {
     let shown = env::args_os().map(|argument| argument.to_string_lossy().shown().to_string());
     let again = Cli::try_parse_from(shown).err();
     again.as_ref().unwrap_or(error).render().to_string()
 }
 
-/// Opens the log that a command asks for.
+/// Opens the log that a command requests.
 fn open_log(command: &Command, printer: &mut Printer) -> Result<(), Failure> {
     let (log, folder) = match command {
         Command::Run(RunArgs { log, out, .. }) | Command::Submit(SubmitArgs { log, out, .. }) => (log, out),
@@ -121,7 +121,8 @@ fn open_log(command: &Command, printer: &mut Printer) -> Result<(), Failure> {
     let Some(log) = log else { return Ok(()) };
     if path::absolute(log)?.starts_with(path::absolute(folder.path())?) {
         let (log, folder) = (log.shown(), folder.path().shown());
-        let message = format!("--log {log}: {folder} holds the dataset and nothing else; give a file outside of it");
+        let message =
+            format!("--log {log}: the log must not be in the dataset folder {folder}; give a file outside it");
         return Err(Failure::message(Exit::BadSpec, message));
     }
     let words = env::args_os().skip(1).map(|word| path::Path::new(&word).shown().to_string()).collect::<Vec<_>>();

@@ -1,4 +1,4 @@
-//! The log of a command: what it says and how far it is, as plain lines in a file.
+//! Log of a command: its messages and progress as plain lines in a file.
 
 use std::{
     fs::File,
@@ -10,19 +10,19 @@ use std::{
 
 use chrono::{DateTime, SecondsFormat, Utc};
 
-/// Weight of a line.
+/// Severity of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// Something happened.
     Info,
-    /// Something that a user should know.
+    /// Something that the user should know.
     Warning,
     /// Something failed, or a check found a fault.
     Error,
 }
 
 impl Level {
-    /// Level of a line of a result: lines about faults begin with a word that says so.
+    /// Level of a line of a result, from its first word: lines about faults begin with a word such as `problem`.
     pub fn of_result(line: &str) -> Self {
         match line.split_once(": ") {
             Some(("warning", _)) => Self::Warning,
@@ -40,22 +40,22 @@ impl Level {
     }
 }
 
-/// A log that is open. It grows: a command that is given again goes on in the same file.
+/// An open log. A repeated command appends to the same file.
 pub struct Log {
     state: Mutex<State>,
 }
 
 struct State {
     file: File,
-    /// The first line, until another follows it: a program that starts itself again writes it once.
+    /// The first line, written together with the next one, so that a program that restarts itself writes it once.
     first: Option<String>,
 }
 
 impl Log {
-    /// Opens a log, or begins one, for a command in these words.
+    /// Opens or creates the log of a command. `command` is the command line.
     ///
     /// # Errors
-    /// When something else than a regular file stands there, or it cannot be written.
+    /// When the path is not a regular file, or the file cannot be written.
     pub fn open(path: &Path, command: String) -> io::Result<Self> {
         let file = kernel::files::open_log(path)?;
         Ok(Self { state: Mutex::new(State { file, first: Some(command) }) })
@@ -71,7 +71,7 @@ impl Log {
         let written = |level: Level, line: &str| format!("{time} {:7} {line}\n", level.name());
         let mut lines = state.first.take().map_or_else(String::new, |first| written(Level::Info, &first));
         lines.extend(text.lines().filter(|line| !line.is_empty()).map(|line| written(level(line), line)));
-        // In one call, so that the lines of two tasks that write one file do not mix.
+        // One call for all lines, so that lines of two tasks that write to the same file do not mix.
         state.file.write_all(lines.as_bytes())
     }
 }

@@ -25,7 +25,7 @@ use kernel::{
 /// Time between two checks of the folder.
 const PAUSE: Duration = Duration::from_secs(2);
 
-/// Closes a dataset whose shards were made by tasks. Its `job.toml` says the rest; the job's own file is not needed.
+/// Finishes a dataset whose shards were made by tasks. Reads its `job.toml`; the original job file is not needed.
 pub fn merge(arguments: &MergeArgs, printer: &Printer) -> Result<Exit, Failure> {
     let folder = &arguments.dir;
     refuse_set(folder)?;
@@ -34,7 +34,8 @@ pub fn merge(arguments: &MergeArgs, printer: &Printer) -> Result<Exit, Failure> 
     let cancel = machine::cancel_on_signals()?;
     wait(folder, Duration::from_secs(60 * u64::from(arguments.wait)), &cancel, printer)?;
     let text = JobText::of_dataset(folder, &[]).map_err(|error| {
-        let what = format!("{}: `run --task` writes it", folder.path_of(layout::JOB).shown());
+        let what =
+            format!("{}: run `graspmill run --task` first, which writes it", folder.path_of(layout::JOB).shown());
         Failure::from(anyhow::Error::new(error).context(what))
     })?;
     let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &|_| {} };
@@ -49,12 +50,12 @@ pub fn merge(arguments: &MergeArgs, printer: &Printer) -> Result<Exit, Failure> 
     show(folder, &parallelism, &summary, began.elapsed().as_secs_f64(), arguments.json, printer)
 }
 
-/// Waits until every shard has its file, by their names alone; says at once what is missing where there is no time to wait.
+/// Waits until every shard has its file, checking only names; without time to wait, reports missing shards at once.
 fn wait(folder: &Folder, patience: Duration, cancel: &Cancel, printer: &Printer) -> Result<(), Failure> {
     let began = Instant::now();
     let mut said = String::new();
     loop {
-        // `None`: no task has begun.
+        // `None`: no task has started.
         let missing = match read_mark(folder)? {
             None => None,
             Some(mark) => {
@@ -84,14 +85,13 @@ fn wait(folder: &Folder, patience: Duration, cancel: &Cancel, printer: &Printer)
     }
 }
 
-/// Adds to an error which shards are missing, and how to send for them.
+/// Adds to an error which shards are missing, and how to make them.
 fn gap(error: RunError) -> Failure {
     let remedy = match &error {
         RunError::Gap { missing, shards, .. } => {
             let array = number_ranges(missing).join(",");
             format!(
-                "; make them with an array of --array={array} and `run --task env/{shards}`, or with `submit --retry`, or run the \
-                 job again without --task"
+                "; make them with a job array of --array={array} and `run --task env/{shards}`, or with `submit --retry`, or run the job again without --task"
             )
         }
         _ => return run_failure(error),

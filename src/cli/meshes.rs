@@ -13,7 +13,7 @@ use kernel::{
 };
 use surface::write_ply;
 
-/// Says what each mesh is, what would be repaired, what is refused and how to mend it.
+/// Describes each mesh, the repairs that a job would make, and refusals with their remedies.
 pub fn check(arguments: &MeshesCheckArgs, printer: &Printer) -> Result<Exit, Failure> {
     let report = check_report(&arguments.paths, scale(&arguments.scale)?, SizeRule::default());
     if arguments.json {
@@ -24,14 +24,14 @@ pub fn check(arguments: &MeshesCheckArgs, printer: &Printer) -> Result<Exit, Fai
     Ok(if report.has_refusals() { Exit::Refused } else { Exit::Complete })
 }
 
-/// Writes the parts of a mesh that nothing joins as meshes of their own.
+/// Writes the disconnected parts of a mesh as separate meshes.
 pub fn split(arguments: &MeshesSplitArgs, printer: &Printer) -> Result<Exit, Failure> {
     let MeshesSplitArgs { file, out, scale: of_file } = arguments;
     let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let source = MeshSource { scale: scale(of_file)?, ..MeshSource::of_file(name.clone(), file) };
     let parts = assets::parts(&source).map_err(|refusal| Failure::message(Exit::Refused, refusal))?;
     if parts.is_empty() {
-        let message = format!("{}: it hangs together: there is nothing to split", file.shown());
+        let message = format!("{}: the mesh is connected, so there is nothing to split", file.shown());
         return Err(Failure::message(Exit::BadSpec, message));
     }
     let folder = NewFolder::begin(out)?;
@@ -44,7 +44,7 @@ pub fn split(arguments: &MeshesSplitArgs, printer: &Printer) -> Result<Exit, Fai
     Ok(Exit::Complete)
 }
 
-/// The scale that arguments give a mesh.
+/// Scale of a mesh from the arguments.
 fn scale(arguments: &MeshScaleArgs) -> Result<ScaleRule, Failure> {
     match arguments.size {
         Some(size) if size > 0.0 && size.is_finite() => Ok(ScaleRule::LongestSide(size)),
@@ -56,7 +56,7 @@ fn scale(arguments: &MeshScaleArgs) -> Result<ScaleRule, Failure> {
     }
 }
 
-/// A unit by name, or as a number of metres.
+/// Length of a unit in metres, from its name or a number.
 fn metres_per_unit(text: &str) -> Result<f64, Failure> {
     let number = || text.parse().ok().filter(|metres: &f64| *metres > 0.0 && metres.is_finite());
     LengthUnit::named(text).map(|unit| unit.metres).or_else(number).ok_or_else(|| {

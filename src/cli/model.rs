@@ -1,4 +1,4 @@
-//! `graspmill model check`: a model's folder, file by file, and its stored answers.
+//! `graspmill model check`: checks a model folder file by file, and its stored results.
 
 use std::{fmt::Write as _, time::Instant};
 
@@ -13,12 +13,12 @@ use super::{
 use infer::{CompletionModel, GoldenCheck, InputName, Inputs, ModelError, ModelProblem};
 use surface::CubeField;
 
-/// Runs by which a network is timed, at most.
+/// Maximum number of timed runs of a network.
 const RUNS: usize = 9;
-/// Time after which no further run begins [ms].
+/// Time after which no further run starts [ms].
 const TIMED: f64 = 1000.0;
-/// Remedy for answers that differ.
-const REMEDY: &str = "the network answers otherwise here than where it was trained: export it again";
+/// Remedy for results that differ.
+const REMEDY: &str = "the network's results differ from those stored after training: export it again";
 
 /// Result of the check.
 #[derive(Serialize)]
@@ -30,7 +30,7 @@ struct Report<'a> {
     /// SHA-256 of `model.json`, which pins all other files.
     digest: &'a str,
     steps: u64,
-    /// Root digests of the datasets that it was trained on.
+    /// Root digests of the training datasets.
     trained_on: Vec<&'a str>,
     golden: GoldenCheck,
     agrees: bool,
@@ -92,7 +92,7 @@ fn milliseconds_per_sample(model: &CompletionModel) -> Result<f64, Failure> {
     Ok(times[times.len() / 2])
 }
 
-/// Files that were changed mean 4, other faults what inputs mean.
+/// Maps changed files to exit code 4 and other faults to the codes of inputs.
 pub fn refused(error: ModelError) -> Failure {
     match &error.problem {
         ModelProblem::Digest { .. } => Failure::new(Exit::Mismatch, error),
@@ -103,14 +103,14 @@ pub fn refused(error: ModelError) -> Failure {
 fn text(report: &Report<'_>) -> String {
     let Report { network, inputs, resolution, thresholds, digest, steps, trained_on, golden, milliseconds, .. } =
         report;
-    let mut text = format!("{network}: takes {}, {resolution} cells along each axis\n", inputs.join(", "));
+    let mut text = format!("{network}: input {}, {resolution} cells along each axis\n", inputs.join(", "));
     _ = writeln!(text, "digest: {digest}");
     let roots = if trained_on.is_empty() { "no dataset".to_owned() } else { trained_on.join(", ") };
     _ = writeln!(text, "trained: {steps} steps on {roots}");
     _ = writeln!(text, "thresholds: occupancy {}, coverage {}", thresholds.occupancy, thresholds.coverage);
     _ = writeln!(
         text,
-        "golden.npz: {} samples; largest difference {:.1e} in occupancy, {:.1e} in coverage; {} other cells",
+        "golden.npz: {} samples; largest difference {:.1e} in occupancy, {:.1e} in coverage; {} different cells",
         golden.samples, golden.occupancy, golden.coverage, golden.other_cells
     );
     if !report.agrees {

@@ -1,4 +1,4 @@
-//! Pairs of bodies that move against each other: how often they touch, and what is said of it.
+//! Pairs of bodies that move relative to each other: how often they touch, and the text about it.
 
 use std::{
     collections::BTreeMap,
@@ -19,14 +19,14 @@ use super::exit::{Exit, Failure};
 pub struct PairRow {
     /// Their names.
     pub bodies: [String; 2],
-    /// `checked`, or why it is not: `adjacent`, `excluded` or `masked`.
+    /// `checked`, or the reason for skipping the pair: `adjacent`, `excluded` or `masked`.
     pub rule: &'static str,
     /// Samples in which the two touch.
     pub touches: u64,
 }
 
 impl PairRow {
-    /// Rows of all pairs, with how often each touches.
+    /// Rows of all pairs, with the number of touches of each.
     pub fn all(bodies: &Bodies, rules: &[([usize; 2], PairRule)], counts: &[u64]) -> Vec<Self> {
         let row = |((pair, rule), touches): (&([usize; 2], PairRule), &u64)| Self {
             bodies: names(bodies, *pair),
@@ -36,7 +36,7 @@ impl PairRow {
         rules.iter().zip(counts).map(row).collect()
     }
 
-    /// MJCF that keeps this pair from being checked.
+    /// MJCF that excludes this pair from checks.
     pub fn exclude(&self) -> String {
         exclude_line(&self.bodies)
     }
@@ -60,7 +60,7 @@ impl PairRow {
     }
 }
 
-/// The test of maps and trials, for all pairs that move against each other: in the order of their rules.
+/// Collision test that maps and trials use, for all pairs that move relative to each other, in the order of their rules.
 ///
 /// # Errors
 /// When a shape has no surface.
@@ -68,7 +68,7 @@ pub fn checker(bodies: &Bodies, rules: &[([usize; 2], PairRule)]) -> Result<Coll
     CollisionChecker::new(&bodies.clone().with_pairs(rules.iter().map(|(pair, _)| *pair).collect()))
 }
 
-/// Pairs that are checked and touch with the links at these frames, the world's first.
+/// Checked pairs that touch with the links at these frames, starting with the world's.
 pub fn touching(
     bodies: &Bodies,
     rules: &[([usize; 2], PairRule)],
@@ -79,13 +79,13 @@ pub fn touching(
     checked.filter(|(index, _)| checker.pair(*index, links)).map(|(_, (pair, _))| names(bodies, *pair)).collect()
 }
 
-/// The failure of a robot that cannot be checked: a mistake of its description, or too little memory.
+/// Failure for a robot that cannot be checked: a mistake in its description, or too little memory.
 pub fn wrong_robot(error: RobotError) -> Failure {
     let exit = if matches!(error, RobotError::Memory { .. }) { Exit::Failed } else { Exit::BadSpec };
     Failure::new(exit, error)
 }
 
-/// The failure of a hand that cannot be checked.
+/// Failure for a hand that cannot be checked.
 pub fn wrong_hand(error: HandError) -> Failure {
     match error {
         HandError::Robot(error) => wrong_robot(error),
@@ -130,20 +130,20 @@ fn word(rule: PairRule) -> &'static str {
 pub fn write_pairs(f: &mut fmt::Formatter<'_>, pairs: &[PairRow], samples: u64) -> fmt::Result {
     let of_rule = |rule: &'static str| pairs.iter().filter(move |pair| pair.rule == rule);
     list(f, "adjacent, never checked", of_rule("adjacent").map(PairRow::plain))?;
-    list(f, "kept apart by contype and conaffinity", of_rule("masked").map(PairRow::plain))?;
+    list(f, "disabled by contype and conaffinity", of_rule("masked").map(PairRow::plain))?;
     list(f, "always touch", pairs.iter().filter(|pair| pair.always_touches(samples)).map(PairRow::plain))?;
     list(f, "never touch", pairs.iter().filter(|pair| pair.never_touches(samples)).map(PairRow::plain))?;
     let share = |pair: &PairRow| {
         format!("{} {:.2} %", PairRow::plain(pair), 100.0 * pair.touches as f64 / samples.max(1) as f64)
     };
     let sometimes = |pair: &&PairRow| pair.touches > 0 && pair.touches < samples;
-    list(f, "touch sometimes", of_rule("checked").filter(sometimes).map(share))?;
+    list(f, "sometimes touch", of_rule("checked").filter(sometimes).map(share))?;
     let excluded = of_rule("excluded").count();
     writeln!(f, "  excluded by the scene: {excluded}")?;
-    list(f, "excluded, but touch sometimes", of_rule("excluded").filter(sometimes).map(share))
+    list(f, "excluded, but sometimes touch", of_rule("excluded").filter(sometimes).map(share))
 }
 
-/// A heading and its items, one per line; nothing where there are none.
+/// Writes a heading and its items, one per line; nothing without items.
 fn list(f: &mut fmt::Formatter<'_>, heading: &str, items: impl Iterator<Item = String>) -> fmt::Result {
     let mut text = String::new();
     let mut count = 0;
@@ -154,12 +154,12 @@ fn list(f: &mut fmt::Formatter<'_>, heading: &str, items: impl Iterator<Item = S
     if count == 0 { Ok(()) } else { write!(f, "  {heading}: {count}\n{text}") }
 }
 
-/// The lines that a description should have.
+/// Writes the lines that a description should contain.
 pub fn write_excludes(f: &mut fmt::Formatter<'_>, format: Format, exclude: &[String]) -> fmt::Result {
     if exclude.is_empty() {
         return Ok(());
     }
-    writeln!(f, "\nto check only what matters, put this into {}:\n  <contact>", place_of_excludes(format))?;
+    writeln!(f, "\nto skip unnecessary checks, add this to {}:\n  <contact>", place_of_excludes(format))?;
     exclude.iter().try_for_each(|line| writeln!(f, "    {line}"))?;
     writeln!(f, "  </contact>")
 }

@@ -5,7 +5,7 @@ use std::{
     thread,
 };
 
-/// Results of so many pieces of work, each done on one of the threads; the first piece's result first.
+/// Runs `count` pieces of work on the threads and returns their results in order.
 pub fn in_parallel<T: Send>(count: usize, threads: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let next = AtomicUsize::new(0);
     let run = || {

@@ -1,4 +1,4 @@
-//! Depth pictures of the command line: read with their camera, taken apart, and described in `scene.json`.
+//! Depth pictures of the command line: read with their camera, segmented, and described in `scene.json`.
 
 use std::time::Instant;
 
@@ -16,10 +16,10 @@ use perception::{
 
 /// Frame of every number in `scene.json`.
 pub const FRAME: &str = "the camera's: x right, y down, z forward; metres; pixel centres at 0.5";
-/// Picture in which all pixels in `scene.json` and beside it count.
-const PIXELS: &str = "of the picture that was given: columns and rows from 0, the last included";
+/// Picture whose pixel coordinates `scene.json` and the files next to it use.
+const PIXELS: &str = "of the given picture: columns and rows from 0, the last included";
 
-/// A picture that was taken apart, with what it took.
+/// A segmented picture, with the time it took.
 pub struct SegmentedPicture {
     pub scene: Scene,
     /// Reading the file [ms].
@@ -32,7 +32,7 @@ pub struct SegmentedPicture {
     file: String,
 }
 
-/// The picture in `scene.json`.
+/// Picture in `scene.json`.
 #[derive(Serialize)]
 pub struct PictureRow {
     /// Name of the file.
@@ -45,27 +45,27 @@ pub struct PictureRow {
     fy: f64,
     cx: f64,
     cy: f64,
-    /// Distortion k1, k2, p1, p2, k3, k4, k5, k6 of the given picture, where it was undone.
+    /// Distortion k1, k2, p1, p2, k3, k4, k5, k6 of the given picture, if it was removed.
     #[serde(skip_serializing_if = "Option::is_none")]
     distortion: Option<[f64; 8]>,
-    /// Picture in which pixels count.
+    /// Picture whose pixel coordinates are used.
     pixels: &'static str,
     /// Pixels with a return.
     returns: usize,
 }
 
-/// The plane in `scene.json`: normal . point + offset = 0.
+/// Plane in `scene.json`: normal . point + offset = 0.
 #[derive(Serialize)]
 pub struct PlaneRow {
     normal: [f64; 3],
     /// Height of the camera above it [m].
     offset: f64,
-    /// Points that belong to it; `None` where it was given.
+    /// Points of the plane; `None` if the plane was given.
     points: Option<usize>,
 }
 
 impl SegmentedPicture {
-    /// Reads the picture and takes it apart.
+    /// Reads and segments the picture.
     pub fn open(arguments: &PictureArgs) -> Result<Self, Failure> {
         let camera = arguments.intrinsics.as_deref().map(|text| camera(text, arguments)).transpose()?;
         let began = Instant::now();
@@ -109,7 +109,7 @@ impl SegmentedPicture {
         }
     }
 
-    /// The plane, where there is one.
+    /// The plane, if there is one.
     pub fn plane_row(&self) -> Option<PlaneRow> {
         let row = |plane: Plane| PlaneRow {
             normal: plane.normal.into(),
@@ -128,14 +128,16 @@ impl SegmentedPicture {
                 let points = if plane.points > 0 { format!("{share:.0} % of the points") } else { "given".to_owned() };
                 format!("plane: normal {x:.3} {y:.3} {z:.3}, {:.3} m below the camera, {points}", plane.offset)
             }
-            None if arguments.no_plane => "plane: none was searched".to_owned(),
-            None => "plane: none holds a tenth of the points, so that all points count as objects (--plane gives one)"
-                .to_owned(),
+            None if arguments.no_plane => "plane: not searched".to_owned(),
+            None => {
+                "plane: none contains a tenth of the points, so all points belong to objects (set one with --plane)"
+                    .to_owned()
+            }
         }
     }
 }
 
-/// Milliseconds since then.
+/// Milliseconds since `began`.
 pub fn milliseconds_since(began: Instant) -> f64 {
     began.elapsed().as_secs_f64() * 1e3
 }
@@ -168,7 +170,7 @@ fn given_plane(text: &str) -> Result<Plane, Failure> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
     let numbers: Option<[f64; 4]> = numbers.and_then(|numbers| numbers.try_into().ok());
     numbers.and_then(Plane::from_numbers).ok_or_else(|| {
-        let remedy = "give four numbers NX,NY,NZ,D, as 0,-0.8,-0.6,0.7: a normal and a distance in metres";
+        let remedy = "give four numbers NX,NY,NZ,D, such as 0,-0.8,-0.6,0.7: a normal and a distance in metres";
         Failure::message(Exit::BadSpec, format!("--plane {text}: {remedy}"))
     })
 }

@@ -28,16 +28,16 @@ const PAUSE: Duration = Duration::from_secs(2);
 /// Time between two lines of progress in a log, which may be of days.
 const LOG_PAUSE: Duration = Duration::from_secs(10);
 
-/// A listener of one run.
+/// Progress display of one run.
 pub struct ProgressView {
     display: Display,
     pace: Pace,
     log_pace: Pace,
-    /// Product of the samples, once the plan stands.
+    /// Product of the samples, known once the plan is made.
     product: OnceLock<Product>,
-    /// Samples made, in whatever shard.
+    /// Samples made, in finished and unfinished shards.
     made: AtomicU64,
-    /// Samples of the shards that were finished.
+    /// Samples in finished shards.
     safe: AtomicU64,
 }
 
@@ -49,7 +49,7 @@ enum Display {
 }
 
 impl ProgressView {
-    /// A view in this mode.
+    /// Creates a display in this mode.
     pub fn new(mode: ProgressMode, printer: &Printer) -> Self {
         let display = match mode {
             ProgressMode::Auto if printer.watched() => Display::Bar(ProgressBar::no_length()),
@@ -67,7 +67,7 @@ impl ProgressView {
         }
     }
 
-    /// Says which of several runs this is.
+    /// Prints the name of one of several runs.
     pub fn name(&self, printer: &Printer, name: &str) {
         match &self.display {
             Display::Bar(_) | Display::Plain => printer.show(name),
@@ -109,8 +109,8 @@ impl ProgressView {
         }
     }
 
-    /// Takes the bar away, so that what follows stands on lines of its own. Of a run that was interrupted, says which of its
-    /// samples are kept: a shard is kept whole or not at all.
+    /// Clears the bar, so that further output starts on a new line. After an interruption, reports which samples are kept: a
+    /// shard is kept as a whole or not at all.
     pub fn finish<T>(&self, printer: &Printer, outcome: &Result<T, Failure>) {
         if let Display::Bar(bar) = &self.display {
             bar.finish_and_clear();
@@ -123,7 +123,7 @@ impl ProgressView {
     }
 }
 
-/// When the next line of progress is due.
+/// Time of the next line of progress.
 struct Pace {
     pause: Duration,
     last: Mutex<Option<Instant>>,
@@ -134,7 +134,7 @@ impl Pace {
         Self { pause, last: Mutex::new(None) }
     }
 
-    /// Rare events always, frequent ones after a pause and at their end.
+    /// Returns true for rare events, and for frequent ones after a pause and at their end.
     fn is_due(&self, event: &Event) -> bool {
         let is_last = match event {
             Event::Prepared { done, total } => done == total,
@@ -150,13 +150,13 @@ impl Pace {
     }
 }
 
-/// Which samples an interrupted run keeps: those of finished shards.
+/// Text about the samples that an interrupted run keeps: those of finished shards.
 fn kept_words(made: u64, safe: u64, product: Product) -> String {
     let lost = made.saturating_sub(safe);
     let counted = |count: u64| format!("{count} {}", product.samples.of(count));
     match lost {
         0 => format!("kept: {}", counted(safe)),
-        _ => format!("kept: {}; lost: {} of shards that were not finished", counted(safe), counted(lost)),
+        _ => format!("kept: {}; lost: {} of unfinished shards", counted(safe), counted(lost)),
     }
 }
 
@@ -196,7 +196,7 @@ fn progress_text(progress: &Progress, product: Option<Product>) -> String {
     )
 }
 
-/// A rate with two digits at least: `1250`, `12`, `0.85`.
+/// A rate with at least two digits: `1250`, `12`, `0.85`.
 pub fn rate_text(rate: f64) -> String {
     if rate < 10.0 { format!("{rate:.2}") } else { format!("{rate:.0}") }
 }
@@ -211,7 +211,7 @@ pub fn duration_text(duration: Duration) -> String {
     }
 }
 
-/// Noun of several samples; `samples` before the plan stands.
+/// Plural noun of the product's samples; `samples` before the plan is made.
 fn plural(product: Option<Product>) -> &'static str {
     product.map_or("samples", |product| product.samples.many)
 }

@@ -1,4 +1,4 @@
-//! `graspmill query`: questions to a finished dataset.
+//! `graspmill query`: queries a finished dataset.
 
 use std::{fmt::Write as _, path::Path};
 
@@ -20,7 +20,7 @@ use runtime::ReachabilityMap;
 const AXES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 const FORM: &str = "six numbers x,y,z,roll,pitch,yaw, metres and radians";
 
-/// Answers of a map about some poses.
+/// Results of a map for some poses.
 #[derive(Serialize)]
 struct Answers<'a> {
     robot: &'a str,
@@ -33,11 +33,11 @@ struct Answers<'a> {
     poses: Vec<Answer>,
 }
 
-/// Answer of a map about one pose.
+/// Result of a map for one pose.
 #[derive(Serialize)]
 struct Answer {
     pose: [f64; 6],
-    /// `null` where all poses are alike, since JSON has no infinity.
+    /// `null` where all poses have the same label, because JSON has no infinity.
     distance: f64,
     gradient: [f64; 6],
     inside_grid: bool,
@@ -83,7 +83,7 @@ pub fn reach(arguments: &ReachArgs, printer: &Printer) -> Result<Exit, Failure> 
     Ok(Exit::Complete)
 }
 
-/// The map of a folder. Its field alone is enough; where it is missing, the folder is another one than was meant.
+/// Opens the map of a folder. Requires only its field; without a field, the folder is not a reachability dataset.
 fn open_map(folder: &Folder) -> Result<ReachabilityMap, Failure> {
     if !ReachabilityMap::is_in(folder) {
         refuse_set(folder)?;
@@ -108,7 +108,7 @@ fn text(answers: &Answers) -> String {
         let side = if *distance < 0.0 { "inside the reachable set" } else { "outside the reachable set" };
         let _ = writeln!(text, "  distance  {distance:.4} {unit}, {side}");
         if !inside_grid {
-            text.push_str("  OUTSIDE THE GRID: the value at its border, and the way there\n");
+            text.push_str("  OUTSIDE THE GRID: value at its border plus the distance to the border\n");
         }
         let _ = writeln!(text, "  gradient  {}", numbers(gradient));
         let (cell, label) = (nearest.cell, nearest.label.replace('_', " "));
@@ -126,7 +126,7 @@ fn numbers(values: &[f64; 6]) -> String {
     values.map(|value| format!("{value:.4}")).join(" ")
 }
 
-/// Poses of the command line, then those of the file.
+/// Poses of the command line, followed by those of the file.
 fn poses(arguments: &ReachArgs) -> Result<Vec<[f64; 6]>, Failure> {
     let wrong = |problem: String| Failure::message(Exit::BadSpec, problem);
     let mut poses = Vec::new();
@@ -138,13 +138,13 @@ fn poses(arguments: &ReachArgs) -> Result<Vec<[f64; 6]>, Failure> {
     }
     if let Some(path) = &arguments.csv {
         let text = files::read_text(path, Bound::POSES)
-            .map_err(|error| wrong(format!("{}: {error}; give a text file of poses, {FORM} a line", path.shown())))?;
+            .map_err(|error| wrong(format!("{}: {error}; give a text file of poses, {FORM} per line", path.shown())))?;
         poses.append(&mut poses_of_file(&text, path).map_err(wrong)?);
     }
     Ok(poses)
 }
 
-/// Six numbers per line. A first line without numbers names the columns; other columns may stand between them.
+/// Reads six numbers per line. A first line without numbers names the columns; other columns may be between them.
 fn poses_of_file(text: &str, path: &Path) -> Result<Vec<[f64; 6]>, String> {
     let text = text.trim_start_matches('\u{feff}');
     let lines = (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
@@ -159,10 +159,10 @@ fn poses_of_file(text: &str, path: &Path) -> Result<Vec<[f64; 6]>, String> {
         }
         let picked: Option<Vec<&str>> =
             columns.map_or(Some(fields.clone()), |columns| columns.iter().map(|k| fields.get(*k).copied()).collect());
-        let picked = picked.ok_or_else(|| at(format!("{} columns, fewer than the first line names", fields.len())))?;
+        let picked = picked.ok_or_else(|| at(format!("{} columns, fewer than in the first line", fields.len())))?;
         poses.push(numbers_of(&picked).map_err(at)?);
     }
-    if poses.is_empty() { Err(format!("{}: no pose in it; {FORM} a line", path.shown())) } else { Ok(poses) }
+    if poses.is_empty() { Err(format!("{}: contains no pose; give {FORM} per line", path.shown())) } else { Ok(poses) }
 }
 
 fn columns_of(names: &[&str]) -> Result<[usize; 6], String> {
@@ -170,7 +170,7 @@ fn columns_of(names: &[&str]) -> Result<[usize; 6], String> {
     for (column, axis) in columns.iter_mut().zip(AXES) {
         let named = |name: &&str| name.trim_matches('"').eq_ignore_ascii_case(axis);
         *column = names.iter().position(named).ok_or_else(|| {
-            format!("no column is named {axis}; name x, y, z, roll, pitch and yaw, or leave the first line out")
+            format!("no column is named {axis}; name x, y, z, roll, pitch and yaw, or omit the first line")
         })?;
     }
     Ok(columns)
@@ -183,7 +183,7 @@ fn numbers_of(fields: &[&str]) -> Result<[f64; 6], String> {
     let mut pose = [0.0; 6];
     for ((value, field), axis) in pose.iter_mut().zip(fields).zip(AXES) {
         let number = field.trim().parse().ok().filter(|number: &f64| number.is_finite());
-        *value = number.ok_or_else(|| format!("{axis} = '{}' is no finite number; give {FORM}", field.trim()))?;
+        *value = number.ok_or_else(|| format!("{axis} = '{}' is not a finite number; give {FORM}", field.trim()))?;
     }
     Ok(pose)
 }

@@ -11,7 +11,7 @@ use super::{
 use kernel::words::{Show, counted, size_in_words};
 use publish::{Published, ReleaseError, ReleaseOptions, make_release};
 
-/// Makes a publication of a dataset.
+/// Prepares a dataset for publication.
 pub fn release(arguments: &ReleaseArgs, printer: &Printer) -> Result<Exit, Failure> {
     refuse_set(&arguments.dir)?;
     let options = ReleaseOptions {
@@ -36,7 +36,7 @@ fn words(published: &Published) -> String {
     let (count, size) = (counted(*files as u64, "file"), size_in_words(*bytes));
     let mut lines = vec![format!("{count}, {size}, in {}", folder.shown())];
     if !left_out.is_empty() {
-        lines.push(format!("a recipe, without {} of the dataset", counted(left_out.len() as u64, "file")));
+        lines.push(format!("a recipe: {} of the dataset are not included", counted(left_out.len() as u64, "file")));
     }
     lines.push(format!("root {root}"));
     lines.join("\n")

@@ -1,4 +1,4 @@
-//! `graspmill robot check`: what a job would make of a robot, and which pairs of bodies need no checking.
+//! `graspmill robot check`: a robot as a job reads it, and the pairs of bodies that need no checks.
 
 use std::{
     collections::BTreeMap,
@@ -26,7 +26,7 @@ use robot::{
 };
 use sim::{Collidable, RobotModel};
 
-/// All that was found.
+/// Result of the check.
 #[derive(Serialize)]
 struct Report {
     scene: String,
@@ -35,14 +35,14 @@ struct Report {
     digest: String,
     target: String,
     joints: Vec<JointRow>,
-    /// Why inverse kinematics has no closed form; `None` where it has one.
+    /// Reason why inverse kinematics has no closed form; `None` if it has one.
     no_closed_form: Option<String>,
     bodies: Vec<BodyRow>,
     samples: u64,
     pairs: Vec<PairRow>,
-    /// Pairs that are checked and touch at rest.
+    /// Checked pairs that touch at rest.
     touch_at_rest: Vec<[String; 2]>,
-    /// MJCF that keeps the pairs that always or never touch from being checked.
+    /// MJCF that excludes the pairs that always or never touch from checks.
     exclude: Vec<String>,
 }
 
@@ -58,7 +58,7 @@ struct JointRow {
 #[derive(Serialize)]
 struct BodyRow {
     name: String,
-    /// The joint of the group that moves it last; `None` for what stands still.
+    /// Last joint of the group that moves the body; `None` for a fixed body.
     moved_by: Option<String>,
     shapes: String,
     triangles: usize,
@@ -114,7 +114,7 @@ fn fixed(arguments: &[String]) -> Result<BTreeMap<String, f64>, Failure> {
         read(text).ok_or_else(|| {
             Failure::message(
                 Exit::BadSpec,
-                format!("--fixed {text}: give a joint and its value, as in torso_lift_joint=0.1"),
+                format!("--fixed {text}: give a joint and its value, such as torso_lift_joint=0.1"),
             )
         })
     };
@@ -128,7 +128,7 @@ fn link_frames(group: &PlanningGroup, values: &[f64]) -> Vec<IsometryMatrix3<f64
     frames
 }
 
-/// Joint values, uniform within the limits; a joint that rotates without limits, all round.
+/// Draws joint values uniformly within the limits, or over the full circle for a joint without limits.
 fn anywhere(group: &PlanningGroup, stream: &mut Stream) -> Vec<f64> {
     let range = |joint: &Joint| joint.limits.map_or([-PI, PI], |limits| [limits.low, limits.high]);
     group.joints().iter().map(range).map(|[low, high]| stream.uniform(low, high)).collect()
@@ -164,17 +164,17 @@ impl Display for Report {
         }
         writeln!(f, "\nbodies")?;
         for body in &self.bodies {
-            let moved = body.moved_by.as_ref().map_or("stands still".to_owned(), |joint| format!("moved by {joint}"));
+            let moved = body.moved_by.as_ref().map_or("fixed".to_owned(), |joint| format!("moved by {joint}"));
             let triangles = if body.triangles == 0 { String::new() } else { format!(", {} triangles", body.triangles) };
             writeln!(f, "  {:24} {moved:32} {}{triangles}", body.name, body.shapes)?;
         }
         writeln!(f, "\npairs, in {} random configurations", self.samples)?;
         pairs::write_pairs(f, &self.pairs, self.samples)?;
         match self.touch_at_rest.as_slice() {
-            [] => writeln!(f, "\nat rest nothing touches")?,
+            [] => writeln!(f, "\nat rest, nothing touches")?,
             pairs => {
                 let pairs: Vec<_> = pairs.iter().map(|[one, other]| format!("{one} and {other}")).collect();
-                writeln!(f, "\nat rest these touch, and a job would be refused: {}", pairs.join("; "))?;
+                writeln!(f, "\nat rest, these bodies touch, so a job would be refused: {}", pairs.join("; "))?;
             }
         }
         pairs::write_excludes(f, self.format, &self.exclude)

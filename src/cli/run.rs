@@ -31,10 +31,10 @@ use kernel::{
 };
 use publish::{CountedParts, RunNotes, Speed, preview::PreviewError};
 
-/// Warnings that the text form shows.
+/// Maximum number of warnings in the text form.
 pub const MOST_WARNINGS: usize = 100;
 
-/// Report of a run, for machines.
+/// Report of a run as JSON.
 #[derive(Serialize)]
 struct RunReport<'a> {
     dataset: String,
@@ -61,7 +61,7 @@ struct RunReport<'a> {
     warnings: Vec<String>,
 }
 
-/// Makes a job's dataset, or the shards that are missing of it.
+/// Makes the dataset of a job, or its missing shards.
 pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exit, Failure> {
     let parallelism = machine::parallelism(arguments.job.threads)?;
     let cancel = machine::cancel_on_signals()?;
@@ -74,7 +74,7 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
     show(&arguments.out, &parallelism, &summary, seconds, arguments.json, printer)
 }
 
-/// Reports how a dataset was finished.
+/// Reports a finished dataset.
 pub fn show(
     folder: &Folder,
     parallelism: &Parallelism,
@@ -92,19 +92,19 @@ pub fn show(
     Ok(exit_of(&summary.manifest))
 }
 
-/// The exit code of a dataset that is complete. One without a sample is of no use to anybody, though nothing failed.
+/// Exit code of a complete dataset. A dataset without a sample is useless, although nothing failed.
 pub fn exit_of(manifest: &Manifest) -> Exit {
     let Counts { kept, refused_meshes, .. } = &manifest.counts;
     if *refused_meshes > 0 || *kept == 0 { Exit::Refused } else { Exit::Complete }
 }
 
-/// A warning where no sample was kept, with the reason of most rejects.
+/// Warning if no sample was kept, with the reasons of rejects.
 fn no_sample(folder: &Folder, manifest: &Manifest) -> Option<String> {
     let Counts { samples, kept: 0, rejected, .. } = &manifest.counts else { return None };
     let Noun { one, .. } = manifest.product.samples;
     let reasons: Vec<String> = rejected.iter().map(|(reason, count)| format!("{count} {reason}")).collect();
     let first = first_reject(folder).map(|detail| format!("; the first: {detail}")).unwrap_or_default();
-    Some(format!("no {one} was kept: of {samples}, all were rejected ({}); change the job{first}", reasons.join(", ")))
+    Some(format!("no {one} was kept: {samples} planned, all rejected ({}); change the job{first}", reasons.join(", ")))
 }
 
 /// Detail of the first rejected sample.
@@ -114,8 +114,8 @@ fn first_reject(folder: &Folder) -> Option<String> {
     row["detail"].as_str().filter(|detail| !detail.is_empty()).map(str::to_owned)
 }
 
-/// Makes the dataset of a job in a folder, or the shards that are missing of it, and measures how long that took [s]. `inputs`:
-/// folders of datasets that the job reads, in place of those that its file names.
+/// Makes the dataset of a job in a folder, or its missing shards, and measures the time [s]. `inputs` are folders of datasets
+/// that replace those named in the job file.
 pub fn make(
     text: &JobText,
     inputs: &BTreeMap<String, PathBuf>,
@@ -129,8 +129,8 @@ pub fn make(
     Ok((summary, began.elapsed().as_secs_f64()))
 }
 
-/// Writes the side files of a dataset: notes for its report, and the preview. For a dataset that was finished before, only the
-/// missing ones: the run that finished it may have been killed first.
+/// Writes the side files of a dataset: notes for its report, and the preview. For a dataset that was already finished, writes
+/// only missing ones: the run that finished it may have been killed before that.
 pub fn add_views(
     folder: &Folder,
     open: &OpenJob,
@@ -151,7 +151,7 @@ pub fn add_views(
     publish::write_preview(folder, depth).map(|_| ()).map_err(preview_failure)
 }
 
-/// The exit code of a preview that could not be written.
+/// Exit code of a preview that could not be written.
 pub fn preview_failure(error: PreviewError) -> Failure {
     match error {
         PreviewError::Dataset(error) => run_failure(error.into()),
@@ -159,7 +159,7 @@ pub fn preview_failure(error: PreviewError) -> Failure {
     }
 }
 
-/// Notes of a report about the run; part of no digest.
+/// Notes about the run for a report; not part of any digest.
 fn notes(parallelism: &Parallelism, summary: &RunSummary, splits: Option<&JobSplits>, began: Instant) -> RunNotes {
     let of_splits = splits.map(|splits| &splits.leaks);
     let leaks = of_splits.into_iter().flat_map(LeakReport::counts);
@@ -180,7 +180,7 @@ fn bytes(manifest: &Manifest) -> u64 {
     manifest.shards.iter().map(|shard| shard.bytes).sum()
 }
 
-/// The summary of a run, for machines.
+/// Summary of a run as JSON.
 pub fn report<'a>(
     folder: &Folder,
     parallelism: &Parallelism,
@@ -213,7 +213,7 @@ pub fn report<'a>(
     })
 }
 
-/// The summary of a run, for people.
+/// Summary of a run as text.
 pub fn text(
     dataset: &Folder,
     parallelism: &Parallelism,
@@ -226,16 +226,16 @@ pub fn text(
     let folder = dataset.path().shown();
     let mut lines = Vec::new();
     if *finished_before {
-        lines.push(format!("{folder} is complete already: nothing to do"));
+        lines.push(format!("{folder} is already complete: nothing to do"));
     }
     lines.extend(publish::counts_in_words(dataset)?);
     let shards = counted(manifest.shards.len() as u64, "shard");
     lines.push(format!("{shards}, {}, in {folder}", size_in_words(bytes(manifest))));
     if *made > 0 {
-        let memory = machine::peak_memory()
-            .map_or_else(String::new, |bytes| format!(", {} of memory at most", size_in_words(bytes)));
+        let memory =
+            machine::peak_memory().map_or_else(String::new, |bytes| format!(", peak memory {}", size_in_words(bytes)));
         let rate = *made as f64 / seconds;
-        // Samples of some products are counted in parts: positions in poses.
+        // Some products count parts of their samples, such as poses per position.
         let rate = match publish::counted_parts(manifest) {
             Some(CountedParts { noun, count }) => {
                 let rate = rate * count as f64 / counts.samples.max(1) as f64;
@@ -254,7 +254,7 @@ pub fn text(
     let found = publish::warnings(dataset)?;
     let remarks = manifest.warnings.iter().cloned().chain(found).chain(no_sample(dataset, manifest));
     lines.extend(capped(remarks.map(|remark| publish::remark_in_words(&remark)), MOST_WARNINGS, "remarks"));
-    // Of one class alone, the root over all says it.
+    // With one class only, the overall root is enough.
     if manifest.classes.len() > 1 {
         lines.extend(manifest.classes.iter().map(|(class, root)| format!("{} {root}", class.name())));
     }

@@ -1,4 +1,4 @@
-//! Completed objects as a picture: outlined where they were seen, and as solids from two sides.
+//! Picture of completed objects: outlines in the camera's view, and solids from two sides.
 
 use std::{f64::consts::PI, sync::Arc};
 
@@ -15,7 +15,7 @@ const ELEVATION: f64 = 0.35;
 /// Angles about the table's normal from the camera's side [rad]: from its right, and from behind.
 const AZIMUTHS: [f64; 2] = [PI / 3.0, PI];
 
-/// One view from the camera, and two of the meshes alone.
+/// Draws one view from the camera, and two of the meshes only.
 pub fn completed_picture(scene: &Scene, meshes: &[Option<&TriMesh>]) -> Picture {
     let seen = perception::outline_pixels(&scene.frame, &scene.clusters);
     let mut panels = vec![Picture {
@@ -46,17 +46,17 @@ pub fn completed_picture(scene: &Scene, meshes: &[Option<&TriMesh>]) -> Picture 
 
 /// A frame with z along the plane's normal, y away from the camera, and its origin at the camera.
 fn world_from_camera(scene: &Scene) -> IsometryMatrix3<f64> {
-    // Without a plane, up is where the picture has it.
+    // Without a plane, up is the picture's up direction.
     let up = scene.plane.map_or_else(|| -Vector3::y(), |plane| plane.normal);
     let ahead = Vector3::z() - up * up.z;
-    // A camera that looks straight down has no side of its own.
+    // A camera that looks straight down has no defined side.
     let ahead = ahead.try_normalize(1e-6).unwrap_or_else(|| -Vector3::y());
     let right = ahead.cross(&up);
     let rows = Matrix3::from_rows(&[right.transpose(), ahead.transpose(), up.transpose()]);
     IsometryMatrix3::from_parts(Translation3::identity(), Rotation3::from_matrix_unchecked(rows))
 }
 
-/// Middle of the meshes' box in the world, and a length that shows all of it [m].
+/// Middle of the meshes' box in the world, and a view length that contains all of it [m].
 fn middle_and_extent(
     meshes: &[Option<&TriMesh>],
     world_from_camera: &IsometryMatrix3<f64>,

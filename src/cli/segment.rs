@@ -24,7 +24,7 @@ struct SceneReport {
     plane: Option<PlaneRow>,
     objects: Vec<ObjectRow>,
     outlines: &'static str,
-    /// File of the labels: 0 no object, n the n-th, `table_label` the table.
+    /// File of the labels: 0 for no object, n for the n-th object, `table_label` for the table.
     labels: &'static str,
     table_label: u16,
     milliseconds: Times,
@@ -34,18 +34,18 @@ struct SceneReport {
 #[derive(Serialize)]
 struct ObjectRow {
     name: String,
-    /// File of its visible surface; `None` where no triangle fits.
+    /// File of the visible surface; `None` if it has no triangle.
     surface: Option<String>,
     pixels: usize,
-    /// Columns and rows of its pixels in the given picture: left, top, right, bottom, the last included [px]; `None` where the
-    /// given picture shows none of them.
+    /// Columns and rows of the object's pixels in the given picture: left, top, right, bottom, the last included [px]; `None` if
+    /// the given picture shows none of them.
     pixel_box: Option<[u32; 4]>,
-    /// The mean of its points [m].
+    /// Mean of the object's points [m].
     centre: [f64; 3],
-    /// The highest of its points above the plane [m].
+    /// Largest height of the object's points above the plane [m].
     height: Option<f64>,
     triangles: usize,
-    /// Why it cannot be completed.
+    /// Reason why the object cannot be completed.
     refusal: Option<String>,
 }
 
@@ -117,7 +117,7 @@ pub fn segment(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failu
     Ok(if is_whole { Exit::Complete } else { Exit::Refused })
 }
 
-/// Writes a file of a new folder.
+/// Writes a file into a new folder.
 pub fn write(folder: &Folder, name: &str, content: &[u8]) -> Result<(), Failure> {
     let written = folder.create_new(name).and_then(|mut file| file.write_all(content));
     written.map_err(|error| anyhow::Error::new(error).context(folder.path_of(name).shown().to_string()).into())
@@ -132,7 +132,7 @@ fn text(report: &SceneReport, plane: &str, out: &Path) -> String {
     let Times { read, segment, surfaces } = report.milliseconds;
     let mut text = format!("{plane}\n");
     if report.objects.is_empty() {
-        text.push_str("no object stands on it: are there enough points (--min-points), high enough (--min-height)?\n");
+        text.push_str("no objects found: lower --min-points or --min-height\n");
     }
     for object in &report.objects {
         let ObjectRow { name, pixels, pixel_box, centre: [x, y, z], refusal, .. } = object;

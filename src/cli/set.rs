@@ -1,4 +1,4 @@
-//! The verbs on sets: several datasets in one folder. Each does with every dataset what it does with one.
+//! Commands on sets: several datasets in one folder. Each command processes every dataset as it would a single one.
 
 use std::{
     collections::BTreeMap,
@@ -28,7 +28,7 @@ use kernel::{
     words::{Show, counted},
 };
 
-/// A set and what a verb found of its datasets, for machines.
+/// A set and the findings of a command about its datasets, as JSON.
 #[derive(Serialize)]
 struct SetJson<'a, T> {
     set: String,
@@ -42,7 +42,7 @@ struct SetJson<'a, T> {
     leaks: Vec<Leak>,
 }
 
-/// Findings about a set as a whole, beside those about its datasets.
+/// Findings about a set as a whole, in addition to those about its datasets.
 #[derive(Default)]
 struct SetFindings {
     problems: Vec<String>,
@@ -50,18 +50,18 @@ struct SetFindings {
 }
 
 impl SetFindings {
-    /// A line each.
+    /// One line per finding.
     fn words(&self) -> impl Iterator<Item = String> + '_ {
         let problems = self.problems.iter().map(|problem| format!("problem: {}", problem.shown()));
         problems.chain(self.leaks.iter().map(|leak| format!("warning: {}", leak.to_string().shown())))
     }
 }
 
-/// Makes the datasets of a set, one after another, or what is missing of them.
+/// Makes the datasets of a set one after another, or their missing parts.
 pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exit, Failure> {
     let parallelism = machine::parallelism(arguments.job.threads)?;
     let set = JobSet::read(text).map_err(|errors| jobs::job_failure(&errors))?;
-    // Nothing is begun before every job that can be read is free of mistakes; the others need datasets that are made first.
+    // No dataset is started before every readable job is free of mistakes; the other jobs need datasets that are made first.
     let mut may_draw = false;
     for job in &set.jobs {
         may_draw |= match job.inputs.is_empty() {
@@ -69,7 +69,7 @@ pub fn run(arguments: &RunArgs, text: &JobText, printer: &Printer) -> Result<Exi
             false => true,
         };
     }
-    // Drawing colours wants the program to start again: now rather than between two datasets.
+    // Drawing colours requires a restart of the program: now rather than between two datasets.
     if may_draw {
         machine::set_gl_environment()?;
     }
@@ -116,7 +116,7 @@ pub fn status(arguments: &DatasetArgs, table: &SetTable, printer: &Printer) -> R
         let status = dataset::status_of(&folder)?;
         let begun = status.as_ref().map(|status| dataset::status_words(&folder, status));
         texts.push(
-            begun.unwrap_or_else(|| format!("{}: not begun\nrun the set again to resume", folder.path().shown())),
+            begun.unwrap_or_else(|| format!("{}: not started\nrun the set again to resume", folder.path().shown())),
         );
         found.insert(job.name.clone(), status);
     }
@@ -129,7 +129,7 @@ pub fn status(arguments: &DatasetArgs, table: &SetTable, printer: &Printer) -> R
     Ok(Exit::Complete)
 }
 
-/// Checks every dataset of a set, and that `set.json` says what they hold.
+/// Checks every dataset of a set, and that `set.json` matches their content.
 pub fn verify(arguments: &VerifyArgs, table: &SetTable, printer: &Printer) -> Result<Exit, Failure> {
     let parallelism = machine::parallelism(None)?;
     let cancel = machine::cancel_on_signals()?;
@@ -143,14 +143,14 @@ pub fn verify(arguments: &VerifyArgs, table: &SetTable, printer: &Printer) -> Re
     let mut found = SetFindings::default();
     let said = match SetContent::of(&arguments.dir, &table.jobs) {
         Ok(made) => table.made.as_ref() == Some(&made),
-        // What is wrong with a dataset was reported.
+        // Problems of a dataset were reported.
         Err(_) => exit != Exit::Complete,
     };
     if !said {
         exit = Exit::Mismatch;
         found
             .problems
-            .push("set.json does not say what its datasets hold; run the set again to write it anew".to_owned());
+            .push("set.json does not match the content of the datasets; run the set again to rewrite it".to_owned());
     }
     if exit == Exit::Complete {
         let context = RunContext { parallelism: &parallelism, cancel: &cancel, listener: &|_| {} };
@@ -190,7 +190,7 @@ pub fn digest(folder: &Folder, table: &SetTable, printer: &Printer) -> Result<Ex
 /// Folders of the datasets that a job of a set in a folder reads, by the section that names each.
 fn job_inputs(job: &SetMember, folder: &Folder) -> Result<BTreeMap<String, PathBuf>, Failure> {
     let input = |(section, name): (&String, &String)| {
-        // The job reads it by its path, which must not lead elsewhere.
+        // The job reads the dataset by its path, which must not point elsewhere.
         let member = folder.subfolder(name);
         member.names().map(drop).or_else(|error| if files::is_absent(&error) { Ok(()) } else { Err(error) })?;
         Ok((section.clone(), path::absolute(member.path())?))
@@ -208,11 +208,11 @@ fn show<T: Serialize>(
     printer.json(&SetJson { set: folder.path().display().to_string(), table, datasets, problems, leaks })
 }
 
-/// Content of a finished set, in words.
+/// Content of a finished set as text.
 fn words(folder: &Folder, table: &SetTable) -> Option<String> {
     let made = table.made.as_ref()?;
     let mut first = format!("{}: {}", folder.path().shown(), counted(table.jobs.len() as u64, "dataset"));
-    // Of scenes and what is made of them no sample is of one object.
+    // Samples of scenes, and of products made from them, do not belong to one object.
     if !made.objects.is_empty() {
         let (objects, complete) = (made.objects.len(), made.complete_objects(&table.jobs));
         first += &format!(" of {objects} objects, {complete} of them with samples in every one");
@@ -220,7 +220,7 @@ fn words(folder: &Folder, table: &SetTable) -> Option<String> {
     let mut lines = vec![first];
     lines.extend(made.differing.iter().map(|name| {
         format!(
-            "warning: `{}` is not the same object in all datasets: same name, other content (set.json has both)",
+            "warning: `{}` is not the same object in all datasets: same name, different content (see set.json)",
             name.shown()
         )
     }));

@@ -1,4 +1,4 @@
-//! Stored samples as a network's input.
+//! Stored samples as input of a network.
 
 use std::cell::OnceCell;
 
@@ -20,7 +20,7 @@ use perception::{DepthFrame, without_outliers};
 use runtime::completion::{CompletionModel, InputName, Inputs, Prediction, completable_products};
 use surface::{CubeField, SeenObject};
 
-/// A sample with everything that a network may take, and the truth.
+/// A sample with all inputs of networks, and the truth.
 pub struct StoredSample {
     pub name: String,
     /// The object that is completed.
@@ -28,19 +28,19 @@ pub struct StoredSample {
     pub pair: VoxelPair,
     pub free: Option<OccupancyGrid>,
     pub touch: Option<OccupancyGrid>,
-    /// Share of each cell that is solid, where it is stored.
+    /// Solid share of each cell, if stored.
     pub coverage: Option<CubeField>,
-    /// The object's depths, where they are stored.
+    /// Depths of the object, if stored.
     depth: Option<DepthCrop>,
     /// Pixels that see something in front of the object.
     occluder: Option<PixelMask>,
-    /// Made when they are first asked for: every method and every way of meshing asks.
+    /// Made on first use and shared by all methods.
     picture: OnceCell<DepthFrame>,
     seen: OnceCell<SeenObject>,
     seen_depths: OnceCell<Vec<f32>>,
 }
 
-/// Samples of a dataset in order, of one split or of all, at most so many, evenly taken; `verb` is for messages.
+/// Samples of a dataset in order, of one split or of all, at most `limit` of them, spread evenly; `verb` is for messages.
 pub fn choose_samples(
     folder: &Folder,
     verb: &str,
@@ -66,13 +66,10 @@ pub fn choose_samples(
     Ok((reader, chosen))
 }
 
-/// A sample that the dataset lists.
+/// Reads a sample that the dataset lists.
 pub fn listed(reader: &DatasetReader, index: SampleIndex) -> Result<Sample, Failure> {
     reader.sample(index)?.ok_or_else(|| {
-        Failure::message(
-            Exit::Failed,
-            format!("{}: a sample that is listed is not there", reader.folder().path().shown()),
-        )
+        Failure::message(Exit::Failed, format!("{}: a listed sample is missing", reader.folder().path().shown()))
     })
 }
 
@@ -100,15 +97,15 @@ impl StoredSample {
         })
     }
 
-    /// The depth picture, where depth is stored.
+    /// The depth picture, if depth is stored.
     pub fn picture(&self) -> Option<&DepthFrame> {
         let crop = self.depth.as_ref()?;
         let camera = self.pair.camera;
         Some(self.picture.get_or_init(|| DepthFrame::new(camera, crop.whole(camera.width, camera.height))))
     }
 
-    /// The camera, and what it saw by pixel [m]: NaN says nothing, infinity that nothing is there. A perfect sensor has a return
-    /// wherever there is something. `None` without stored depth.
+    /// The camera, and its depth per pixel [m]: NaN is unknown, infinity is empty space. A perfect sensor has a return wherever
+    /// there is a surface. `None` without stored depth.
     pub fn seen_depths(&self, is_perfect: bool) -> Option<(Intrinsics, &[f32])> {
         let frame = self.picture()?;
         let seen = |(pixel, depth): (u32, &f32)| {
@@ -118,10 +115,10 @@ impl StoredSample {
         Some((frame.camera, depths))
     }
 
-    /// The object as the camera saw it. Pixels that see an occluder say nothing.
+    /// The object as the camera saw it. Pixels that show an occluder are unknown.
     pub fn seen_object(&self) -> Result<&SeenObject, Failure> {
         let Some(frame) = self.picture() else {
-            let message = "the dataset stores no depth, which --method primitive and --detail thesis and on need: make it with channels.depth = \"f32\"";
+            let message = "the dataset stores no depth, which --method primitive and --detail thesis and on require: make it with channels.depth = \"f32\"";
             return Err(Failure::message(Exit::BadSpec, message));
         };
         Ok(self.seen.get_or_init(|| self.object_in(frame)))
@@ -135,7 +132,7 @@ impl StoredSample {
 
     fn object_in(&self, frame: &DepthFrame) -> SeenObject {
         let returns: Vec<u32> = frame.returns().collect();
-        // Flying pixels of a sensor model, as those of a camera.
+        // Flying pixels of a sensor model, like those of a camera.
         let object = without_outliers(frame, &returns);
         let is_doubtful = |pixel: &u32| match frame.depth[*pixel as usize].is_nan() {
             true => self.is_hidden(*pixel),
@@ -145,7 +142,7 @@ impl StoredSample {
         SeenObject::new(&frame.camera, &frame.depth, &object, &doubtful)
     }
 
-    /// A model's answer about it; an input that the dataset does not store is an error.
+    /// Completes the sample with a model; an input that the dataset does not store is an error.
     pub fn complete(&self, model: &CompletionModel) -> Result<Prediction, Failure> {
         let partial = CubeField::from_grid(&self.pair.partial);
         let [free, touch] = [&self.free, &self.touch].map(|grid| grid.as_ref().map(CubeField::from_grid));
@@ -157,7 +154,7 @@ impl StoredSample {
                 InputName::Free => "make the dataset with channels.visibility = true",
                 InputName::Touch => "make the dataset with touch",
             };
-            let message = format!("the model needs the input `{name}`, which the dataset does not store: {remedy}");
+            let message = format!("the model requires the input `{name}`, which the dataset does not store: {remedy}");
             return Err(Failure::message(Exit::BadSpec, message));
         }
         model.predict(&inputs).map_err(|error| Failure::new(Exit::BadSpec, error))

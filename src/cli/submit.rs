@@ -29,19 +29,19 @@ use kernel::{
     words::{Show, counted, number_ranges},
 };
 
-/// Record of what was sent, in the folder [`layout::CLUSTER`] beside scripts and [`LOGS`].
+/// Record of the submission, in the folder [`layout::CLUSTER`] with the scripts and [`LOGS`].
 const RECORD: &str = "submit.json";
-/// Folder of what tasks print.
+/// Folder of the tasks' output.
 const LOGS: &str = "logs";
 
-/// Report of what was sent, for machines.
+/// Report of a submission as JSON.
 #[derive(Serialize)]
 struct SubmitReport<'a> {
     submission: &'a Submission,
-    /// The tasks, as schedulers write arrays.
+    /// The tasks in the array syntax of schedulers.
     array: String,
     files: Vec<PathBuf>,
-    /// The engine's numbers of the array and of the merge.
+    /// Job numbers of the array and of the merge in the engine.
     #[serde(skip_serializing_if = "Option::is_none")]
     sent: Option<Sent>,
 }
@@ -64,7 +64,7 @@ pub fn submitted(out: &Folder) -> bool {
     out.subfolder(layout::CLUSTER).contains(RECORD)
 }
 
-/// A dataset that was submitted and that no task has begun.
+/// A submitted dataset that no task has started.
 #[derive(Serialize)]
 pub struct Waiting {
     dataset: String,
@@ -74,13 +74,13 @@ pub struct Waiting {
     backend: Backend,
     tasks: u32,
     shards: u32,
-    /// Command that starts the tasks, where they are not in a queue.
+    /// Command that starts the tasks, if they are not in a queue.
     #[serde(skip_serializing_if = "Option::is_none")]
     start: Option<String>,
 }
 
 impl Waiting {
-    /// Reads what was submitted to a folder; `None` where nothing was.
+    /// Reads the submission of a folder; `None` if there is none.
     pub fn read(out: &Folder) -> Result<Option<Self>, Failure> {
         if !submitted(out) {
             return Ok(None);
@@ -100,22 +100,22 @@ impl Waiting {
         }))
     }
 
-    /// In words, for people.
+    /// Text for people.
     pub fn words(&self) -> String {
         let Self { dataset, job, .. } = self;
         let (tasks, shards) = (counted(self.tasks.into(), "task"), counted(self.shards.into(), "shard"));
         let next = match &self.start {
-            Some(command) => format!("if nothing runs, start it: {command}"),
+            Some(command) => format!("if nothing is running, start it: {command}"),
             None => {
                 let folder = in_shell(Path::new(dataset));
-                format!("the queue: squeue; if it holds nothing: graspmill submit --retry --out {folder}")
+                format!("see the queue with squeue; if it is empty: graspmill submit --retry --out {folder}")
             }
         };
-        format!("{dataset}: submitted; no task has begun\n{tasks} for {shards}, job {job}\n{next}")
+        format!("{dataset}: submitted; no task has started\n{tasks} for {shards}, job {job}\n{next}")
     }
 }
 
-/// Command that starts the tasks of a script; `None` where the engine has them already.
+/// Command that starts the tasks of a script; `None` if the engine already has them.
 fn start(backend: Backend, script: &Path) -> Option<String> {
     match backend {
         Backend::Slurm => None,
@@ -124,13 +124,13 @@ fn start(backend: Backend, script: &Path) -> Option<String> {
     }
 }
 
-/// Writes what an engine needs to make a job's dataset; sends it where the engine is Slurm.
+/// Writes the scripts with which an engine makes a job's dataset; sends them if the engine is Slurm.
 pub fn submit(arguments: &SubmitArgs, printer: &Printer) -> Result<Exit, Failure> {
     let folder = arguments.out.subfolder(layout::CLUSTER);
     let (submission, tasks) = if arguments.retry { again(arguments)? } else { anew(arguments, printer)? };
     if tasks.is_empty() {
         printer.result(&format!(
-            "{}: all {} shards are there: graspmill merge {}",
+            "{}: all {} shards are complete; finish the dataset: graspmill merge {}",
             arguments.out.path().shown(),
             submission.plan.shards,
             in_shell(arguments.out.path())
@@ -154,7 +154,7 @@ pub fn submit(arguments: &SubmitArgs, printer: &Printer) -> Result<Exit, Failure
     Ok(Exit::Complete)
 }
 
-/// A job that was not sent before: all of its tasks.
+/// Submission of a new job with all of its tasks.
 fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u32>), Failure> {
     let (Some(job), Some(backend)) = (&arguments.job, arguments.backend) else {
         return Err(Failure::message(Exit::BadSpec, "give a job file and --backend, or --retry"));
@@ -179,7 +179,7 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
         EngineName::Local => Backend::Local,
     };
     let container = container(arguments)?;
-    // In a container the program stands where its image has it.
+    // In a container, the image determines the path of the program.
     let program = if container.is_some() { "graspmill".into() } else { env::current_exe()? };
     let mut submission = Submission {
         backend,
@@ -189,13 +189,13 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
         job: absolute(job)?,
         overrides: arguments.set.clone(),
         out: absolute(arguments.out.path())?,
-        // Until the pilot says more.
+        // Until the pilot has run.
         plan: TaskPlan::suggested(0.0, cpus, 1),
         resources: Resources { cpus, memory: arguments.memory, minutes: arguments.minutes.unwrap_or(0) },
         options: arguments.option.clone(),
         container,
     };
-    // A name that no script may hold is refused before the pilot, which takes seconds.
+    // A name that a script must not contain is refused before the pilot, which takes seconds.
     let logs = absolute(&arguments.out.subfolder(layout::CLUSTER).path_of(LOGS))?;
     submission.check(&logs).map_err(|error| Failure::new(Exit::BadSpec, error))?;
     let costs = Costs::measure(job_to_send, &context)?;
@@ -203,14 +203,14 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
     if let Some(asked) = arguments.tasks {
         plan.tasks = asked.min(plan.shards.max(1));
         if plan.tasks < asked {
-            printer.say(&format!("{}: there are no more shards", counted(plan.tasks.into(), "task")));
+            printer.say(&format!("limited to {}, one per shard", counted(plan.tasks.into(), "task")));
         }
     }
     plan.at_once = arguments.at_once;
     let seconds = costs.task_seconds(&plan, cpus);
     let expected = duration_text(Duration::from_secs_f64(seconds));
     let processors = counted(cpus.into(), "processor");
-    printer.say(&format!("about {expected} per task of {processors}, by this machine's pace"));
+    printer.say(&format!("about {expected} per task of {processors}, at this machine's speed"));
     if arguments.minutes.is_none() {
         submission.resources.minutes = ((4.0 * seconds / 60.0).ceil() as u32).max(60);
     }
@@ -230,7 +230,7 @@ fn container(arguments: &SubmitArgs) -> Result<Option<Container>, Failure> {
     Ok(Some(Container { image, claim: claim.to_owned(), mount: mount.into() }))
 }
 
-/// Reads what was sent before: the submission, and the tasks whose shards are missing.
+/// Reads the earlier submission, and the tasks whose shards are missing.
 fn again(arguments: &SubmitArgs) -> Result<(Submission, Vec<u32>), Failure> {
     let submission = read_record(&arguments.out)?;
     let Some(mark) = read_mark(&arguments.out)? else {
@@ -241,21 +241,21 @@ fn again(arguments: &SubmitArgs) -> Result<(Submission, Vec<u32>), Failure> {
     Ok((submission, tasks))
 }
 
-/// Reads the record of what was sent.
+/// Reads the record of a submission.
 fn read_record(out: &Folder) -> Result<Submission, Failure> {
     let folder = out.subfolder(layout::CLUSTER);
     let path = folder.path_of(RECORD);
     let text = folder.read(RECORD, Bound::SUBMISSION).map_err(|error| {
-        // What was not submitted cannot be submitted again: the argument is wrong.
+        // A dataset that was not submitted cannot be resubmitted: the argument is wrong.
         let is_absent = files::is_absent(&error);
         let out = in_shell(out.path());
         let what =
-            format!("{}: no job was submitted to {out}: `submit JOB --out {out} --backend ...` does", path.shown());
+            format!("{}: no job was submitted to {out}; use `submit JOB --out {out} --backend ...`", path.shown());
         let error = anyhow::Error::new(error).context(what);
         if is_absent { Failure::new(Exit::BadSpec, error) } else { Failure::from(error) }
     })?;
     let Record { submission } = serde_json::from_slice(&text)
-        .map_err(|error| Failure::message(Exit::Failed, format!("{}: {error}; submit the job anew", path.shown())))?;
+        .map_err(|error| Failure::message(Exit::Failed, format!("{}: {error}; submit the job again", path.shown())))?;
     Ok(submission)
 }
 
@@ -280,18 +280,19 @@ fn write(folder: &Folder, submission: &Submission, files: &[SubmissionFile]) -> 
 
 /// Sends the tasks and the merge that depends on them to Slurm.
 fn send(files: &[PathBuf]) -> Result<Sent, Failure> {
-    let [tasks, merge] = files else { unreachable!("Slurm is given two scripts") };
+    let [tasks, merge] = files else { unreachable!("Slurm receives two scripts") };
     let tasks = sbatch(&[tasks.as_os_str()])?;
     let dependency = format!("--dependency=afterok:{tasks}");
     let merge = sbatch(&[dependency.as_ref(), "--kill-on-invalid-dep=yes".as_ref(), merge.as_os_str()])?;
     Ok(Sent { tasks, merge })
 }
 
-/// Calls sbatch; the job's number.
+/// Calls sbatch and returns the job number.
 fn sbatch(arguments: &[&std::ffi::OsStr]) -> Result<String, Failure> {
     let failed = |why: String| {
-        let message =
-            format!("sbatch: {why}; the scripts are written, send them where Slurm is, the merge after the tasks");
+        let message = format!(
+            "sbatch: {why}; the scripts are written: submit them where Slurm is installed, first the tasks, then the merge"
+        );
         Failure::message(Exit::Failed, message)
     };
     let mut sbatch = machine::program("sbatch").ok_or_else(|| failed("no such program on PATH".to_owned()))?;
@@ -301,7 +302,7 @@ fn sbatch(arguments: &[&std::ffi::OsStr]) -> Result<String, Failure> {
         let said = String::from_utf8_lossy(&output.stderr);
         return Err(Failure::message(Exit::Failed, format!("sbatch: {}", said.trim())));
     }
-    // `number;cluster` where there are several clusters.
+    // `number;cluster` if there are several clusters.
     let printed = String::from_utf8_lossy(&output.stdout);
     Ok(printed.trim().split(';').next().unwrap_or_default().to_owned())
 }
@@ -323,7 +324,7 @@ fn words(report: &SubmitReport, count: usize) -> String {
     }
     let out = in_shell(&submission.out);
     lines.push(format!(
-        "how far it is: graspmill status {out}; what failed, again: graspmill submit --retry --out {out}"
+        "progress: graspmill status {out}; to resubmit failed tasks: graspmill submit --retry --out {out}"
     ));
     lines.join("\n")
 }

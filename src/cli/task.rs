@@ -23,29 +23,29 @@ use factory::{
 use format::dataset::listed_shards;
 use kernel::words::{Show, counted};
 
-/// Report of a task, for machines.
+/// Report of a task as JSON.
 #[derive(Serialize)]
 struct TaskReport {
     dataset: String,
     task: u32,
     tasks: u32,
-    /// The engine's variable that said so.
+    /// Environment variable of the engine that selected the task.
     from: Option<String>,
     #[serde(flatten)]
     summary: ShareSummary,
     samples_per_second: f64,
-    /// Shards of the dataset, and how many are there, by their names.
+    /// Shards of the dataset, and the number of finished ones, by their names.
     dataset_shards: usize,
     dataset_shards_there: usize,
     threads: usize,
     peak_memory_bytes: Option<u64>,
 }
 
-/// Makes one task's share of the shards. Refused meshes are no failure of a task: the merge reports them.
+/// Makes one task's share of the shards. Refused meshes do not fail a task: the merge reports them.
 pub fn run(arguments: &RunArgs, choice: TaskChoice, text: &JobText, printer: &Printer) -> Result<Exit, Failure> {
     if JobSet::is_one(text) {
         let message = format!(
-            "{}: the datasets of a set are made one after another; give tasks one of its jobs",
+            "{}: --task does not accept a set, whose datasets are made one after another; give one of its jobs",
             arguments.job.job.shown()
         );
         return Err(Failure::message(Exit::BadSpec, message));
@@ -89,10 +89,10 @@ fn words(report: &TaskReport, samples: &str) -> String {
     let ShareSummary { shards, shards_before, made, seconds } = report.summary;
     let before = if shards_before > 0 { format!(" ({shards_before} of them before)") } else { String::new() };
     let there = match shards {
-        1 => "its shard is".to_owned(),
-        _ => format!("all of its {shards} shards are"),
+        1 => "its shard is complete".to_owned(),
+        _ => format!("all of its {shards} shards are complete"),
     };
-    let mut lines = vec![format!("task {task} of {tasks}: {there} there{before}")];
+    let mut lines = vec![format!("task {task} of {tasks}: {there}{before}")];
     if made > 0 {
         let rate = rate_text(report.samples_per_second);
         lines.push(format!("{made} {samples} in {seconds:.1} s: {rate} {samples}/s on {threads} threads"));
@@ -100,7 +100,10 @@ fn words(report: &TaskReport, samples: &str) -> String {
     let shards = counted(*dataset_shards as u64, "shard");
     lines.push(format!("{dataset_shards_there} of {shards} of {}", dataset.shown()));
     if dataset_shards_there == dataset_shards {
-        lines.push(format!("all are there: graspmill merge {}", in_shell(Path::new(dataset))));
+        lines.push(format!(
+            "all shards are complete; finish the dataset: graspmill merge {}",
+            in_shell(Path::new(dataset))
+        ));
     }
     lines.join("\n")
 }

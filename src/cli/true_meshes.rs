@@ -1,4 +1,4 @@
-//! The objects' own meshes as the true surfaces.
+//! Meshes of the objects as the true surfaces.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -22,8 +22,8 @@ use nalgebra::Point3;
 pub struct TrueMeshes(BTreeMap<ObjectId, TriMesh>);
 
 impl TrueMeshes {
-    /// Finds the mesh of every object of these samples: a built-in shape, or a file of the folder by its name. Content is
-    /// compared with the dataset's.
+    /// Finds the mesh of every object of these samples: a built-in shape, or a file with the object's name in the folder. Its
+    /// content is compared with the dataset's.
     pub fn new(folder: &Path, reader: &DatasetReader, chosen: &[SampleIndex]) -> Result<Self, Failure> {
         let objects = chosen.iter().map(|index| Ok::<_, Failure>(listed(reader, *index)?.object()?));
         let wanted = objects.collect::<Result<BTreeSet<ObjectId>, Failure>>()?;
@@ -34,13 +34,13 @@ impl TrueMeshes {
                 let (folder, name) = (folder.shown(), &row.name);
                 Failure::message(
                     Exit::BadSpec,
-                    format!("--truth {folder}: no file is called {name}, as an object of the dataset is"),
+                    format!("--truth {folder}: no file has the name of the dataset's object {name}"),
                 )
             })?;
             let prepared = prepare(&source).map_err(|refusal| Failure::of_input(anyhow::anyhow!("{refusal}")))?;
             if prepared.record.object != row.object {
                 let message = format!(
-                    "--truth {}: the mesh is {}, the dataset's object {} is {}: give the meshes that it was made of",
+                    "--truth {}: the mesh is {}, but the dataset's object {} is {}: give the meshes from which the dataset was made",
                     source.origin, prepared.record.object, row.name, row.object
                 );
                 return Err(Failure::message(Exit::BadSpec, message));
@@ -50,7 +50,7 @@ impl TrueMeshes {
         Ok(Self(meshes))
     }
 
-    /// The mesh of a sample's object, in the camera's frame.
+    /// Mesh of a sample's object in the camera's frame.
     pub fn in_camera(&self, sample: &StoredSample) -> TriMesh {
         let pose = &sample.pair.camera_from_object;
         let mesh = &self.0[&sample.object];

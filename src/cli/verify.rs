@@ -28,7 +28,7 @@ use kernel::{
 use publish::{ReleaseCheck, check_release};
 use tables::ParquetIndex;
 
-/// Findings, for machines.
+/// Findings as JSON.
 #[derive(Serialize)]
 struct VerifyJson<'a> {
     dataset: String,
@@ -47,7 +47,7 @@ struct VerifyJson<'a> {
     release_files: Option<usize>,
 }
 
-/// Problems, and notes, that the text form shows.
+/// Maximum number of problems, and of notes, in the text form.
 const MOST_LINES: usize = 500;
 
 /// Findings of the check of one dataset.
@@ -56,13 +56,13 @@ pub struct Checked<'a> {
     folder: Folder,
     report: VerifyReport,
     regenerated: Option<Regeneration>,
-    /// Where the folder is a release.
+    /// Check of a release, if the folder is one.
     release: Option<ReleaseCheck>,
-    /// Exit code of the program if nothing else is checked.
+    /// Exit code of the program for this dataset alone.
     pub exit: Exit,
 }
 
-/// Checks a dataset; with `--regenerate K`, makes K random samples again from the manifest alone and compares.
+/// Checks a dataset. With `--regenerate K`, makes K random samples again from the manifest alone and compares them.
 pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure> {
     let parallelism = machine::parallelism(None)?;
     let cancel = machine::cancel_on_signals()?;
@@ -75,8 +75,7 @@ pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure
     Ok(checked.exit)
 }
 
-/// For verbs that check a dataset: damage to a table without which nothing else can be checked is the finding, and so is a link or
-/// a FIFO in its place.
+/// Failure for damage to a table that all checks require, or for a link or a FIFO in its place: such damage is a finding.
 pub fn damage(error: DatasetError) -> Failure {
     let is_finding = match &error {
         DatasetError::Invalid { .. } => true,
@@ -86,7 +85,7 @@ pub fn damage(error: DatasetError) -> Failure {
     if is_finding { Failure::new(Exit::Mismatch, error) } else { error.into() }
 }
 
-/// Checks the dataset in a folder as the arguments say.
+/// Checks the dataset in a folder with the options of the arguments.
 pub fn check<'a>(
     arguments: &'a VerifyArgs,
     folder: &Folder,
@@ -94,7 +93,7 @@ pub fn check<'a>(
     cancel: &Cancel,
 ) -> Result<Checked<'a>, Failure> {
     let text = JobText::of_dataset(folder, &arguments.set);
-    // The settings alone, meshes unopened, say which rules its records obey.
+    // The settings determine the rules of the records, so meshes need not be opened.
     let draft = text.as_ref().ok().and_then(|text| jobs::read(text, &BTreeMap::new()).ok());
     let options = VerifyOptions {
         level: VerifyLevel::Full,
@@ -103,12 +102,13 @@ pub fn check<'a>(
         threads: parallelism.threads,
     };
     let mut report = check_dataset(folder, options, |_| {}).map_err(damage)?;
-    // The shards of a small dataset do not say how large they might have been; its job does, wherever the data are that it is about.
+    // The shards of a small dataset do not show the planned samples per shard; its job states them, even if the inputs are
+    // elsewhere.
     let stated = text.as_ref().ok().and_then(JobText::shard_samples);
     if let (Some(stated), Ok(Some(mark))) = (stated, read_mark(folder))
         && i64::from(mark.shard_samples) != stated
     {
-        let what = format!("it says shards of {} samples, job.toml {stated}", mark.shard_samples);
+        let what = format!("it states shards of {} samples, but job.toml states {stated}", mark.shard_samples);
         report.problems.push(Problem {
             file: layout::RUN.to_owned(),
             shard: None,
@@ -131,10 +131,10 @@ pub fn check<'a>(
             let others = changed_objects(&reader, &open.job)?;
             let what = match others.is_empty() {
                 true => "its meshes, robot, hand or settings have changed".to_owned(),
-                false => format!("other content than that of the dataset: {}; put the files back", others.join(", ")),
+                false => format!("files differ from those of the dataset: {}; restore the files", others.join(", ")),
             };
             let message = format!(
-                "{}: {what}; they give job {}, the manifest says {}: samples cannot be made again here",
+                "{}: {what}; the job digest here is {}, but the manifest states {}: samples cannot be made again here",
                 folder.path_of(layout::JOB).shown(),
                 open.digest.0.short(),
                 reader.manifest().job.0.short()
@@ -149,7 +149,7 @@ pub fn check<'a>(
     Ok(Checked { arguments, folder: folder.clone(), report, regenerated, release, exit })
 }
 
-/// Objects of the dataset that its job does not find here, or finds with other content: by file where one was read.
+/// Objects of the dataset that its job does not find here, or finds with different content; named by file if one was read.
 fn changed_objects(reader: &DatasetReader, job: &Job) -> Result<Vec<String>, Failure> {
     let Some(divided) = job.divided() else { return Ok(Vec::new()) };
     let mut changed = Vec::new();
@@ -165,7 +165,7 @@ fn changed_objects(reader: &DatasetReader, job: &Job) -> Result<Vec<String>, Fai
 }
 
 impl Checked<'_> {
-    /// For machines.
+    /// Findings as JSON.
     pub fn json(&self) -> impl Serialize + use<'_> {
         let report = &self.report;
         VerifyJson {
@@ -185,7 +185,7 @@ impl Checked<'_> {
         }
     }
 
-    /// For people.
+    /// Findings as text.
     pub fn words(&self) -> String {
         let Self { arguments, folder, report, regenerated, release, .. } = self;
         let folder = folder.path().shown();
@@ -203,7 +203,7 @@ impl Checked<'_> {
             size_in_words(report.checked.bytes)
         ));
         if let Some(release) = release {
-            lines.push(format!("a release: {} files listed by SHA-256 were compared", release.files));
+            lines.push(format!("release: compared the SHA-256 of {} listed files", release.files));
         }
         if let Some(made) = regenerated {
             lines.extend(made.differences.iter().map(|difference| {
@@ -213,8 +213,10 @@ impl Checked<'_> {
             lines.extend(platform_in_words(made));
         } else if arguments.regenerate.is_some() {
             lines.push(match report.is_intact() {
-                true => "nothing was made again: a recipe holds nothing to compare with; run its job.toml".to_owned(),
-                false => "nothing was made again: mend the problems first".to_owned(),
+                true => {
+                    "nothing was made again: a recipe contains no samples to compare with; run its job.toml".to_owned()
+                }
+                false => "nothing was made again: fix the problems first".to_owned(),
             });
         }
         let verdict = if report.is_intact() { "is intact" } else { "is NOT intact" };
@@ -223,10 +225,10 @@ impl Checked<'_> {
     }
 }
 
-/// Samples of a dataset that bound the share of differing ones by 1 %, with 95 % confidence: 299, rounded up.
+/// Number of equal samples that bounds the share of differing ones by 1 % with 95 % confidence: 299, rounded up.
 const SAMPLES_FOR_A_PERCENT: u64 = 300;
 
-/// Samples that differ, and what that says of the others.
+/// Text about samples that differ, and the conclusion about the others.
 fn regeneration_in_words(made: &Regeneration, samples: &str) -> String {
     let Regeneration { samples: count, of_samples, differences, .. } = made;
     let differ = differences.len();
@@ -234,7 +236,7 @@ fn regeneration_in_words(made: &Regeneration, samples: &str) -> String {
         return format!("{differ} of {count} {samples} made again differ");
     }
     if count >= of_samples {
-        return format!("0 of {count} {samples} made again differ: these are all");
+        return format!("0 of {count} {samples} made again differ: all were checked");
     }
     let bound = made.bound();
     let mut words = format!(
@@ -249,7 +251,7 @@ fn regeneration_in_words(made: &Regeneration, samples: &str) -> String {
     words
 }
 
-/// Where samples differ and the platform is another one: which of its facts differ, and what that may explain.
+/// Note for samples that differ on another platform: which facts of the platform differ, and what they may explain.
 fn platform_in_words(made: &Regeneration) -> Option<String> {
     if made.differences.is_empty() || made.platform.is_empty() {
         return None;
@@ -259,8 +261,7 @@ fn platform_in_words(made: &Regeneration) -> Option<String> {
         made.platform.iter().map(|(key, [there, here])| format!("{key} {}, here {}", either(there), either(here)));
     let facts: Vec<_> = facts.collect();
     Some(format!(
-        "note: made on another platform ({}): numbers of class physics and colour are the same only on one platform, those of class exact \
-         on all",
+        "note: made on another platform ({}): numbers of class physics and colour are reproducible only on the same platform, those of class exact on all platforms",
         facts.join("; ")
     ))
 }
@@ -300,7 +301,7 @@ mod tests {
             "0 of 1000 samples made again differ: with 95 % confidence less than 0.3 % of all 13068 do"
         );
         assert_eq!(words(36, 36), "0 of 36 samples made again differ: these are all");
-        // The number that is advised keeps its promise.
+        // The recommended number reaches the bound.
         assert!(made(SAMPLES_FOR_A_PERCENT, u64::MAX).bound() <= 0.01);
     }
 
@@ -315,7 +316,7 @@ mod tests {
             said.starts_with("note: made on another platform (libmujoco aa, here bb): numbers of class physics"),
             "{said}"
         );
-        // Equal samples need no excuse, and an equal platform is none.
+        // Equal samples need no explanation, and an equal platform gives none.
         let differences = std::mem::take(&mut made.differences);
         assert_eq!(platform_in_words(&made), None);
         (made.differences, made.platform) = (differences, BTreeMap::new());

@@ -16,7 +16,7 @@ fn tasks_in_any_order_make_the_same_dataset() {
     let (plain, out) = (make_plain(&workspace), workspace.path("tasks"));
     let task = |task: &str| workspace.run_job("job", "tasks").option("--task", task).succeed().stdout;
     let first = task("2/4");
-    assert!(first.contains("task 2 of 4: all of its 4 shards are there"), "{first}");
+    assert!(first.contains("task 2 of 4: all of its 4 shards are complete"), "{first}");
     task("0/4");
     assert!(task("2/4").contains("(4 of them before)"));
     let gap = Program::on("merge", &out).expect_code(1).stderr;
@@ -36,7 +36,7 @@ fn tasks_in_any_order_make_the_same_dataset() {
     merge(&out);
     assert_same(&plain, &out);
     let again = merge(&out).stdout;
-    assert!(again.contains("is complete already"), "{again}");
+    assert!(again.contains("is already complete"), "{again}");
     assert!(task("1/4").contains("(4 of them before)"));
     assert_same(&plain, &out);
 }
@@ -120,9 +120,9 @@ fn a_script_of_this_machine_makes_the_dataset() {
     assert!(said.contains("4 of 4 tasks (0-3) for 15 shards"), "{said}");
     let script = out.join("cluster/local.sh");
     assert_eq!(read_text(&script), printed);
-    // No task has begun: `status` reports what was submitted and the command that starts it, which is the one below.
+    // No task has started: `status` reports what was submitted and the command that starts it, which is the one below.
     let status = Program::on("status", &out).succeed().stdout;
-    assert!(status.contains("submitted; no task has begun\n4 tasks for 15 shards"), "{status}");
+    assert!(status.contains("submitted; no task has started\n4 tasks for 15 shards"), "{status}");
     assert!(status.contains(&format!("start it: bash {}", script.display())), "{status}");
     let status: serde_json::Value = Program::on("status", &out).arg("--json").succeed().json();
     assert_eq!((&status["state"], &status["backend"]), (&"submitted".into(), &"local".into()));
@@ -132,7 +132,7 @@ fn a_script_of_this_machine_makes_the_dataset() {
     assert_same(&plain, &out);
     let retry = || Program::new("submit").arg("--retry").option("--out", &out).succeed().stdout;
     let said = retry();
-    assert!(said.contains("all 15 shards are there"), "{said}");
+    assert!(said.contains("all 15 shards are complete"), "{said}");
     // Two shards are lost, of which one task has both.
     fs::remove_file(out.join("manifest.json")).expect("a manifest");
     for path in list_shards(&out) {

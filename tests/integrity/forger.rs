@@ -200,7 +200,7 @@ fn a_missing_mesh_is_named_with_the_place_where_it_is_expected() {
     workspace.write("meshes/pyramid.off", pyramid_off([0.05, 0.05, 0.1]).replace(".1 0 0", ".11 0 0"));
     let Verification { code, stderr: said, .. } = regenerate();
     assert!(
-        code == 4 && said.contains("other content than that of the dataset") && said.contains("pyramid"),
+        code == 4 && said.contains("files differ from those of the dataset") && said.contains("pyramid"),
         "{code}: {said}"
     );
     assert!(!said.contains("block"), "{said}");

@@ -155,7 +155,7 @@ fn a_result_that_cannot_be_written_is_no_success() {
     let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has one");
     let output = Command::new(env!("CARGO_BIN_EXE_graspmill")).arg("schema").stdout(full).output().expect("a program");
     assert_eq!(output.status.code(), Some(74));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("writing the output"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("cannot write the output"));
 }
 
 #[test]

@@ -89,7 +89,7 @@ fn assert_resumes(out: &Path, whole: &SetTable) {
     assert_eq!(make(out, &[]), *whole);
     fs::remove_dir_all(out.join("patches")).expect("a lost dataset");
     let status = Program::on("status", out).finish().stdout;
-    assert_eq!((status.matches(": complete").count(), status.matches(": not begun").count()), (3, 1), "{status}");
+    assert_eq!((status.matches(": complete").count(), status.matches(": not started").count()), (3, 1), "{status}");
     assert_eq!(make(out, &["--json"]), *whole);
     let status = Program::on("status", out).read_json();
     assert_eq!(status["datasets"]["patches"]["state"], "complete");
@@ -114,7 +114,7 @@ fn assert_finds_damage(out: &Path) {
     assert!(said.contains("its seal says"), "{said}");
     fs::write(out.join("set.json"), unseal(&lie)).expect("a lie");
     let said = Program::on("verify", out).expect_code(4).stdout;
-    assert!(said.contains("set.json does not say"), "{said}");
+    assert!(said.contains("set.json does not match"), "{said}");
     // Reports are written into the folders that it names: none elsewhere.
     let elsewhere = set.replacen("\"name\": \"grasps\"", "\"name\": \"../grasps\"", 1);
     fs::write(out.join("set.json"), unseal(&elsewhere)).expect("a lie");
@@ -140,7 +140,7 @@ fn one_name_for_two_objects_is_said() {
     assert_eq!((content.objects.len(), content.differing.len()), (2, 1));
     // Only `run` takes a set.
     let said = Program::on("estimate", &file).expect_code(2).stderr;
-    assert!(said.contains("only `run` takes sets"), "{said}");
+    assert!(said.contains("which only `run` accepts"), "{said}");
 }
 
 /// Two jobs that divide their objects apart: one object trains in the one and tests in the other, and a bottle of the one is in the other,

@@ -258,7 +258,7 @@ fn refused_objects_mean_three_and_refused_models_two() {
     let workspace = Workspace::new();
     let out = workspace.path("high");
     let said = complete(&out).option("--min-height", "0.5").expect_code(3).stdout;
-    assert!(said.contains("no object stands on it"), "{said}");
+    assert!(said.contains("no objects found"), "{said}");
     let run = Program::on("complete", PICTURE).option("--intrinsics", CAMERA_FILE);
     let said = run.option("--model", workspace.folder()).option("--out", workspace.path("x")).expect_code(2).stderr;
     assert!(said.contains("model.json") && said.contains("is it a model's folder"), "{said}");

@@ -475,7 +475,7 @@ fn a_dataset_without_what_the_model_takes_is_refused() {
     let data = dataset(&workspace, "[channels]\nvisibility = false\n");
     let run = Program::new("evaluate").arg("completion").arg(&data).option("--model", MODEL);
     let said = run.expect_code(2).stderr;
-    assert!(said.contains("needs the input `free`") && said.contains("channels.visibility = true"), "{said}");
+    assert!(said.contains("requires the input `free`") && said.contains("channels.visibility = true"), "{said}");
     let run = Program::new("evaluate").arg("completion").arg(&data).args(["--method", "primitive"]);
     let said = run.expect_code(2).stderr;
     assert!(said.contains("stores no depth") && said.contains("channels.depth"), "{said}");

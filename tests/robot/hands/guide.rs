@@ -51,7 +51,7 @@ fn the_guides_hand_opens_and_closes() {
     let text = check.option("--picture", &pictures).succeed().stdout;
     for expected in [
         "two_fingers), 0.460 kg",
-        "left_tip follows at 0.5000; when left is stopped, goes on at 0.5000 until 0.2 N m",
+        "left_tip follows at 0.5000; after left stops, continues at 0.5000 until 0.2 N m",
         "width                    ",
         "left_pad                 left_tip         (0, ",
         "amplitude -0.649 .. 1.096",
