@@ -18,7 +18,7 @@ pub struct Geometry {
 pub struct Body {
     /// Name in the description.
     pub name: String,
-    /// Which joint of the planning group moves it last, counted from 1; 0 for what stands still in the world.
+    /// The last joint of the planning group that moves it, counted from 1; 0 for bodies fixed in the world.
     ///
     /// The frame of link 0 is the world, that of link k the frame that the k-th joint moves.
     pub link: usize,
@@ -43,7 +43,7 @@ impl Bodies {
         Self { pairs, ..self }
     }
 
-    /// Expresses the bodies in another frame that stands still; that frame becomes the world, the frame of link 0.
+    /// Expresses the bodies in another fixed frame; that frame becomes the world, the frame of link 0.
     #[must_use]
     pub fn seen_from(mut self, world_from_frame: &IsometryMatrix3<f64>) -> Self {
         let frame_from_world = world_from_frame.inverse();

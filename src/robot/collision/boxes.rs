@@ -102,13 +102,13 @@ impl BoxTree {
         }
     }
 
-    /// Whether one of the triangles stands between two points, or just beside the line.
+    /// Whether one of the triangles is between two points, or just next to the line.
     pub fn crosses(&self, from: &Point3<f64>, to: &Point3<f64>) -> bool {
         let around = Bounds { low: from.inf(to), high: from.sup(to) };
         self.any_near(&around, |triangle| may_cross(from, to, triangle))
     }
 
-    /// Whether `found` holds for a triangle whose box, or nearly, meets the one given.
+    /// Whether `found` is true for a triangle whose box meets or nearly meets the given one.
     pub fn any_near(&self, bounds: &Bounds, mut found: impl FnMut(&Triangle) -> bool) -> bool {
         let low = [0, 1, 2].map(|axis| below_or_at(bounds.low[axis]));
         let high = [0, 1, 2].map(|axis| -below_or_at(-bounds.high[axis]));

@@ -75,7 +75,7 @@ const MARGIN: f64 = 1e-6;
 pub type LinkFrames = [IsometryMatrix3<f64>];
 
 impl CollisionChecker {
-    /// Prepares every body that stands in a pair, for the best instructions of this machine.
+    /// Prepares every body that is part of a pair, for the best instructions of this machine.
     ///
     /// # Errors
     /// When a body has a shape without a surface.
@@ -119,7 +119,7 @@ impl CollisionChecker {
         self.pairs[pair].bodies
     }
 
-    /// Points in the frame of a body's link whose hull holds the body; none where it stands in no pair.
+    /// Points in the frame of a body's link whose hull contains the body; none if it is part of no pair.
     pub fn corners(&self, body: usize) -> impl Iterator<Item = Point3<f64>> {
         self.bodies[body].iter().flat_map(CheckedBody::corners)
     }

@@ -94,7 +94,7 @@ impl Lattice {
         let mut outside: Vec<bool> = indices.clone().map(sticks_out).collect();
         // Flood fill of the free space from the faces of the box.
         self.flood(&mut outside, free);
-        // What was not reached may be outside all the same, but not with a ball of a whole spacing around it.
+        // Points that were not reached may still be outside, but not with a ball of a whole spacing around them.
         let deep = |index: usize| f64::from(self.distances[index]) > self.spacing + ROUNDING && !outside[index];
         let mut inside: Vec<bool> = indices.map(deep).collect();
         self.flood(&mut inside, free);
@@ -153,7 +153,7 @@ impl Lattice {
         Points::new(self.low, self.high, self.spacing * step as f64, counts, distances, ROUNDING)
     }
 
-    /// Bounds at a point: at least so far from the surface, and signed distance at most so much [m].
+    /// Bounds at a point: a lower bound of the distance to the surface, and an upper bound of the signed distance [m].
     #[inline]
     pub fn bounds(&self, point: &Point3<f64>) -> (f64, f64) {
         let (stored, offset) = self.nearest(point);
@@ -161,7 +161,7 @@ impl Lattice {
         (beyond.max(stored.abs() - offset), stored + offset)
     }
 
-    /// Distance to the surface at a point, whichever side it is on: at most so much [m].
+    /// Upper bound of the distance to the surface at a point, on either side [m].
     pub fn distance_at_most(&self, point: &Point3<f64>) -> f64 {
         let (stored, offset) = self.nearest(point);
         stored.abs() + offset

@@ -1,11 +1,11 @@
 //! Whether a robot collides with itself or its surroundings.
 //!
-//! Every body has a lattice of exact distances to its surface, balls inside it, and a tree of balls around pieces of its
-//! surface. A pair is decided by the first of these that can: balls around both bodies that do not meet; pieces of one
-//! surface, sixteen at a time, that are all farther from the other than they are large; a ball inside one that reaches inside
-//! the other; the triangles themselves, where pieces are left. Balls, capsules and cylinders have their distance in closed
-//! form, and parry decides whether they touch. How far two bodies overlap, so that a shorter motion does not part them, is
-//! asked apart.
+//! Every body has a lattice of exact distances to its surface, balls inside it, and a tree of balls around pieces of
+//! its surface. The first of these tests that can decides a pair: balls around both bodies that do not meet; pieces of
+//! one surface, sixteen at a time, that are all farther from the other than they are large; a ball inside one that
+//! reaches inside the other; the triangles themselves, where pieces are left. Balls, capsules and cylinders have their
+//! distance in closed form, and parry decides whether they touch. Whether two bodies overlap so far that a shorter
+//! motion does not part them is a separate query.
 
 mod body;
 mod boxes;

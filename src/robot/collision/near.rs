@@ -89,7 +89,7 @@ impl Points {
     }
 }
 
-/// Rows of a rotation with a shift at their ends, for a kernel in units of which `scale` are a metre.
+/// Rows of a rotation with a shift at their ends, for a kernel in units of 1/`scale` metres.
 fn rows(rotation: &Matrix3<f64>, shift: &Vector3<f64>, scale: f64) -> [[f32; 4]; 3] {
     [0, 1, 2].map(|axis| {
         [rotation[(axis, 0)], rotation[(axis, 1)], rotation[(axis, 2)], shift[axis]].map(|value| (value * scale) as f32)
@@ -126,7 +126,7 @@ impl Axis {
         // As in `Points::view`; a ball that matters is no farther than the shape is long.
         let slack = 2e-6 * (2.0 * shift.norm() + radius + half);
         let end = if flat { half } else { half + radius };
-        // A flat end has no part of a ball around it: what is beside it follows from `end` alone.
+        // A flat end has no part of a ball around it: `end` decides outside of it.
         let half = if flat { f64::INFINITY } else { half };
         Self { rows, radius: radius as f32, half: half as f32, end: end as f32, slack: slack as f32 }
     }
@@ -293,7 +293,7 @@ mod tests {
             for (lane, (centre, own)) in balls.iter().enumerate() {
                 let point = pose * centre;
                 let (side, up) = (point.xy().coords.norm(), point.z.abs() - half);
-                // By how much a ball misses what is asked: a round shape, or a slab and a cylinder around it.
+                // Distance by which a ball misses the tested region: a round shape, or a slab and a cylinder around it.
                 let missed = if flat { up.max(side - radius) } else { side.hypot(up.max(0.0)) - radius } - own;
                 let found = near >> lane & 1 == 1;
                 assert!(found || missed > 0.0, "{missed}");

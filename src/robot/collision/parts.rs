@@ -32,7 +32,7 @@ impl Bounds {
 /// Around things with boxes.
 ///
 /// # Panics
-/// When there is none.
+/// If there are no things.
 pub(super) fn around<T>(things: &[T], bounds: &impl Fn(&T) -> Bounds) -> Bounds {
     things.iter().map(bounds).reduce(Bounds::with).expect("a list that is not empty")
 }

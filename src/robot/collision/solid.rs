@@ -1,4 +1,4 @@
-//! One body, ready to be asked.
+//! One body, prepared for queries.
 
 use std::collections::BTreeMap;
 
@@ -23,7 +23,7 @@ const COARSE: usize = 4;
 pub enum Care {
     /// A few microseconds: what lattices know.
     Short,
-    /// Tens of microseconds: what exact distances say.
+    /// Tens of microseconds: exact distances decide.
     Long,
 }
 
@@ -33,7 +33,7 @@ const ENOUGH: f64 = 0.02;
 const AT_ONCE: usize = 6;
 /// Balls inside a body, at most.
 const INNER_BALLS: usize = 32;
-/// Radius of the smallest of them [m].
+/// Radius of the smallest ball [m].
 const MIN_BALL: f64 = 0.004;
 
 /// Blocks that are still to be visited.
@@ -80,7 +80,7 @@ impl Solid {
     /// From triangles that have an area.
     ///
     /// # Errors
-    /// When there is none.
+    /// If there are no triangles.
     pub fn new(triangles: Vec<Triangle>, level: SimdLevel) -> Result<Self, NoSurface> {
         if triangles.is_empty() {
             let reason = "no triangle has an area".to_owned();
@@ -213,7 +213,7 @@ impl Solid {
         by_balls.max(found)
     }
 
-    /// Distance to the surface [m], exact: what the lattice says of it keeps the search short.
+    /// Exact distance to the surface [m]: the lattice's bound keeps the search short.
     fn distance(&self, point: &Point3<f64>) -> f64 {
         let max = self.lattice.distance_at_most(point);
         self.boxes.squared_distance_within(point, max * max).sqrt()

@@ -170,7 +170,7 @@ mod tests {
         let base = [Point3::new(0.0, 0.0, 0.0), Point3::new(1.0, 0.0, 0.0), Point3::new(0.0, 1.0, 0.0)];
         let moved = |by: [f64; 3]| base.map(|corner| corner + Vector3::from(by));
         assert!(touch(&base, &moved([0.2, 0.2, 0.0])));
-        assert!(!touch(&base, &moved([0.8, 0.8, 0.0])), "coplanar, beside each other");
+        assert!(!touch(&base, &moved([0.8, 0.8, 0.0])), "coplanar, next to each other");
         assert!(!touch(&base, &moved([0.2, 0.2, 1e-9])), "parallel");
         assert!(touch(&base, &base));
     }

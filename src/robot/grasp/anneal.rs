@@ -130,7 +130,7 @@ impl Annealer {
             SearchFrame::Seed => *object_from_seed,
             SearchFrame::Object => IsometryMatrix3::translation(object.middle.x, object.middle.y, object.middle.z),
         };
-        // Initial state: the hand stands off against the approach direction, all amplitudes 0.
+        // Initial state: the hand is backed off against the approach direction, all amplitudes 0.
         let start = object_from_seed * IsometryMatrix3::translation(0.0, 0.0, -STAND_OFF);
         let amplitudes = vec![0.0; self.variables.count() - 6];
         let start = Frame::of(&(object_from_search.inverse() * start));

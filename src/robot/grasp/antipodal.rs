@@ -35,7 +35,7 @@ const HOLDS: u32 = 4;
 /// An opened pad is so far from its point at least [m]; [`BEFORE`] where the hand opens that far.
 const MIN_GAP: f64 = 0.001;
 
-/// A hand of many fingers is opened for a pair by so much at least and at most [m].
+/// Least and largest opening margin of a many-fingered hand for a pair [m].
 const OPENED_BY: [f64; 2] = [0.002, 0.016];
 
 /// Fingers that sink as they close: the hand is lifted by what they lack of the margin, and by this [m], where that is no
@@ -68,13 +68,12 @@ impl GraspSampler {
     /// A run over pairs of points on opposite sides of an object, drawn over all its surface.
     ///
     /// # Panics
-    /// When [`PairHold::Middle`] is asked of a hand without a
-    /// [`Hand::closing_line`](crate::hand::Hand::closing_line).
+    /// If [`PairHold::Middle`] is used with a hand without a [`Hand::closing_line`](crate::hand::Hand::closing_line).
     pub fn antipodal(&mut self, object: &ObjectSearch, antipodal: &Antipodal, stream: &mut Stream) -> GraspRun {
         let pads = Pads::new(&self.search.hand);
         match antipodal.hold {
             PairHold::Middle => {
-                let pads = pads.expect("the middles of its pads are asked of a hand that closes along a line");
+                let pads = pads.expect("only a hand that closes along a line has middles of pads");
                 self.by_middles(object, &pads, antipodal, stream)
             }
             PairHold::Along(support) => {
@@ -166,8 +165,8 @@ impl GraspSampler {
         }
     }
 
-    /// The opened hand about a pair, at a roll and a depth along its fingers where it is neither in the object nor too near
-    /// to the table; `None` where there is none.
+    /// The opened hand about a pair, at a roll and a depth along its fingers where it is neither in the object nor too
+    /// near to the table; `None` if there is no such pose.
     fn place(
         &mut self,
         object: &ObjectSearch,
@@ -198,8 +197,8 @@ impl GraspSampler {
         None
     }
 
-    /// Where the approach frame of a hand that is opened like this is, at the first of so many rolls where it is neither in the
-    /// object nor too near to the table; `is_above` is set where the table alone would allow a roll.
+    /// Pose of the approach frame for this grip, at the first of `rolls` rolls where the hand is neither in the object
+    /// nor too near to the table; sets `is_above` if only the object rules out a roll.
     fn place_grip(
         &mut self,
         object: &ObjectSearch,
@@ -239,7 +238,7 @@ impl GraspSampler {
                 first = first.max(outer - spare / rise(roll).max(f64::MIN_POSITIVE));
             }
             *is_above = true;
-            // A depth of those that are left.
+            // A random depth in the remaining range.
             let here = object_from_base(roll, first + (outer - first) * share);
             if self.is_clear(object, &here, amplitudes)
                 && !self.closing.overlaps(&object.surface, &here, joints, ALLOWED_OVERLAP)

@@ -5,7 +5,7 @@ use super::{frame::Frame, variables::State};
 /// Two states of a search that are nearer are duplicates.
 const APART: f64 = 0.2;
 
-/// Two grasps whose positions and rotations differ by less are alike, whatever the object [m, rad].
+/// Grasps whose positions and rotations differ by less than these count as alike, for every object [m, rad].
 const ALIKE: [f64; 2] = [0.02, std::f64::consts::PI / 12.0];
 
 /// A state of the best list.

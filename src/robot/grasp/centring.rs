@@ -1,8 +1,8 @@
 //! Centring: a gripper whose one motor slides two pads towards each other gives way until both hold the object.
 //!
-//! Closing by kinematics stops the motor when the first pad meets the object. A real gripper goes on: it pushes the object, or
-//! its arm gives way, until the other pad is there as well, and squeezed between the two the object rotates to where it is
-//! narrowest.
+//! Closing by kinematics stops the motor when the first pad meets the object. A real gripper continues: it pushes the
+//! object, or its arm gives way, until the other pad also touches; squeezed between the two, the object rotates to
+//! where it is narrowest.
 
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Unit, Vector3};
 
@@ -20,7 +20,7 @@ const STEPS: [f64; 2] = [0.04, 2e-4];
 const MAX_STEPS: u32 = 60;
 const FARTHEST: f64 = 0.35;
 
-/// Distances by which the hand backs off where its palm is in the way [m]: the first that lets both pads touch counts.
+/// Distances by which the hand backs off if its palm prevents contact [m]: the first that lets both pads touch is used.
 const RETREATS: [f64; 4] = [0.0, 0.002, 0.005, 0.01];
 
 /// Narrower by less is as narrow [m].
@@ -47,9 +47,9 @@ enum Grip {
 }
 
 impl Closing {
-    /// Closes a hand with a line between its pads, and gives way until both touch and the width is least of those around.
-    /// `None` for another hand, and where both sides never touch, or the hand in its posture would be in the object by more
-    /// than `max_overlap` [m].
+    /// Closes a hand with a line between its pads, and gives way until both touch and the width has a local minimum.
+    /// `None` for another hand, and where both sides never touch, or the hand in its posture would be in the object by
+    /// more than `max_overlap` [m].
     pub(super) fn centred(
         &mut self,
         surface: &ContactSurface,
@@ -170,8 +170,8 @@ impl Closing {
         sides
     }
 
-    /// Distance that the motor goes on, `max` at most, while the link of one side stays on the object and the rest
-    /// comes along, until something else meets the object.
+    /// Distance that the motor moves on, at most `max`, while the link of one side stays on the object and the hand
+    /// moves along, until something else meets the object.
     fn gone(
         &mut self,
         surface: &ContactSurface,
@@ -217,8 +217,8 @@ impl Closing {
 }
 
 impl Centred {
-    /// Where the base is once the object has rotated between the pads by an angle, in the direction of their torque; `None`
-    /// where these stand against each other.
+    /// Pose of the base after the object has rotated between the pads by an angle, in the direction of their torque;
+    /// `None` if the torques oppose each other.
     fn rotated(&self, line: &Vector3<f64>, angle: f64) -> Option<IsometryMatrix3<f64>> {
         let [first, second] = self.held;
         let across = (second - first).cross(&(self.object_from_base.rotation * line));

@@ -23,7 +23,7 @@ const NEAR: f64 = 0.002;
 /// Largest step of a solid that moves away from the object [m].
 pub(super) const LEAVES: f64 = 1e-4;
 
-/// A finger that has not met the object after so many steps creeps along it, and stays.
+/// A finger that has not met the object after this many steps creeps along it, and stays.
 pub(super) const MAX_STEPS_OF_CLOSING: u32 = 1000;
 
 /// Largest step of a motor between two tests for contact between links [rad]; a slide moves by a hundredth of it [m].
@@ -145,9 +145,9 @@ impl Closing {
         0.0
     }
 
-    /// Closes the hand from a posture: each joint that closes it goes on until a link that it moves meets the object, or its
-    /// limit; where its own link met the object, the clutch opens and what goes on alone does so. Links that meet each other
-    /// stop, too.
+    /// Closes the hand from a posture: each closing joint moves until a link that it moves meets the object, or to its
+    /// limit. Where its own link met the object, the clutch opens and the follower behind it moves on. Links that meet
+    /// each other also stop.
     pub(super) fn close(
         &mut self,
         surface: &ContactSurface,
@@ -229,7 +229,7 @@ impl Closing {
             let mut met = Vec::new();
             let time = gaps.time(|solid| {
                 let distance = self.distance(surface, object_from_base, &frames, solid);
-                // Touching solid: motors that press it into the object have met it; other motion goes on in short steps.
+                // Touching solid: motors that press it into the object stop; other motion continues in short steps.
                 if distance <= TOUCHES {
                     let link = self.solids.solids[solid].link;
                     let presses = |index: &usize| self.presses(object_from_base, &frames, motors[*index], *index, link);
@@ -385,8 +385,8 @@ impl Gaps {
         }
     }
 
-    /// Time in which no solid can meet the object; `measure` says how far one is from it. One that touches leaves it in steps
-    /// of [`LEAVES`].
+    /// Time in which no solid can meet the object; `measure` returns a solid's distance from it. A touching solid
+    /// leaves the object in steps of [`LEAVES`].
     pub(super) fn time(&mut self, mut measure: impl FnMut(usize) -> f64) -> f64 {
         let mut measured = vec![false; self.gaps.len()];
         loop {

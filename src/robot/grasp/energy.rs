@@ -18,7 +18,7 @@ const ANGLE_WEIGHT: f64 = 50.0;
 const FARTHEST: f64 = 50.0;
 const MIN_COS: f64 = 0.7;
 
-/// Contacts that weigh more count; fewer of them make no wrench space.
+/// Contacts with a larger weight count; fewer of them make no wrench space.
 const COUNTS: f64 = 0.25;
 const FEWEST: usize = 3;
 

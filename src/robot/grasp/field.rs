@@ -16,16 +16,16 @@ const MARGIN: f64 = 0.06;
 /// Cells along each axis of a block.
 const BLOCK: usize = 2;
 
-/// Every so many points of the lattice the distance is exact; nearer to the surface than [`BAND`] [m], at all.
+/// Stride between lattice points with exact distances; nearer to the surface than [`BAND`] [m], every point is exact.
 const COARSE: usize = 2;
 const BAND: f64 = 0.012;
 
 /// Signed distance to an object's surface around it, negative inside.
 ///
-/// Against exact distances its error is that of trilinear interpolation between points that are a 128th of the padded box's
-/// longest side apart (1.9 mm for a mug): some hundredths of a millimetre at smooth points, up to half a cell at edges and
-/// in the middle of thin walls, where the direction to the surface jumps as well. What is kept is rated anew with exact
-/// distances. Of class `exact`.
+/// Compared with exact distances its error is that of trilinear interpolation between points a 128th of the padded
+/// box's longest side apart (1.9 mm for a mug): some hundredths of a millimetre at smooth points, up to half a cell at
+/// edges and in the middle of thin walls, where the direction to the surface also jumps. Kept grasps are rated again
+/// with exact distances. Of class `exact`.
 pub struct DistanceField {
     origin: [f32; 3],
     cell: f32,
@@ -50,7 +50,7 @@ pub(super) struct Near<L: Lanes> {
 
 /// Sixteen cells of the lattice.
 struct Cell<L: Lanes> {
-    /// Both ends of the cell's four edges along z, in steps; y goes on first, then x.
+    /// Both ends of the cell's four edges along z, in steps; y varies first, then x.
     ends: [[L::F; 2]; 4],
     /// Where in the cell, 0 to 1.
     shares: [L::F; 3],
@@ -65,7 +65,7 @@ impl DistanceField {
         let sides = bounds.extents().map(|side| side + 2.0 * MARGIN);
         let cell = sides.iter().fold(0.0, |a: f64, b| a.max(*b)) / CELLS;
         let origin = bounds.min - Vector3::repeat(MARGIN);
-        // So many that the coarse lattice ends where the fine one does.
+        // Enough points for the coarse lattice to end where the fine one does.
         let counts: [usize; 3] = std::array::from_fn(|axis| {
             let cells = (sides[axis] / cell).ceil() as usize;
             cells.div_ceil(COARSE) * COARSE + 1
@@ -188,8 +188,8 @@ fn unit<L: Lanes>(l: L, of: [L::F; 3]) -> ([L::F; 3], L::F) {
     (each_of!([0, 1, 2], axis => l.mul(of[axis], inverse)), length)
 }
 
-/// Least and largest of the points' values for each block of cells. A position that rounding puts into the block beside
-/// its own is still between the points of both: each takes in the points around it.
+/// Smallest and largest value of the points in each block of cells. A position that rounding moves into the next block
+/// is still between the points of both: each block includes the points around it.
 fn blocks(steps: &[i16], counts: [usize; 3]) -> ([usize; 3], Vec<u32>) {
     let block_counts = counts.map(|count| (count - 1).div_ceil(BLOCK));
     let around =

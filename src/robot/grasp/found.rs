@@ -15,8 +15,8 @@ pub struct Energies {
     /// The contact energy: mean over the virtual contacts of |distance| [mm] and 50 (1 - cos) of the angle by which each points
     /// past the surface.
     pub contact: f64,
-    /// The potential: -epsilon of the wrench space of the virtual contacts, weighted by their distance; 1 where fewer than
-    /// three of them count. Not scaled.
+    /// The potential: -epsilon of the wrench space of the virtual contacts, weighted by their distance; 1 if fewer than
+    /// three contacts count. Not scaled.
     pub potential: f64,
 }
 
@@ -72,7 +72,7 @@ pub struct Grasp {
     pub contacts: Vec<GraspContact>,
     /// Quality of these contacts.
     pub quality: Quality,
-    /// Grasp type: the closed joints, binned (thesis, equation 4.1); `None` for a hand of which it is not defined.
+    /// Grasp type: the closed joints, binned (thesis, equation 4.1); `None` for a hand without grasp types.
     pub kind: Option<u32>,
     /// Whether it is kept.
     pub verdict: GraspVerdict,

@@ -1,4 +1,4 @@
-//! Frames as plain numbers, for many of them a millisecond.
+//! Frames as plain numbers, for code that computes many of them per millisecond.
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -18,8 +18,8 @@ pub struct KindDigits {
 }
 
 impl KindDigits {
-    /// Digits for a hand with one joint that spreads its fingers and three fingers of two joints, each moved by a motor
-    /// of its own that closes it: as a Barrett hand has them. `None` for every other hand.
+    /// Digits for a hand with one joint that spreads its fingers and three fingers of two joints, each closed by its
+    /// own motor, like a Barrett hand. `None` for every other hand.
     pub fn new(hand: &Hand) -> Option<Self> {
         let (closing, spreading): (Vec<_>, Vec<_>) =
             hand.driven().iter().partition(|driven| driven.closing_sign() != 0.0);

@@ -113,7 +113,7 @@ impl ClearPostures {
 }
 
 impl Filling<'_> {
-    /// Pairs that may meet where each amplitude is off by up to so much.
+    /// Pairs that may meet if each amplitude is off by up to its value in `halves`.
     fn near(&mut self, pairs: &[[usize; 2]], amplitudes: &[f64], halves: &[f64]) -> Vec<[usize; 2]> {
         self.links.values(amplitudes, &mut self.values);
         self.links.link_frames(&Frame::identity(), &self.values, &mut self.frames);

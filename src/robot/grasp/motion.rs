@@ -7,7 +7,7 @@ use crate::{
     kinematics::JointKind,
 };
 
-/// The opened hand, its shape as the eigengrasps begin with it.
+/// The opened hand, in the shape from which the eigengrasps start.
 pub(super) fn preshape(hand: &Hand) -> Vec<f64> {
     let shape = hand.eigengrasps().map_or_else(|| hand.opened(), |grasps| grasps.origin.clone());
     let of = |(driven, shape): (&Driven, f64)| match driven.closing_sign() {

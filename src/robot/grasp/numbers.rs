@@ -1,9 +1,9 @@
-//! Sines and powers of several numbers at once, out of plain sums and products: the same bits wherever they are compiled, and
-//! vector instructions where there are some.
+//! Sines and powers of several numbers at once, from plain sums and products: the same bits wherever they are compiled,
+//! with vector instructions where available.
 
 use std::f64::consts::{FRAC_2_PI, LOG2_E};
 
-/// Added and taken away, it rounds to a whole number, which stands in the lowest bits meanwhile.
+/// Adding and subtracting it rounds to a whole number, which is in the lowest bits of the sum.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
 /// A quarter of a revolution in two parts; the first has so few digits that a small multiple of it is exact.

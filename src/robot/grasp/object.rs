@@ -14,7 +14,7 @@ use kernel::{
 /// An object, prepared for annealing: shared by threads.
 pub struct ObjectSearch {
     pub(super) surface: Arc<ContactSurface>,
-    /// Made when it is first asked for: pads on pairs of points do without.
+    /// Made on first use: pads on pairs of points need no field.
     field: OnceLock<DistanceField>,
     /// The middle of its box.
     pub(super) middle: Point3<f64>,

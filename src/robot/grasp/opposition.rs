@@ -79,7 +79,7 @@ pub fn has_opposition(hand: &Hand) -> bool {
 }
 
 impl Oppositions {
-    /// Over the postures of whose amplitudes `is_clear` says that no two links of the hand overlap.
+    /// Over the postures whose amplitudes `is_clear` accepts: no two links of the hand overlap.
     pub(super) fn new(hand: &Hand, solids: &HandSolids, mut is_clear: impl FnMut(&[f64]) -> bool) -> Self {
         let postures: Vec<Posture> =
             postures(hand).into_iter().filter(|posture| is_clear(&posture.amplitudes)).collect();

@@ -8,12 +8,13 @@ use kernel::seed::Stream;
 /// Postures that are tried: the origin of the eigengrasps, and others anywhere in the ranges of their amplitudes.
 const POSTURES: u32 = 256;
 
-/// Postures in which a hand overlaps itself by more than [`ALLOWED_OVERLAP`](super::ALLOWED_OVERLAP): a search takes none of them.
+/// Postures in which a hand overlaps itself by more than [`ALLOWED_OVERLAP`](super::ALLOWED_OVERLAP): a search skips
+/// them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OwnOverlaps {
     /// Number of postures that were tried.
     pub postures: u32,
-    /// Number of those in which no two bodies overlap that are kept apart.
+    /// Number of postures in which no two of the checked bodies overlap.
     pub clear: u32,
     /// Pairs of bodies (indices in [`Bodies::bodies`](crate::collision::Bodies::bodies), the lower first) that overlap, with the number of
     /// postures in which they do: the most frequent ones first.

@@ -1,4 +1,4 @@
-//! The two pads of a gripper: how wide they stand, and how far along the fingers they reach.
+//! The two pads of a gripper: their distance, and how far along the fingers they reach.
 
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 

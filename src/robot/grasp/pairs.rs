@@ -12,7 +12,7 @@ const MIN: f64 = 0.001;
 /// A ray is out of the object where it is so near to the surface [m].
 const OUT: f64 = 1e-5;
 
-/// Along the surface a ray goes on by so much [m].
+/// Step by which a ray moves on along the surface [m].
 const CREEPS: f64 = 1e-4;
 
 /// Searches along a ray.
@@ -38,7 +38,7 @@ struct Ray {
 }
 
 impl Ray {
-    /// Draws a point uniformly over the surface and a ray in its friction cone, and beside it a number for what comes after.
+    /// Draws a point uniformly over the surface and a ray in its friction cone, and one more number for later choices.
     fn draw(surface: &ContactSurface, friction: f64, stream: &mut Stream) -> (Option<Self>, f64) {
         let [share, u, v, tilt, side, choice] = [(); 6].map(|()| stream.unit());
         let ray = surface.point_at(share, u, v).map(|(first, out)| {
@@ -58,8 +58,8 @@ fn min_cos(friction: f64) -> f64 {
 }
 
 impl Pair {
-    /// Draws a point uniformly over the surface and a ray in its friction cone; the second point is one of those where the ray
-    /// leaves the object, each as likely. `None` where the ray is not within the friction cone there.
+    /// Draws a point uniformly over the surface and a ray in its friction cone; the second point is one of those where
+    /// the ray leaves the object, each with equal probability. `None` if the ray is not within the friction cone there.
     pub(super) fn draw(surface: &ContactSurface, friction: f64, stream: &mut Stream) -> Option<Self> {
         let (ray, choice) = Ray::draw(surface, friction, stream);
         Self::through(surface, friction, &ray?, choice)

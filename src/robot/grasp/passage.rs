@@ -1,9 +1,10 @@
-//! Whether a hand can take hold of one of several objects without touching anything else: how it comes along its approach and
-//! closes, among the other objects, in their container and beside the object itself.
+//! Tests whether a hand can grasp one of several objects without touching anything else while it approaches and closes:
+//! the other objects, their container and the target itself.
 //!
-//! Distances are those of true meshes from the hand's solids as they are described, edges included; what a hand holds with has
-//! its edges rounded by [`EDGE_RADIUS`](kernel::contact::EDGE_RADIUS), since contacts need a direction. A path is followed by
-//! conservative advancement (Mirtich 1996): in steps so short that nothing can come nearer between them than is told.
+//! Distances are those of true meshes from the described solids of the hand, edges included; the links that hold the
+//! object have their edges rounded by [`EDGE_RADIUS`](kernel::contact::EDGE_RADIUS), since contacts need a direction. A
+//! path is followed by conservative advancement (Mirtich 1996): in steps short enough that nothing between them can be
+//! nearer than the returned distance.
 
 use std::sync::Arc;
 
@@ -22,17 +23,18 @@ use kernel::{
     words::{BothWays, PathStage},
 };
 
-/// Clearances are told up to this [m].
+/// Clearances are computed up to this [m].
 const FAR: f64 = Passage::FAR;
 
-/// So much farther than what is told are distances exact [m]: steps along a path are no shorter, where there is room.
+/// Distances are exact up to this far beyond the returned clearance [m]: with enough room, steps along a path are no
+/// shorter.
 const BEYOND: f64 = 0.002;
 
-/// Error of a told clearance [m].
+/// Error of a returned clearance [m].
 const TOLERANCE: f64 = Passage::TOLERANCE;
 
-/// Solids are drawn in by so much to see whether they are deeper in the object than they may be [m]: by half a tolerance more,
-/// since they touch what they are as near to.
+/// Solids are shrunk by this to test whether they are deeper in the object than allowed [m]: half a tolerance more,
+/// since a solid at exactly that distance counts as touching.
 const DRAWN_IN: f64 = ALLOWED_OVERLAP + TOLERANCE / 2.0;
 
 /// Halvings of the range in which an overlap lies: to less than a tolerance.
@@ -47,25 +49,25 @@ pub struct Obstacle {
     pub scene_from_obstacle: IsometryMatrix3<f64>,
 }
 
-/// Objects in a container, one of which is to be grasped.
+/// Objects in a container, one of which is the target.
 #[derive(Clone)]
 pub struct Surroundings {
     /// The container, where it is more than a plane.
     pub container: Option<Obstacle>,
-    /// Height of the plane below all that stands there, in the scene [m].
+    /// Height of the plane below all objects, in the scene [m].
     pub ground: f64,
     /// The objects.
     pub objects: Vec<Obstacle>,
 }
 
-/// Something in the way of a hand.
+/// Obstacle of a hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum InTheWay {
     /// The plane below all.
     Ground,
     /// The container.
     Container,
-    /// The object that is to be grasped, where the hand comes.
+    /// The object to grasp.
     Target,
     /// Another object, by its index.
     Neighbour(usize),
@@ -77,19 +79,19 @@ pub struct Passage {
     /// Obstacle on the path, and the part of the path: the first by stage, and within one by the order of [`InTheWay`]. `None` where the
     /// hand is free.
     pub blocked: Option<(PathStage, InTheWay)>,
-    /// Distance of the hand from what is in the way [m], below 0 where they overlap, by [`Self::DEEP`] at most; where it is free the
-    /// least distance from anything but the target on its whole path, up to [`Self::FAR`].
+    /// Distance of the hand from the obstacle [m], below 0 where they overlap, down to -[`Self::DEEP`]; for a free hand
+    /// the smallest distance from anything but the target on its whole path, up to [`Self::FAR`].
     pub clearance: f64,
 }
 
 impl Passage {
-    /// Clearances are told up to this [m].
+    /// Clearances are computed up to this [m].
     pub const FAR: f64 = 0.01;
-    /// Clearances are told down to this far below 0 [m]: a solid overlaps something by as much as its surface has to be drawn in
-    /// all around until it does not touch it. Whoever is deeper is not told how deep.
+    /// Clearances are computed down to this far below 0 [m]: a solid's overlap is the length by which its surface must
+    /// shrink all around until it does not touch. Deeper overlaps have this value.
     pub const DEEP: f64 = 0.001;
-    /// A told clearance is at most this much above the true one [m], and a hand is called free that comes nearer than its margin
-    /// by less.
+    /// A returned clearance is at most this much above the true one [m], and a hand counts as free if it is nearer than
+    /// its margin by less.
     pub const TOLERANCE: f64 = 1e-4;
 }
 
@@ -108,14 +110,14 @@ pub struct ClosingGrasp {
 pub struct HandPassage {
     closing: Closing,
     table: TableWatch,
-    /// The hand's solids as they are, with their edges and with rounded ones.
+    /// The hand's solids with sharp edges and with rounded ones.
     solids: Vec<[Probe; 2]>,
     /// The hand's solids, drawn in by what they may overlap the object.
     drawn_in: Vec<[Probe; 2]>,
     margin: f64,
 }
 
-/// Something that may be in the way, and how far the hand has to stay from it [m].
+/// Possible obstacle, and the distance that the hand must keep from it [m].
 struct Thing<'s> {
     what: InTheWay,
     obstacle: &'s Obstacle,
@@ -130,7 +132,7 @@ struct Moment {
 
 /// A hand that comes to a grasp.
 struct Coming<'s> {
-    /// All that may be in the way beside the plane.
+    /// All possible obstacles except the plane.
     things: Vec<Thing<'s>>,
     /// Height of the plane [m].
     ground: f64,
@@ -194,8 +196,8 @@ impl HandPassage {
         self.follow_and_close(scene, target, &grasp.object_from_base, &grasp.posture, |_| grasp)
     }
 
-    /// Follows the hand as [`Self::follow`] does, on its ways to a grasp that is asked for where nothing is in one of them before the
-    /// hand closes: closing takes longer than all the rest.
+    /// Follows the hand like [`Self::follow`], but calls `close` for the grasp only if one of its approaches is free
+    /// before the hand closes: closing takes longer than all other steps.
     ///
     /// # Panics
     /// When there is no such object, or the posture has not one value per driven joint.
@@ -225,7 +227,8 @@ impl HandPassage {
         BothWays { shaped: whole(ways.shaped), opened: whole(ways.opened) }
     }
 
-    /// Where the object itself is in the way of the hand before it closes, on either way: nothing else is there, and no plane.
+    /// Whether the object itself blocks the hand before it closes, on each approach: without other objects and without
+    /// a plane.
     ///
     /// # Panics
     /// When the posture has not one value per driven joint.
@@ -259,7 +262,7 @@ impl HandPassage {
         for motors in [&posture, &grasp.closed] {
             hand.joint_values(motors, &mut joints);
             let frames = hand.link_frames(&joints);
-            // As far apart as the distance that is asked for, at most.
+            // At most the requested distance apart.
             let steps = (STAND_OFF / distance).ceil().max(1.0) as u32;
             for step in 0..=steps {
                 let moved = Translation3::from(back * (f64::from(step) / f64::from(steps))) * scene_from_base;
@@ -314,7 +317,7 @@ impl HandPassage {
         Ok(())
     }
 
-    /// The hand until it begins to close, of which is known that it may stand there.
+    /// The hand until it begins to close; its pose there is known to be free.
     fn both_ways(&mut self, coming: &Coming<'_>) -> BothWays<Free> {
         let shaped = self.approaching(coming, &coming.shaped);
         if coming.opened == coming.shaped {
@@ -377,7 +380,7 @@ impl HandPassage {
         Err(Passage { blocked: Some((stage, InTheWay::Ground)), clearance: lowest.max(-Passage::DEEP) })
     }
 
-    /// All that may be in the way beside the plane, in the order of [`InTheWay`].
+    /// All possible obstacles except the plane, in the order of [`InTheWay`].
     fn things<'s>(&self, scene: &'s Surroundings, target: usize) -> Vec<Thing<'s>> {
         let margin = self.margin;
         let container = scene.container.iter().map(|obstacle| Thing { what: InTheWay::Container, obstacle, margin });
@@ -401,8 +404,8 @@ impl HandPassage {
         let Self { closing: Closing { scratch, .. }, solids, drawn_in, .. } = self;
         let surface = &thing.obstacle.surface;
         let probes = if thing.what == InTheWay::Target { &drawn_in[solid] } else { &solids[solid] };
-        // The start of the range is told of what touches. A surface that cuts a sharp solid may be told too far: the rounded one counts
-        // where it is nearer.
+        // Touching solids have the start of the range as distance. The distance of a sharp solid that cuts a surface
+        // may be too large: the rounded one applies if it is nearer.
         let mut least = |probes: &[Probe; 2], reach: f64| {
             let distances =
                 probes.each_ref().map(|probe| surface.distance_within(probe, &placed, &(0.0..=reach), scratch));
@@ -419,8 +422,8 @@ impl HandPassage {
         0.0 - overlap(touches)
     }
 
-    /// The distance of the hand from something where it is below the margin [m], told down to [`Passage::DEEP`]; `None` where it
-    /// is not.
+    /// The distance of the hand from something if it is below the margin [m], down to -[`Passage::DEEP`]; `None`
+    /// otherwise.
     fn nearer_than_margin(&mut self, thing: &Thing<'_>, moment: &Moment) -> Option<f64> {
         let obstacle_from_base = thing.obstacle.scene_from_obstacle.inverse() * moment.scene_from_base;
         let mut nearest = thing.margin;
@@ -433,8 +436,9 @@ impl HandPassage {
         Some(nearest).filter(|distance| *distance < thing.margin)
     }
 
-    /// Follows the hand from where it begins to close backwards along its approach: its distance from something where that is
-    /// below a margin, else the least distance, up to [`FAR`]; of the target no more is told than that it is not nearer.
+    /// Follows the hand backwards along its approach from where it begins to close. Returns the smallest distance from
+    /// something up to [`FAR`], or as an error the distance below its margin; for the target, only whether it is
+    /// nearer.
     fn on_approach(&mut self, thing: &Thing<'_>, moment: &Moment, back: &Vector3<f64>) -> Result<f64, f64> {
         let obstacle_from_scene = thing.obstacle.scene_from_obstacle.inverse();
         let mut least = thing.told();
@@ -489,8 +493,8 @@ impl Coming<'_> {
     }
 }
 
-/// By how much a solid that touches something overlaps it [m], at least and up to [`Passage::DEEP`]; `touches` says whether it does
-/// when its surface is drawn in by a length.
+/// Overlap of a solid with something that it touches [m], as a lower bound, up to [`Passage::DEEP`]; `touches` returns
+/// whether they still touch when the surface is shrunk by a length.
 fn overlap(mut touches: impl FnMut(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, Passage::DEEP);
     if touches(high) {
@@ -519,8 +523,8 @@ impl Thing<'_> {
         if self.what == InTheWay::Target { least } else { least.min(distance) }
     }
 
-    /// Advances from 0 to `end`, where no point of a solid moves by more than `speed` per unit [m]; `distance` says how far it is from
-    /// the obstacle there, exactly up to a reach. An error is a distance below the margin.
+    /// Advances from 0 to `end`, where no point of a solid moves by more than `speed` per unit [m]; `distance` returns
+    /// its distance from the obstacle, exact up to a reach. An error is a distance below the margin.
     fn advance(
         &self,
         least: &mut f64,
@@ -542,8 +546,8 @@ impl Thing<'_> {
         }
     }
 
-    /// Motion after which the distance may be told as it was [m]: it has come no nearer than the margin, and no nearer than the
-    /// least so far, but for the tolerance.
+    /// Motion during which the previous distance remains valid [m]: nothing comes nearer than the margin, nor nearer
+    /// than the smallest distance so far minus the tolerance.
     fn step(&self, distance: f64, least: f64) -> f64 {
         let to_margin = distance - self.margin;
         let to_least = distance - least + TOLERANCE;

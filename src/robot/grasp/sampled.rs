@@ -1,5 +1,5 @@
-//! Grasps that no search was for: approaches all round an axis, as a planner of the thesis has them (7.4.1). For comparison
-//! with annealing, and where many plain grasps are wanted.
+//! Grasps without a search: approaches all round an axis, as in a planner of the thesis (7.4.1). Use them for
+//! comparison with annealing, and where many plain grasps are enough.
 
 use std::{f64::consts::TAU, sync::Arc};
 
@@ -116,8 +116,9 @@ impl GraspSampler {
 
 /// Frames that runs go round: z is the axis.
 ///
-/// Upright ones stand in the middle of the object's box one above the other, spread evenly over its height, each rotated on by
-/// the same part of the angle between two grasps. Else the axis has any direction, through the middle of the box.
+/// Upright axes are in the middle of the object's box one above the other, spread evenly over its height, each rotated
+/// on by the same part of the angle between two grasps. Otherwise the axis has any direction, through the middle of the
+/// box.
 pub fn axes(
     surface: &kernel::contact::ContactSurface,
     uniform: &Uniform,

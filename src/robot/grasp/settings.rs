@@ -49,8 +49,8 @@ pub struct Annealing {
     pub friction: f64,
     /// The potential is multiplied by this, so that temperatures mean the same for both energies.
     pub potential_scale: f64,
-    /// Whether the schedule is stretched over the steps, so that short runs end cold, too; else (`thesis`) step i has the
-    /// temperature of k = 30,000 + i whatever the budget.
+    /// Whether the schedule is stretched over the steps, so that short runs also end cold; otherwise (`thesis`) step i
+    /// has the temperature of k = 30,000 + i for every number of steps.
     pub whole_schedule: bool,
     /// Only what lowers the energy is accepted: for comparison.
     pub descent: bool,
@@ -60,7 +60,7 @@ pub struct Annealing {
     pub amplitudes: AmplitudeRange,
     /// Length of the best list.
     pub best: u32,
-    /// A seed is given up after so many steps in a row without a legal neighbour.
+    /// A seed is given up after this many steps in a row without a legal neighbour.
     pub max_failures: u32,
 }
 
@@ -74,9 +74,9 @@ pub struct Keeping {
     /// Makes soft fingers of the contacts: their greatest torque about the normal for a unit of normal force [m]; `None` for
     /// hard points.
     pub torsion: Option<f64>,
-    /// The space in which force closure is asked for.
+    /// The space in which force closure is required.
     pub space: WrenchSpace,
-    /// Least epsilon in that space.
+    /// Smallest accepted epsilon in that space.
     pub min_epsilon: f64,
     /// Largest distance that the hand may come along its approach before it closes, until it meets the object [m].
     pub advance: f64,
@@ -104,7 +104,7 @@ pub struct Uniform {
     pub grasps: u32,
     /// Rolls of the hand about its approach, which grasps take one after another.
     pub rolls: Rolls,
-    /// Whether the axis is the object's z axis, at a height of its own in each run; else it has any direction.
+    /// Whether the axis is the object's z axis, at a separate height for each run; otherwise it has any direction.
     pub upright: bool,
 }
 

@@ -6,8 +6,8 @@ use super::unsearchable::UnsearchableHand;
 use crate::collision::Bodies;
 use kernel::{contact::EDGE_RADIUS, geom::Shape};
 
-/// Spacing of the points at which a solid is tested [m]: of a capsule as thick as a finger a sharp corner comes 0.2 mm deep
-/// between two of them.
+/// Spacing of the points at which a solid is tested [m]: between two of them, a sharp corner enters a capsule as thick
+/// as a finger by 0.2 mm.
 pub(super) const SPACING: f64 = 0.004;
 
 /// Overlap of hand and object, or of two links, that is still legal [m].
@@ -40,7 +40,7 @@ pub(super) struct Solid {
     pub(super) reach: f64,
     /// A ball around its middle that lies in it.
     pub(super) inner: f64,
-    /// Balls around pieces of it: ball i of block j holds what block 16 j + i of `balls` stands for.
+    /// Balls around pieces of it: ball i of block j contains block 16 j + i of `balls`.
     pub(super) covers: Vec<Balls>,
     /// Balls in it, from one to the next at most [`SPACING`].
     pub(super) balls: Vec<Balls>,
@@ -81,8 +81,8 @@ impl HandSolids {
         of_link.map(|solid| solid.reach_along(direction, frames)).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The ball in a link's solids that ends farthest along a direction of unit length in the base frame: its centre in that
-    /// frame, and its radius [m]; `None` where the link has none.
+    /// The ball in a link's solids that ends farthest along a direction of unit length in the base frame: its centre in
+    /// that frame, and its radius [m]; `None` if the link has none.
     pub(super) fn farthest_ball(
         &self,
         link: usize,

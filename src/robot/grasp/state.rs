@@ -33,7 +33,7 @@ pub struct HandSearch {
     /// Virtual contacts.
     contacts: Vec<Virtual>,
     pub(super) base_from_approach: Frame,
-    /// Both made when they are first asked for: pads on pairs of points ask for neither.
+    /// Both made on first use: pads on pairs of points need neither.
     clear: OnceLock<ClearPostures>,
     oppositions: OnceLock<Oppositions>,
 }

@@ -19,7 +19,7 @@ pub const STAND_OFF: f64 = 0.1;
 /// lower of its ends by r STEP^2 / 8, a quarter of a millimetre at the tip of a long finger.
 const STEP: f64 = 0.1;
 
-/// A slide of so much counts as a radian [m].
+/// Slide that counts as much as a rotation of one radian [m].
 const SLIDE: f64 = 0.1;
 
 /// The lowest point of a hand over the table [m], below 0 under it, of one grasp with two postures.
@@ -35,7 +35,7 @@ pub struct TableClearance {
 pub(super) struct TableWatch {
     hand: Arc<Hand>,
     solids: HandSolids,
-    /// Motors move by so much between two evaluations, each in its time, at most [s].
+    /// Longest motion of a motor between two evaluations, as time [s].
     pause: f64,
 }
 
@@ -86,7 +86,7 @@ impl TableWatch {
             .collect()
     }
 
-    /// The lowest point of the hand over the table, standing still with its links in these frames [m].
+    /// The lowest point above the table of the hand at rest with its links in these frames [m].
     pub(super) fn height(
         &self,
         resting: &RestingPose,

@@ -22,7 +22,7 @@ pub enum UnsearchableHand {
         /// Largest count that there is room for.
         max: usize,
     },
-    /// The approach frame has to stand still against the base.
+    /// The approach frame must be fixed to the base.
     #[error("its approach frame moves with a joint: put it on the base")]
     MovingApproach,
     /// More shapes than there is room for.

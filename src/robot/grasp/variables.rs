@@ -32,7 +32,7 @@ struct Variable {
     range: [f64; 2],
     /// Longest step.
     jump: f64,
-    /// Beyond one end it goes on at the other.
+    /// Whether it wraps around from one end to the other.
     circular: bool,
 }
 

@@ -107,8 +107,8 @@ impl Hand {
     /// From parts that fit.
     ///
     /// # Panics
-    /// When a joint is moved by no motor or by two, an index is out of range, or a list has another length than the driven
-    /// joints. The table's reader says so with the location.
+    /// If a joint is moved by no motor or by two, an index is out of range, or the length of a list differs from the
+    /// number of driven joints. The table's reader reports these errors with their location.
     pub fn new(parts: HandParts) -> Self {
         let joints = parts.tree.len();
         let mut moved = vec![0; joints];
@@ -206,8 +206,9 @@ impl Hand {
         moved
     }
 
-    /// Force that the hand bears at a fingertip [N]: of the motors that close it, the least load that the last joint of each
-    /// bears, on the lever of the farthest contact beyond that joint; `None` for a hand without such a contact.
+    /// Force that the hand bears at a fingertip [N]: the smallest over its closing motors of the load that the last
+    /// joint of each bears, on the lever of the farthest contact beyond that joint; `None` for a hand without such a
+    /// contact.
     pub fn fingertip_force(&self) -> Option<f64> {
         let closing = self.driven().iter().filter(|driven| driven.closing_sign() != 0.0);
         closing.filter_map(|driven| self.tip_force(driven)).min_by(f64::total_cmp)
@@ -238,8 +239,8 @@ impl Hand {
         contacts.map(lever).max_by(f64::total_cmp).filter(|lever| *lever > 0.0).map(|lever| holds / lever)
     }
 
-    /// The joints whose values define the hand's state, as records have them: the driven ones, then those that may go on alone.
-    /// Indices in the tree.
+    /// The joints whose values define the hand's state, in the order of records: the driven ones, then followers that a
+    /// clutch releases. Indices in the tree.
     pub fn commanded_joints(&self) -> Vec<usize> {
         let alone = self.driven().iter().filter_map(|driven| Some(driven.followers[driven.breakaway?.follower].joint));
         self.driven().iter().map(|driven| driven.joint).chain(alone).collect()

@@ -12,14 +12,14 @@ pub struct Follower {
     pub ratio: f64,
     /// Value where the driven joint is at 0.
     pub offset: f64,
-    /// Where it may stand.
+    /// Range of the joint.
     pub limits: [f64; 2],
 }
 
 /// A clutch between a motor and its driven joint: it opens when the joint is stopped while the hand closes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Breakaway {
-    /// Which of the followers goes on alone.
+    /// The follower that moves on.
     pub follower: usize,
     /// Travel per unit of the motor from then on.
     pub ratio: f64,
@@ -36,7 +36,7 @@ pub struct Driven {
     pub name: String,
     /// Index in the hand's tree of joints.
     pub joint: usize,
-    /// Where it may stand.
+    /// Range of the joint.
     pub limits: [f64; 2],
     /// The joints that move with it.
     pub followers: Vec<Follower>,
@@ -55,7 +55,7 @@ pub struct Driven {
     pub breakaway: Option<Breakaway>,
 }
 
-/// Where a motor stands.
+/// Position of a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motor {
     /// Angle of the motor.
@@ -87,9 +87,9 @@ impl Driven {
 
     /// A follower's value.
     ///
-    /// While the clutch is engaged: `offset + ratio * motor`. After it opened at `a`, the follower that goes on alone is at
-    /// `offset + ratio * a + after * (motor - a)`. A Barrett finger has ratio 1/3 and after 4/3, so that its fingertip's
-    /// angle to the palm is 4/3 of the motor's before and after.
+    /// While the clutch is engaged: `offset + ratio * motor`. After it opened at `a`, the follower that moves on is at
+    /// `offset + ratio * a + after * (motor - a)`. A Barrett finger has ratio 1/3 and after 4/3, so that its
+    /// fingertip's angle to the palm is 4/3 of the motor's before and after.
     ///
     /// # Panics
     /// When there is no such follower.
@@ -104,8 +104,8 @@ impl Driven {
         }
     }
 
-    /// The motor's angle at which the hand is closed: the joint at its closed value, or what goes on alone at its limit; for
-    /// a joint that does not close the hand, where the motor is.
+    /// The motor's angle at which the hand is closed: the joint at its closed value, or the released follower at its
+    /// limit; for a joint that does not close the hand, the motor's current angle.
     pub fn closed_angle(&self, motor: Motor) -> f64 {
         match (self.closed, self.breakaway, motor.released) {
             (None, ..) => motor.angle,
@@ -164,8 +164,8 @@ mod tests {
         }
     }
 
-    /// libbarrett's numbers: the driven joint's gear is 125:1, the fingertip's 375:1, and once the clutch is open the
-    /// fingertip's angle is what the motor makes of both, less the joint that stays.
+    /// libbarrett's numbers: the driven joint's gear is 125:1, the fingertip's 375:1; once the clutch is open the
+    /// fingertip's angle is the motor's through both, less the joint that stays.
     #[test]
     fn a_barrett_finger_follows_its_maker() {
         let finger = finger();
@@ -177,7 +177,7 @@ mod tests {
                 let theirs = motor_angle * (1.0 / gear + 1.0 / tip_gear) - left;
                 assert_eq!(finger.value(motor), left);
                 assert!((finger.follower_value(0, motor) - theirs).abs() < 1e-15);
-                // The fingertip's angle to the palm goes on as if nothing had happened.
+                // The fingertip's angle to the palm continues without a jump.
                 let as_if = Motor::engaged(motor.angle);
                 let to_palm = finger.value(as_if) + finger.follower_value(0, as_if);
                 assert!((left + theirs - to_palm).abs() < 1e-15);

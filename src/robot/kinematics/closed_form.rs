@@ -10,7 +10,7 @@ use nalgebra::{IsometryMatrix3, Point3, Vector3};
 use super::{JointKind, PlanningGroup, group::rotation_about};
 use kernel::geom::{EndEffector, Pose, World};
 
-/// Largest gap between axes that are said to meet [m]: descriptions are rounded to some micrometres.
+/// Largest gap between axes that count as meeting [m]: descriptions are rounded to some micrometres.
 const MEETING: f64 = 1e-9;
 
 /// Sets of joint values that bring the end effector to a pose with the first joint given, at most.
@@ -29,7 +29,9 @@ pub enum NoClosedForm {
     #[error("joint {0:?} slides; the closed form is for revolute joints")]
     Slides(String),
     /// Axes that have to meet pass each other.
-    #[error("the axes of {names} pass each other by {gap:.1e} m; the closed form wants them to meet at the {crossing}")]
+    #[error(
+        "the axes of {names} pass each other by {gap:.1e} m; the closed form requires that they meet at the {crossing}"
+    )]
     Apart {
         /// The joints.
         names: String,
@@ -47,7 +49,7 @@ pub enum NoClosedForm {
         cosine: f64,
     },
     /// A joint has limits that are not evaluated.
-    #[error("joint {0:?} has limits; the exact test wants it without")]
+    #[error("joint {0:?} has limits; the exact test requires a joint without limits")]
     Limited(String),
     /// Two axes that have to be parallel are not.
     #[error("the axes of {names} are not parallel")]
@@ -71,7 +73,7 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// The axes of a group's joints with all of them at 0.
+    /// The axes of a group's joints, all at 0.
     pub fn of_group(group: &PlanningGroup) -> Vec<Self> {
         let mut frame = IsometryMatrix3::identity();
         let line = |joint: &super::Joint| {
@@ -88,8 +90,8 @@ impl Line {
     }
 }
 
-/// An arm of seven revolute joints of which the third and fourth meet at the elbow and the last three at the wrist's
-/// centre, as the arms of the Fetch and of many others do.
+/// An arm of seven revolute joints whose third and fourth axes meet at the elbow and whose last three meet at the
+/// wrist's centre, like the arms of the Fetch and many others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SphericalWristArm {
     group: PlanningGroup,
@@ -199,8 +201,8 @@ impl SphericalWristArm {
         self.visit(target, first, wanted, |index, solution| (index == branch).then_some(solution))
     }
 
-    /// Visits, by their indices, the branches whose choices are wanted (a bit of the index, and its value there), until one
-    /// visit comes back with something.
+    /// Visits, by their indices, the branches with the required choices (a bit of the index, and its value there),
+    /// until one visit returns a result.
     fn visit<T>(
         &self,
         target: &Pose<World, EndEffector>,

@@ -13,7 +13,7 @@ pub enum JointKind {
     Prismatic,
 }
 
-/// Where a joint may stand [rad or m].
+/// Range of a joint [rad or m].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointLimits {
     /// Lowest value.
@@ -131,7 +131,7 @@ impl PlanningGroup {
         Ok(Self { parts })
     }
 
-    /// Expresses the arm in another frame that stands still; that frame becomes the world.
+    /// Expresses the arm in another fixed frame; that frame becomes the world.
     #[must_use]
     pub fn seen_from(mut self, world_from_frame: &IsometryMatrix3<f64>) -> Self {
         let first = &mut self.parts.joints[0].origin;
@@ -183,7 +183,7 @@ impl PlanningGroup {
         Pose::from_isometry(last * self.parts.end_effector)
     }
 
-    /// Where the links are: the world poses of the frames that joints 1 to n move, as they stand after the motion.
+    /// Poses of the links: the world poses of the frames that joints 1 to n move, after the motion.
     ///
     /// # Panics
     /// When `q` or `out` has another length than the group.

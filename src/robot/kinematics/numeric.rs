@@ -135,8 +135,8 @@ fn clamp(group: &PlanningGroup, q: &mut [f64]) {
     }
 }
 
-/// Moves `q` by the step that lowers |J dq - e|^2 + damping |dq|^2 most, within the limits: a joint that stands at a limit
-/// and would go beyond it keeps still, and the others do its part. `None` when the numbers leave no step.
+/// Moves `q` by the step that lowers |J dq - e|^2 + damping |dq|^2 most, within the limits: a joint that is at a limit
+/// and would exceed it stays, and the others compensate. `None` when the numbers leave no step.
 fn step(
     group: &PlanningGroup,
     q: &mut [f64],

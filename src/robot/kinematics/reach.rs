@@ -70,9 +70,9 @@ impl SelfMotion {
     /// Analyses the axes with all joints at 0.
     ///
     /// # Errors
-    /// Names the axes that prevent it: beside what [`SphericalWristArm`] asks for, the first two axes must be at right
-    /// angles, the elbow in the first axis's plane across the second, the third axis through shoulder and elbow, the fifth
-    /// through elbow and wrist, and the third, fifth and seventh joints without limits.
+    /// Names the axes that prevent it: in addition to the conditions of [`SphericalWristArm`], the first two axes must
+    /// be at right angles, the elbow in the first axis's plane across the second, the third axis through shoulder and
+    /// elbow, the fifth through elbow and wrist, and the third, fifth and seventh joints without limits.
     pub fn new(group: &PlanningGroup) -> Result<Self, NoClosedForm> {
         let arm = SphericalWristArm::recognise(group)?;
         let name = |joint: usize| group.joints()[joint].name.clone();
@@ -157,7 +157,7 @@ impl SelfMotion {
         Wrist { centre, ahead }
     }
 
-    /// Joint values within the limits that bring the end effector to `target`; `None` when there are none.
+    /// Joint values within the limits that bring the end effector to `target`; `None` if none exist.
     pub fn find(&self, target: &Pose<World, EndEffector>) -> Option<[f64; 7]> {
         let wrist = self.wrist(target);
         if self.too_far(&wrist) {
@@ -206,7 +206,7 @@ impl SelfMotion {
 
     /// A few values of the first joint: around that which points at the wrist.
     fn quick_value(&self, wrist: &Wrist) -> Option<f64> {
-        // Angles beside it, as cosine and sine.
+        // Angles next to it, as cosine and sine.
         const BESIDE: [[f64; 2]; 7] = [
             [1.0, 0.0],
             [0.876_923_076_923_076_9, 0.480_635_3],
@@ -345,7 +345,7 @@ impl SelfMotion {
             let (sin, cos) = libm::sincos(angle);
             let at = |part: [f64; 3]| part[0] + part[1] * cos + part[2] * sin;
             let angle = libm::atan2(at(y), at(x));
-            // The elbow may stand beyond the first axis.
+            // The elbow may be beyond the first axis.
             put(angle);
             put(angle + std::f64::consts::PI);
         }
@@ -444,7 +444,7 @@ fn roots_and_extrema(polynomial: &[f64]) -> Vec<f64> {
                 break;
             }
         }
-        // No polynomial has more roots than powers, but for what rounding makes of a zero one.
+        // No polynomial has more roots than its degree, except by rounding of a zero coefficient.
         if count < DEGREE {
             roots[count] = root;
             count += 1;

@@ -27,7 +27,7 @@ pub struct SixJointArm {
 pub struct Solutions {
     /// Joint values within the limits; those that differ by whole revolutions alone are listed once.
     pub solutions: Vec<[f64; 6]>,
-    /// Whether one of them belongs to a family, of which it is one member: two axes of the wrist are aligned.
+    /// Whether a solution is one member of a family: two axes of the wrist are aligned.
     pub singular: bool,
 }
 
@@ -72,7 +72,7 @@ impl SixJointArm {
         let whole = target.isometry() * self.end_effector_from_world;
         let wrist = whole * self.wrist;
         let [one, two, three] = [&self.lines[0], &self.lines[1], &self.lines[2]];
-        // A point of the second axis beside the wrist: whatever the second and third joints do, the two stay level.
+        // A point of the second axis at the level of the wrist, which the second and third joints do not change.
         let level = two.through + two.along * two.along.dot(&(self.wrist - two.through));
         for first in self.level_angles(&wrist).into_iter().flatten() {
             let Some(first) = settle(&self.group, 0, first) else { continue };

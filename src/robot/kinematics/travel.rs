@@ -1,4 +1,4 @@
-//! Travel of an arm along its self-motion: upper bounds that hold for whole intervals of its first joint.
+//! Travel of an arm along its self-motion: upper bounds for whole intervals of its first joint.
 
 use std::f64::consts::PI;
 
@@ -90,12 +90,12 @@ impl Stance<'_> {
             min = -radius - offset;
         }
         let second = self.motion.second_travel(&q, &self.flat, [min, along(q[0]), max]);
-        // The elbow, and with it the forearm, whose other end rests.
+        // The elbow, and with it the forearm, whose other end stays.
         let elbow = self.elbow_out.abs() * first + upper * second.min(2.0);
         let chord = (0.5 * elbow / fore).min(1.0);
         let tilt = 2.0 * libm::asin(chord);
         let sum = first + second;
-        // A unit vector across two others rotates by this much when they change by so much together.
+        // A unit vector perpendicular to two others rotates by this much when the two change by `change` together.
         let across = |change: f64, sine: f64| if change < sine { libm::asin(change / sine) } else { PI };
         let third = across(sum * fore + elbow, self.bend * fore);
         let elbow_twist = (tilt + across(sum.min(2.0) + tilt, self.bend)).min(2.0 * PI);
@@ -148,7 +148,7 @@ impl SelfMotion {
         self.arm.group().link_frames(q, &mut frames);
         let centre_of = |link: usize, home: &Point3<f64>| frames[link] * self.arm.home_in_link(link, home);
         let (shoulder, elbow_at) = (centre_of(0, &self.shoulder), centre_of(1, &self.arm.elbow()));
-        // Directions of upper arm and forearm, as they are.
+        // Directions of upper arm and forearm at these values.
         let upper_arm = (elbow_at - shoulder) / self.upper;
         let forearm = (wrist.centre - elbow_at) / self.fore;
         Stance {
@@ -170,9 +170,9 @@ impl SelfMotion {
         [out * cos - up * sin, out * sin + up * cos]
     }
 
-    /// Bound on the motion of the second joint from its value while the wrist's coordinate along the arm's plane goes
-    /// from the first of three values to the last [rad]. The upper arm lies beside the direction to the wrist by an
-    /// angle that the law of cosines gives; both are monotonic in the coordinate but for one point.
+    /// Bound on the motion of the second joint from its value while the wrist's coordinate along the arm's plane moves
+    /// from the first of three values to the last [rad]. The upper arm deviates from the direction to the wrist by an
+    /// angle that the law of cosines gives; both are monotonic in the coordinate except at one point.
     fn second_travel(&self, q: &[f64; 7], wrist: &Vector3<f64>, [min, now, max]: [f64; 3]) -> f64 {
         // Singular: the wrist's centre may pass the shoulder in projection, where the direction to it is undefined.
         let up = wrist.z;
@@ -203,7 +203,7 @@ impl SelfMotion {
             let (sin, cos) = libm::sincos(angle);
             if libm::hypot(sin - high, cos - out) < 1e-5 {
                 let (min, max) = if side > 0.0 { (from + narrow, to + wide) } else { (from - wide, to - narrow) };
-                // With both sides alike, the arm may go on on either.
+                // With both sides alike, the arm may move on on either.
                 let reach = (max - angle).max(angle - min);
                 best = if best.is_finite() { best.max(reach) } else { reach };
             }

@@ -59,7 +59,7 @@ impl JointTree {
         self.joints.iter().position(|joint| joint.joint.name == name)
     }
 
-    /// Forward kinematics: the frames of links 1 to n expressed in the base frame, as they stand after the motion.
+    /// Forward kinematics: the frames of links 1 to n expressed in the base frame, after the motion.
     ///
     /// # Panics
     /// When `q` or `out` has another length than the tree.

@@ -60,8 +60,8 @@ pub struct FrictionCone {
 }
 
 impl FrictionCone {
-    /// A hard point: `edges` of them around a circular cone of friction coefficient `friction`. The cone is inscribed: its
-    /// least friction is cos(pi / edges) of the circle's.
+    /// A hard point: a pyramid of `edges` edges in a circular cone of friction coefficient `friction`. It is inscribed:
+    /// its smallest friction is cos(pi / edges) of the circle's.
     ///
     /// # Panics
     /// When friction is not a number from 0, or has fewer than three edges.

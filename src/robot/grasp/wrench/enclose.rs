@@ -70,8 +70,8 @@ impl<const D: usize> Simplex<D> {
     }
 }
 
-/// A simplex of the set's wrenches that holds the origin, maybe on its border; when there is none, a direction along which no
-/// wrench comes as far as the origin, where one was found. `before` is tried first.
+/// A simplex of the set's wrenches that contains the origin, possibly on its border; if there is none, a direction
+/// along which no wrench reaches the origin, if one was found. `before` is tried first.
 pub(super) fn enclose<const D: usize>(
     set: &WrenchSet,
     level: SimdLevel,

@@ -37,7 +37,7 @@ impl EpsilonLimits {
 /// Why a search ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EpsilonEnd {
-    /// The bounds are as close as asked for.
+    /// The bounds are as close as requested.
     Closed,
     /// The origin is not inside the hull, or the hull is flat: both bounds are 0.
     Outside,
@@ -103,7 +103,7 @@ impl EpsilonSolver {
     /// Epsilon of the wrenches, unless that of the forces answers already: it is never smaller, since forces are a projection
     /// of wrenches, and a tenth of the work.
     pub fn of_wrenches_within(&mut self, set: &WrenchSet, limits: &EpsilonLimits) -> Epsilon {
-        // Exact enough to be compared with `below`: nothing else is asked of it.
+        // Exact enough for the comparison with `below`, which is the only use.
         let forces = EpsilonLimits { above: limits.below.max(0.0), below: limits.below, tolerance: 0.0 };
         let bound = self.forces.search(set, self.level, &forces);
         match bound.end {
@@ -147,8 +147,8 @@ fn order<const D: usize>(facet: &Facet<D>) -> u64 {
 }
 
 impl<const D: usize> Space<D> {
-    /// The linear programme alone would not show the border case: two opposed contacts hold the origin in the middle of a flat
-    /// hull, and whether it is inside is for the others to say.
+    /// The linear programme alone would not show the border case: two opposed contacts have the origin in the middle of
+    /// a flat hull, and the other contacts decide whether it is inside.
     fn encloses(&mut self, set: &WrenchSet, level: SimdLevel) -> bool {
         let limits = EpsilonLimits { above: FLAT * set.scale(), ..EpsilonLimits::EXACT };
         self.search(set, level, &limits).upper > 0.0

@@ -29,7 +29,7 @@ pub(super) struct Facet<const D: usize> {
 /// A ridge between a facet that is seen and one that is not, and how high and how low the point lies.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ridge {
-    /// Index in the list of those seen.
+    /// Index in the list of visible facets.
     seen: u32,
     hidden: u32,
     /// Which corner of the seen one lies across.
@@ -47,10 +47,10 @@ pub(super) struct Polytope<const D: usize> {
     ridges: Vec<Ridge>,
     /// New facets, a ridge each.
     fresh: Vec<u32>,
-    /// Random numbers by index of wrench: sums of them name sets of corners. Of 64 bits, so that two sets that meet have the
-    /// same name about once in 10^12 searches.
+    /// Random 64-bit numbers by index of wrench: their sums name sets of corners. Two sets have the same name about
+    /// once in 10^12 searches.
     keys: Vec<u64>,
-    /// Names of the new facets' facets, and how many of each, with the sum of the indices of those in `fresh`, by some bits of
+    /// Names of the new facets' facets, and how many of each, with the sum of their indices in `fresh`, by some bits of
     /// the name.
     names: Vec<[u64; D]>,
     buckets: Vec<u32>,
@@ -76,7 +76,7 @@ impl<const D: usize> Default for Polytope<D> {
 }
 
 impl<const D: usize> Polytope<D> {
-    /// Becomes a simplex of a set of so many wrenches.
+    /// Becomes a simplex of a set of this many wrenches.
     pub fn start(&mut self, simplex: &Simplex<D>, wrenches: usize) {
         debug_assert!(D < CORNERS);
         self.facets.clear();
@@ -114,8 +114,8 @@ impl<const D: usize> Polytope<D> {
         self.fresh.len()
     }
 
-    /// Finds the facets that a point sees, from one of them on, and the ridges around them. What is found is written in any
-    /// case and counted if it holds: nobody can predict these branches.
+    /// Finds the facets that a point sees, from one of them on, and the ridges around them. Candidates are always
+    /// written, and counted only if they qualify: these branches are unpredictable.
     fn mark_seen(&mut self, point: &[f64; D], below: u32) {
         self.pass = self.pass.wrapping_add(1);
         let first = &mut self.facets[below as usize];

@@ -12,8 +12,8 @@ pub const FLAT: f64 = 1e-9;
 /// Wrenches side by side in a vector register.
 const LANES: usize = 8;
 
-/// The wrenches of all edges of all contacts: force, then torque divided by the object's radius, of unit normal forces times
-/// the contact's weight. Keeps its memory when filled anew.
+/// The wrenches of all edges of all contacts: force, then torque divided by the object's radius, of unit normal forces
+/// times the contact's weight. Keeps its memory when filled again.
 #[derive(Clone, Debug, Default)]
 pub struct WrenchSet {
     /// Eight wrenches each, coordinate by coordinate. Lanes of the last that no wrench was put in hold its first.
@@ -49,7 +49,7 @@ impl WrenchSet {
         }
     }
 
-    /// A set of wrenches as they are, for hulls that no contacts make.
+    /// A set of given wrenches, for hulls that contacts do not make.
     pub fn from_wrenches(wrenches: &[[f64; 6]]) -> Self {
         let mut set = Self::default();
         wrenches.iter().enumerate().for_each(|(name, wrench)| set.push(*wrench, 1.0, name));
@@ -83,12 +83,12 @@ impl WrenchSet {
         self.count
     }
 
-    /// Whether there is none.
+    /// Whether the set is empty.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// The wrenches as they are searched, moved by up to [`JOGGLE`].
+    /// The wrenches as used by the search, moved by up to [`JOGGLE`].
     pub fn wrenches(&self) -> impl Iterator<Item = [f64; 6]> {
         (0..self.count).map(|index| self.point(index as u16))
     }

@@ -141,7 +141,7 @@ fn frictionless_contacts_of_a_tetrahedron() {
     let set = WrenchSet::new(&on_ball(&corners), &FrictionCone::hard(0.0, 16), &MASS);
     let (forces, wrenches, _) = epsilons(&set);
     assert!(near(forces, 1.0 / 3.0) && wrenches == 0.0);
-    // Three of them, and none: nothing is enclosed.
+    // Three contacts, and none: nothing is enclosed.
     for contacts in [&on_ball(&corners)[..3], &[]] {
         let set = WrenchSet::new(contacts, &FrictionCone::hard(0.0, 16), &MASS);
         assert_eq!(epsilons(&set), (0.0, 0.0, EpsilonEnd::Outside));

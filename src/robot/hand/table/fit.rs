@@ -14,7 +14,7 @@ use form::{Bounds, Checker, Finding, FormErrors, Path, Problem, did_you_mean};
 /// Closer than this, a value is its joint's limit: the one is written in radians, the other often in degrees.
 const AT_LIMIT: f64 = 1e-9;
 
-/// Load at which a stopped joint gives way where its table does not say, by the load that stops it.
+/// Load at which a stopped joint gives way if its table does not state it, per load that stops it.
 const HOLDING: f64 = 1.25;
 
 /// The hand that a table and its description make.
@@ -43,7 +43,7 @@ impl Fit<'_> {
         &self.skeleton.tree.joints()[joint].joint.name
     }
 
-    /// Reports a name that is none of those that there are.
+    /// Reports a name that is not among those present.
     fn not_found(&mut self, path: &Path, kind: &str, found: &str, present: &[&str]) {
         let list = if present.is_empty() { "none with a name".to_owned() } else { present.join(", ") };
         let report = self.checker.not_found(path, kind, format!("`{found}`; the hand has {list}"));
@@ -67,7 +67,7 @@ impl Fit<'_> {
         for (index, spec) in specs.iter().enumerate() {
             let path = Path::from("driven").index(index);
             let Some(joint) = self.joint(&path.key("joint"), &spec.joint) else { continue };
-            // One motor per joint, under a name of its own, and only where nothing else moves the joint.
+            // One motor per joint, with its own name, and only where nothing else moves the joint.
             let (key, name) = spec.name();
             if driven.iter().any(|known| known.joint == joint) {
                 let found = format!("`{}` a second time", spec.joint);
@@ -188,7 +188,7 @@ impl Fit<'_> {
         wanted
     }
 
-    /// The frame that a name stands for.
+    /// The frame with this name.
     fn mount(&mut self, path: &Path, kind: &str, name: &str) -> Option<Mount> {
         let skeleton = self.skeleton;
         let frames: &BTreeMap<String, Mount> = if kind == "site" { &skeleton.sites } else { &skeleton.bodies };
@@ -284,8 +284,8 @@ impl Fit<'_> {
         }
     }
 
-    /// The pads whose distance is the width; names are looked up among those written, so that a contact with a mistake of
-    /// its own is not missed again here.
+    /// The pads whose distance is the width; names are searched among those written, so that a contact with another
+    /// mistake is not also reported as missing.
     fn width(&mut self, names: &[String; 2], contacts: &[ContactSpec]) -> Option<[usize; 2]> {
         let present: Vec<&str> = contacts.iter().filter_map(|contact| contact.name().map(|(_, name)| name)).collect();
         let found = names.each_ref().map(|name| present.iter().position(|known| known == name));

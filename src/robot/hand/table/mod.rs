@@ -1,4 +1,5 @@
-//! A hand's table: TOML beside its description, with what drives the joints and where the hand touches.
+//! A hand's table: TOML in the same folder as its description, with the motors of the joints and the contacts of the
+//! hand.
 
 mod fit;
 mod spec;
@@ -45,7 +46,7 @@ pub enum HandTableError {
 }
 
 impl HandTable {
-    /// Where the table of a description lies: beside it, with the same name.
+    /// Path of a description's table: the same folder and name.
     pub fn beside(description: &Path) -> PathBuf {
         description.with_extension("toml")
     }

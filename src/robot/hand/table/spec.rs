@@ -78,7 +78,7 @@ impl DrivenSpec {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BreakawaySpec {
-    /// The follower that goes on.
+    /// The follower that moves on.
     pub joint: String,
     /// Motion per unit of the motor's; not 0.
     pub ratio: f64,
