@@ -73,9 +73,9 @@ const MODEL_ROS: KeyTreatment =
     Read("`plumb_bob`, `rational_polynomial`, or nothing; every other model is refused, whatever its coefficients");
 const COEFFICIENTS: KeyTreatment =
     Read("k1, k2, p1, p2, k3, k4, k5, k6 are undone; more of OpenCV's (thin prism, tilt) must be 0");
-const RECTIFICATION: KeyTreatment = Read("the identity, or `--image` says which picture it is");
+const RECTIFICATION: KeyTreatment = Read("the identity, or `--image` selects the picture");
 const PROJECTION: KeyTreatment = Read(
-    "equal to K, or `--image` says which picture it is; that of a rectified picture is its camera; Tx and Ty are ignored: poses",
+    "equal to K, or `--image` selects the picture; that of a rectified picture is its camera; Tx and Ty are ignored: poses",
 );
 const BINNING: KeyTreatment = Read("0 or 1; with more, the numbers belong to a larger picture");
 const REGION: KeyTreatment = Read("all of the picture: 0, or its size; a part of it is refused");
@@ -91,7 +91,7 @@ pub static CAMERA_KEYS: &[CameraKey] = &[
     key(
         Graspmill,
         "pixel_centre",
-        Read("0 or 0.5, the coordinate of the first pixel's centre; `--pixel-centre` may stand in"),
+        Read("0 or 0.5, the coordinate of the first pixel's centre; `--pixel-centre` is the alternative"),
     ),
     key(Graspmill, "distortion", Read("k1, k2, p1, p2, k3, or these and k4, k5, k6")),
     key(
@@ -106,7 +106,7 @@ pub static CAMERA_KEYS: &[CameraKey] = &[
     key(Open3d, "intrinsic.width", SIZE),
     key(Open3d, "intrinsic.height", SIZE),
     key(Open3d, "intrinsic.intrinsic_matrix", Read("as `intrinsic_matrix`")),
-    key(Open3d, "class_name", Ignored("repeats what the keys say")),
+    key(Open3d, "class_name", Ignored("repeats the other keys")),
     key(Open3d, "version_major", RECORD),
     key(Open3d, "version_minor", RECORD),
     key(Open3d, "extrinsic", POSE),
