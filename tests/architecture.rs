@@ -93,7 +93,7 @@ const PRODUCT_ROOMS: [&str; 6] = [
     "src/runtime/",
 ];
 
-/// Files beside [`PRODUCT_ROOMS`] that name a product, each with its reason.
+/// Files outside [`PRODUCT_ROOMS`] that name a product, each with its reason.
 const NAMES_A_PRODUCT: &[(&str, &str)] = &[
     (
         "src/factory/job/reference.rs",
@@ -105,7 +105,7 @@ const NAMES_A_PRODUCT: &[(&str, &str)] = &[
     ("src/factory/job/spec/set.rs", "examples of names in a set"),
 ];
 
-/// Longest file, without its tests, that needs no word of excuse.
+/// Longest file, without its tests, that needs no reason.
 const LONGEST_FILE: usize = 600;
 
 /// The sources of a folder that were written by hand: `make schemas` writes those in folders named `generated`.
@@ -195,7 +195,7 @@ fn crates_and_rooms_use_only_what_the_map_says() {
                     .get(room.as_str())
                     .is_none_or(|uses| used == room || uses.contains(&other) || !rooms.contains_key(used.as_str())),
             };
-            // A module beside or below the file may be called like another crate.
+            // A module next to or below the file may have the same name as a crate.
             let beside = [path.with_file_name(&used), path.with_extension("").join(&used)];
             let is_own = beside.iter().any(|module| module.with_extension("rs").exists());
             if !fits && !is_own {
@@ -278,7 +278,7 @@ fn one_version_is_named_everywhere() {
     assert!(text(python).contains(&format!("\n__version__ = \"{version}\"\n")), "{python}: {version}");
 }
 
-/// The fuzzer has a lockfile of its own, which no build of the crates keeps up with them.
+/// The fuzzer has its own lockfile, which builds of the crates do not update.
 #[test]
 fn the_lockfile_of_the_fuzzer_has_what_the_crates_ask_for() {
     let read = |path: &str| -> toml::Table { fs::read_to_string(path).expect("a file").parse().expect("TOML") };
@@ -290,10 +290,7 @@ fn the_lockfile_of_the_fuzzer_has_what_the_crates_ask_for() {
         let is_own = |package: &&toml::Value| package["name"] == manifest["package"]["name"];
         let own = packages.iter().find(is_own).expect("a crate of the fuzzer");
         let locked = own["dependencies"].as_array().expect("dependencies").len();
-        assert_eq!(
-            asked, locked,
-            "src/{krate}: `cargo metadata --manifest-path fuzz/Cargo.toml` writes the lockfile anew"
-        );
+        assert_eq!(asked, locked, "src/{krate}: `cargo metadata --manifest-path fuzz/Cargo.toml` updates the lockfile");
     }
 }
 
@@ -309,7 +306,7 @@ fn every_dependency_is_named_in_the_code() {
         let mut code = String::new();
         for folder in folders.iter().map(Path::new) {
             let files = if folder.is_dir() { sources(folder) } else { vec![folder.to_owned()] };
-            // Tests stand in the same files.
+            // Tests are part of the same files.
             files.iter().for_each(|file| code += &fs::read_to_string(file).expect("source is UTF-8"));
         }
         for section in ["dependencies", "build-dependencies", "dev-dependencies"] {
@@ -375,7 +372,7 @@ const FOLLOW_LINKS: &[(&str, &[&str])] = &[
 
 #[test]
 fn files_are_touched_in_one_room() {
-    // `fs` in any spelling, and methods of paths that ask the file system.
+    // `fs` in any spelling, and methods of paths that query the file system.
     let touching = [
         "fs::",
         "File::open(",
@@ -464,7 +461,7 @@ fn the_map_has_no_cycle() {
 
 #[test]
 fn the_map_in_the_architecture_document_is_this_one() {
-    let text = fs::read_to_string("ARCHITECTURE.md").expect("ARCHITECTURE.md stands at the top");
+    let text = fs::read_to_string("ARCHITECTURE.md").expect("ARCHITECTURE.md is at the root");
     for (name, uses) in CRATES.iter().chain(ROOMS) {
         let row = format!("| `{name}` | {} |", if uses.is_empty() { "-".to_owned() } else { uses.join(" ") });
         assert!(text.contains(&row), "ARCHITECTURE.md lacks the row: {row}");
@@ -523,7 +520,7 @@ fn no_file_grows_without_a_reason() {
         let lines = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default().lines().count();
         assert!(
             lines <= LONGEST_FILE || text.contains("// Long because:"),
-            "{}: {lines} lines; split it, or say '// Long because: ...'",
+            "{}: {lines} lines; split it, or add '// Long because: ...'",
             path.display()
         );
     }
@@ -559,7 +556,7 @@ fn only_the_tables_name_a_product() {
 /// A module's path, its crate first: `["kernel", "geom", "field"]`.
 type ModulePath = Vec<String>;
 
-/// The files of all crates as modules, and what each of them imports.
+/// The files of all crates as modules, and the imports of each.
 struct Modules {
     files: BTreeMap<ModulePath, PathBuf>,
     imports: BTreeMap<ModulePath, Vec<Import>>,
@@ -755,7 +752,7 @@ fn shortest_circle(graph: &BTreeMap<ModulePath, BTreeSet<ModulePath>>, start: &M
                 }
             }
         }
-        assert!(!longer.is_empty(), "{start:?} stands in no circle");
+        assert!(!longer.is_empty(), "{start:?} is part of no circle");
         paths = longer;
     }
 }

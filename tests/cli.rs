@@ -275,7 +275,7 @@ fn a_report_is_opened_by_the_desktop_or_by_the_browser_that_is_named() {
         // No other programs, as on a machine without a desktop.
         report.env("PATH", workspace.make_folder("bin"))
     };
-    // A machine without a desktop: the report is there, and the remedy is told.
+    // A machine without a desktop: the report is written, and the message has the remedy.
     let said = report("").expect_code(1);
     let expected = format!("{}: no program found to open it", page.display());
     assert!(said.stderr.contains(&expected) && said.stderr.contains("open it in a browser"), "{}", said.text());

@@ -38,15 +38,15 @@ const SOURCES: [&str; 10] = [
 
 /// An addition to the repository.
 struct Extension {
-    /// Folder of its own files, below `tests/fixtures/`.
+    /// Folder of its files, below `tests/fixtures/`.
     fixture: &'static str,
-    /// Files and folders of its own, among them the descriptors that `make schemas` makes of its schema.
+    /// Files and folders that it owns, among them the descriptors that `make schemas` generates from its schema.
     own: &'static [&'static str],
-    /// Files of the repository that it edits, with the texts that stand for others afterwards.
+    /// Files of the repository that it edits, with each old text and its replacement.
     edits: &'static [(&'static str, &'static [(&'static str, &'static str)])],
 }
 
-/// The types of all schemas, which `make schemas` writes anew for every extension.
+/// The types of all schemas, which `make schemas` regenerates for every extension.
 const TYPES: &str = "src/format/generated/graspmill.rs";
 
 /// One more product: the volume of each object's solid.
@@ -95,7 +95,7 @@ const PRODUCT: Extension = Extension {
     ],
 };
 
-/// One more channel beside completion pairs: the centroid of the complete grid.
+/// One more channel of completion pairs: the centroid of the complete grid.
 const CHANNEL: Extension = Extension {
     fixture: "new_channel",
     own: &["proto/centroid.proto", "src/format/generated/centroid.bin", "src/format/products/completion/centroid"],
@@ -212,7 +212,11 @@ fn extended_sources(extensions: &[Extension]) -> Files {
             let content = files.get_mut(Path::new(path)).unwrap_or_else(|| panic!("no file {path}"));
             let mut text = String::from_utf8(content.clone()).expect("source is UTF-8");
             for (old, new) in *edits {
-                assert_eq!(text.matches(old).count(), 1, "{path} is not as this test knows it: {old}");
+                assert_eq!(
+                    text.matches(old).count(),
+                    1,
+                    "{path} does not contain the text that this test replaces: {old}"
+                );
                 text = text.replace(old, new);
             }
             *content = text.into_bytes();
@@ -241,7 +245,7 @@ fn write_files(folder: &Path, files: &Files) {
     }
 }
 
-/// [`read_files`] of what stands in a folder itself: the link to `.deps` is passed over.
+/// [`read_files`] for a folder's own content: skips the link to `.deps`.
 fn read_files_but_links(root: &Path, path: &Path, files: &mut Files) {
     for entry in fs::read_dir(root.join(path)).expect("a folder") {
         let entry = entry.expect("an entry");
@@ -375,7 +379,7 @@ fn a_new_channel_is_made_verified_and_read_and_moves_no_other() {
     // Sums of up to 64,000 numbers below 40, in another order.
     assert!(difference < 1e-9, "{difference} cells");
 
-    // Without the channel the dataset is the one of the program as it stands.
+    // Without the channel the dataset is the one of the unchanged program.
     run(call("run"), &without).succeed();
     let standing = workspace.path("standing");
     run(Program::new("run"), &standing).succeed();

@@ -1,7 +1,8 @@
 //! Kills without warning and requests to stop, again and again, at random moments: resumed, a run ends where an undisturbed
 //! one does, and a release is there whole or not at all.
 //!
-//! A binary of its own: moments are spread over the time that the whole run took, so nothing else may run beside it.
+//! A separate binary: moments are spread over the time that the whole run took, so nothing else may run at the same
+//! time.
 
 #[path = "support/mod.rs"]
 mod support;
@@ -115,7 +116,7 @@ fn read_fates(out: &Path) -> BTreeMap<String, String> {
     for shard in 0..reader.manifest().shards.len() {
         for row in reader.ledger(shard).expect("a ledger").rows {
             let before = found.insert(row.sample.to_string(), format!("{:?}", row.fate));
-            assert!(before.is_none(), "{} stands twice", row.sample);
+            assert!(before.is_none(), "{} is listed twice", row.sample);
         }
     }
     found
@@ -128,8 +129,9 @@ fn count_shards(out: &Path) -> usize {
     names.iter().filter(|name| name.ends_with(".mcap")).count()
 }
 
-/// Ways to disturb a program, by the names of the signals, and the ends that they may lead to, unless the program is faster:
-/// `None` where the signal itself ended it. TERM and USR1 ask it to stop, which it cannot hear before it has begun.
+/// Ways to disturb a program, by the names of the signals, and the ends that they may lead to, unless the program is
+/// faster: `None` where the signal itself ended it. TERM and USR1 request a stop, which it cannot handle before it has
+/// started.
 const DISTURBANCES: [(&str, &[Option<i32>]); 5] = [
     ("KILL", &[None]),
     ("TERM", &[None, Some(75)]),
@@ -168,7 +170,7 @@ struct Tally<'s> {
     at_work: u32,
     /// Number of disturbances by signal.
     by_signal: BTreeMap<&'static str, u32>,
-    /// Count of whole results that came out in spite of them.
+    /// Number of complete results in spite of them.
     finished: u32,
 }
 
@@ -201,8 +203,8 @@ impl<'s> Tally<'s> {
     }
 }
 
-/// Runs a job again and again to a disturbance, until so many met it at work; each time that it is finished, it is the dataset of
-/// an undisturbed run.
+/// Runs a job again and again to a disturbance, until `count` disturbances met it at work; each time that it is
+/// finished, it is the dataset of an undisturbed run.
 fn storm_job(workspace: &Workspace, name: &'static str, text: &str, count: u32, stream: &mut Stream) {
     workspace.write(format!("{name}.toml"), text);
     let [whole, killed] = ["whole", "killed"].map(|end| format!("{name}-{end}"));
@@ -233,7 +235,8 @@ fn storm_job(workspace: &Workspace, name: &'static str, text: &str, count: u32, 
     tally.print();
 }
 
-/// Disturbs `release` until so many met it at work: what has its name is the whole release, and nothing stays in the end.
+/// Disturbs `release` until `count` disturbances met it at work: an entry with its name is the whole release, and no
+/// leftover remains at the end.
 fn storm_release(workspace: &Workspace, count: u32, stream: &mut Stream) {
     let about = workspace.write("about.toml", ABOUT);
     let release = |name: &str| {
@@ -262,7 +265,7 @@ fn storm_release(workspace: &Workspace, count: u32, stream: &mut Stream) {
     tally.print();
 }
 
-/// Disturbs each of the chosen jobs, and a release of pairs if they are among them, so many times.
+/// Disturbs each of the chosen jobs, and a release of pairs if they are among them, `count` times each.
 fn storm(chosen: impl Fn(&str) -> bool, count: u32, size: u32, seed: u64) {
     let workspace = Workspace::new();
     let mut stream = Stream::of_job(seed, b"", "kills");

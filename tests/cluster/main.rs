@@ -1,4 +1,4 @@
-//! Datasets made by many tasks: the same bytes as by one process, whatever engine runs them and whatever goes wrong.
+//! Datasets made by many tasks: the same bytes as by one process, with every engine and after every failure.
 
 mod hostile;
 mod slurm;
@@ -17,7 +17,7 @@ use support::{
     workspace::Workspace,
 };
 
-/// Meshes of which one is refused, in fifteen shards.
+/// Meshes with one that is refused, in fifteen shards.
 const JOB: &str = r#"
 name = "tasks"
 seed = 5
@@ -41,7 +41,7 @@ fn write_job(job: &str) -> Workspace {
     workspace
 }
 
-/// Makes the dataset `plain` by one process, which says that a mesh was refused.
+/// Makes the dataset `plain` by one process, which reports a refused mesh.
 fn make_plain(workspace: &Workspace) -> PathBuf {
     workspace.run_job("job", "plain").expect_code(3);
     workspace.path("plain")

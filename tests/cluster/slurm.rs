@@ -58,7 +58,7 @@ impl Slurm {
         self.with_conf(Program::of_system(program)).args(arguments).succeed().stdout
     }
 
-    /// State, node and reason of each task of an array, of the queue as it is now, finished ones included.
+    /// State, node and reason of each task of an array, from the current queue, including finished ones.
     fn tasks(&self, array: &str) -> Vec<(u32, String, String)> {
         let said =
             self.call("squeue", &["--noheader", "--states=all", "--array", "--format=%F %K %T %N", "--jobs", array]);
@@ -129,7 +129,7 @@ fn a_slurm_of_four_nodes_makes_the_bytes_of_one_process() {
         let folder = out.join("cluster/logs");
         list_names(&folder).into_iter().map(|log| read_text(folder.join(log))).collect()
     };
-    // A node dies with its tasks: their programs go on, unseen, beside the tasks that replace them.
+    // A node dies with its tasks: their programs continue, undetected, parallel to the tasks that replace them.
     wait_for("tasks on n2", || !running(Some("n2")).is_empty());
     let lost = running(Some("n2"));
     let pid = slurm.folder.read("slurmd-n2.pid");
@@ -140,7 +140,7 @@ fn a_slurm_of_four_nodes_makes_the_bytes_of_one_process() {
     wait_for("a task that takes a signal", || {
         let other = running(None).into_iter().find(|(task, _, node)| !signalled.contains(task) && node != "n2");
         if let Some((task, _, _)) = other {
-            // A second signal would end it at once. Slurm may say that it can't now, and have done it.
+            // A second signal would end it at once. Slurm may report failure and still have sent it.
             signalled.push(task);
             slurm.try_call("scancel", &["--batch", "--signal=USR1", &format!("{array}_{task}")]);
             thread::sleep(Duration::from_secs(2));
@@ -148,7 +148,7 @@ fn a_slurm_of_four_nodes_makes_the_bytes_of_one_process() {
         logs().contains("interrupted; run the same command again")
     });
     killer.join().expect("the task was killed");
-    // Whatever was requeued would wait two minutes.
+    // A requeued task would wait two minutes.
     let hurry = |job: &str| {
         for (task, state, _) in slurm.tasks(job) {
             if state == "PENDING" {
@@ -182,7 +182,7 @@ fn a_slurm_of_four_nodes_makes_the_bytes_of_one_process() {
 }
 
 #[test]
-#[ignore = "slow: needs a package of its own, which make test-slow installs"]
+#[ignore = "slow: needs an extra package, which make test-slow installs"]
 fn kubernetes_takes_the_manifest() {
     let workspace = write_job(JOB);
     let asked = ["--tasks", "8", "--print", "--backend", "kubernetes", "--image", "factory:1", "--claim", "data=/data"];

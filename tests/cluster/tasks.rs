@@ -24,7 +24,7 @@ fn tasks_in_any_order_make_the_same_dataset() {
     assert!(gap.contains("--array=1,3,5,7,9,11,13") && gap.contains("--task env/15"), "{gap}");
     let status = Program::on("status", &out).succeed().stdout;
     assert!(status.contains("missing: shards 1,3,5,7,9,11,13"), "{status}");
-    // Another count of tasks may go on: the shards are the plan's.
+    // Another number of tasks may continue: the shards are the plan's.
     let rest = workspace.run_job("job", "tasks").option("--task", "env").env("SLURM_ARRAY_TASK_ID", "2");
     let rest = rest.env("SLURM_ARRAY_TASK_MIN", "1").env("SLURM_ARRAY_TASK_MAX", "2");
     let done = rest.env("SLURM_ARRAY_TASK_COUNT", "2").env("SLURM_CPUS_PER_TASK", "1").succeed();
@@ -32,7 +32,7 @@ fn tasks_in_any_order_make_the_same_dataset() {
     assert!(done.stdout.contains("on 1 threads"), "the engine's grant: {}", done.stdout);
     let status = Program::on("status", &out).succeed().stdout;
     assert!(status.contains("all shards are complete") && status.contains("graspmill merge"), "{status}");
-    // Like a plain run, the merge says that a mesh was refused.
+    // Like a plain run, the merge reports the refused mesh.
     merge(&out);
     assert_same(&plain, &out);
     let again = merge(&out).stdout;
@@ -133,7 +133,7 @@ fn a_script_of_this_machine_makes_the_dataset() {
     let retry = || Program::new("submit").arg("--retry").option("--out", &out).succeed().stdout;
     let said = retry();
     assert!(said.contains("all 15 shards are complete"), "{said}");
-    // Two shards are lost, of which one task has both.
+    // Two shards are lost; one task has both.
     fs::remove_file(out.join("manifest.json")).expect("a manifest");
     for path in list_shards(&out) {
         if ["-00002-of-", "-00006-of-"].iter().any(|number| path.to_string_lossy().contains(number)) {
@@ -142,7 +142,7 @@ fn a_script_of_this_machine_makes_the_dataset() {
     }
     let said = retry();
     assert!(said.contains("1 of 4 tasks (2) for 15 shards"), "{said}");
-    // Nothing says any more that a mesh was refused, until a task has read them.
+    // No record of the refused mesh remains until a task has read the meshes.
     run_script();
     assert_same(&plain, &out);
     let status = Program::on("status", &out).succeed().stdout;

@@ -45,12 +45,12 @@ fn every_depth_point_of_all_scans_is_on_its_scan() {
     check(&job(24, r#""*""#), 1800);
 }
 
-/// The gate leaves out the views that its two numbers say and no other; those that it keeps are untouched.
+/// The gate leaves out exactly the views that its two numbers select; the kept views are untouched.
 #[test]
 fn the_thesis_gate_leaves_out_what_its_numbers_say() {
     let workspace = Workspace::new();
     let job = format!("profile = \"thesis\"\n{}", job(40, r#""029_plate*", "042_*", "059_*", "062_*""#));
-    // The profile asks for 0.8, which a handful in a thousand miss; 0.97 gives the gate more to do.
+    // The profile requires 0.8, which a handful in a thousand miss; 0.97 rejects more.
     workspace.write("job.toml", job);
     let gated = workspace.run_job("job", "gated").set(["gate.min_overlap=0.97"]).read_json();
     let open = ["gate.min_overlap=0", "gate.min_partial_cells=1"];

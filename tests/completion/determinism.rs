@@ -1,4 +1,4 @@
-//! One job gives one set of bytes: whatever the threads, vector instructions, folder, shards, other objects, or kills.
+//! One job gives one set of bytes for all threads, vector instructions, folders, shards, other objects and kills.
 
 use std::{collections::BTreeMap, fs, path::Path, time::Duration};
 
@@ -115,7 +115,7 @@ fn shard_size_channels_and_other_objects_change_no_sample() {
     let other_size = workspace.path("change-0");
     let reader = |out: &Path| DatasetReader::open(&Folder::at(out)).expect("a dataset");
     let (a, b) = (reader(&first), reader(&other_size));
-    assert_eq!(a.manifest().root, b.manifest().root, "the root digest knows no shards");
+    assert_eq!(a.manifest().root, b.manifest().root, "the root digest does not depend on shards");
 }
 
 #[test]

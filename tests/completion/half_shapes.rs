@@ -15,7 +15,7 @@ use graspmill::{
 
 use crate::support::{program::Program, workspace::Workspace};
 
-/// Fronts, and the backs that nobody sees behind them.
+/// Fronts, and the backs hidden behind them.
 const UNSEEN: [(&str, &[&str]); 3] =
     [("cube", &["cube", "diamond", "sphere"]), ("diamond", &["diamond"]), ("sphere", &["diamond", "sphere"])];
 
@@ -46,7 +46,7 @@ fn shapes(settings: &[&str]) -> Shapes {
     for row in reader.assets().expect("its objects").objects {
         let sample = reader.sample_of(&SampleId::of_object(row.object, ItemId(0))).expect("a sound shard");
         let sample = sample.unwrap_or_else(|| panic!("{} is kept", row.name));
-        // half-FRONT-BACK-80mm, and @16k where triangles were asked for.
+        // half-FRONT-BACK-80mm, and @16k where a number of triangles is given.
         let parts: Vec<&str> = row.name.split(['-', '@']).collect();
         let millimetres = parts[3].strip_suffix("mm").and_then(|size| size.parse().ok()).expect("a size");
         let seen = Seen {
@@ -121,8 +121,8 @@ fn cells(seen: &Seen, grid: &GridPlacement) -> BTreeSet<[i64; 3]> {
     pixels(seen).filter_map(cell).collect()
 }
 
-/// Compares every two backs of one front. Where two differ, prints the pixels and the cells that one of them alone has (a cell
-/// count each).
+/// Compares every two backs of one front. If two differ, prints the pixels and the cells that only one of them has (a
+/// cell count each).
 fn compare(title: &str, shapes: &Shapes) {
     println!("{title}\n{:>5} {:8} {:18} {:>7} {:>8}  cells", "mm", "front", "backs", "pixels", "formula");
     let (mut equal, mut different) = (0, 0);
@@ -172,7 +172,7 @@ fn the_job_has_exactly_the_ambiguous_pairs() {
     compare("jobs/half-shapes.toml", &shapes);
 }
 
-/// Compares half-shapes of these sizes, in this distance and of so many triangles.
+/// Compares half-shapes of these sizes, at this distance and with this number of triangles.
 fn compare_others(sizes: &[u32], distance: &str, triangles: u32) {
     let objects = format!("objects=[{{ built_in = {{ half_shapes_mm = {sizes:?} }}, triangles = {triangles} }}]");
     let distance = format!("distance={distance}");

@@ -1,4 +1,4 @@
-//! Views of each object: rotated by a rotation of its own, and nothing else about them changes.
+//! Views of each object, rotated by a separate rotation per object and otherwise unchanged.
 
 use std::collections::BTreeMap;
 

@@ -28,7 +28,7 @@ const PLAIN: [Channel; 3] = [Channel::PAIR, Channel::VISIBILITY, Channel::TOUCH_
 const BOTH: [Channel; 5] =
     [Channel::PAIR, Channel::VISIBILITY, Channel::TOUCH_RAYS, Channel::TOUCH_EXPLORATION, Channel::TOUCH_GRASP];
 
-/// The digest of some topics of all samples, as docs/format.md says it.
+/// The digest of some topics of all samples, as specified in docs/format.md.
 fn calculate_root(reader: &DatasetReader, topics: &[&str]) -> Digest {
     let mut leaves = Vec::new();
     for shard in 0..reader.manifest().shards.len() {

@@ -66,8 +66,8 @@ fn a_flipped_byte_anywhere_names_its_shard_and_no_other() {
             assert_eq!(report.intact_shards, 4);
             named_chunks += usize::from(lines(&report).contains("chunk"));
         }
-        // Identities of samples stand in ledgers alone: a shard whose ledger is damaged is named, and the others read on past
-        // every other damage.
+        // Only ledgers contain the identities of samples: a shard with a damaged ledger is named, and the others are
+        // read past every other damage.
         match DatasetReader::open(&Folder::at(folder.folder())) {
             Ok(reader) => {
                 assert!(reader.sample(SampleIndex(0)).unwrap().is_some(), "the other shards read on");
@@ -134,7 +134,7 @@ fn changed_tables_are_named() {
     fs::write(&path, text.replacen("\"kept\": 29", "\"kept\": 28", 1)).unwrap();
     assert!(matches!(verify(&Folder::at(folder.folder()), HASHES, |_| {}).unwrap_err(), DatasetError::Invalid { .. }));
     fs::write(&path, text.replacen("\"root\": \"", "\"root\": \"00", 1).replacen("00\",", "\",", 1)).unwrap();
-    assert!(verify(&Folder::at(folder.folder()), HASHES, |_| {}).is_err(), "a digest of 66 digits is none");
+    assert!(verify(&Folder::at(folder.folder()), HASHES, |_| {}).is_err(), "66 digits are not a digest");
     fs::remove_file(&path).unwrap();
     let error = DatasetReader::open(&Folder::at(folder.folder())).map(|_| ()).unwrap_err();
     assert!(matches!(error, DatasetError::Unfinished { .. }), "{error}");

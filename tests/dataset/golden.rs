@@ -188,9 +188,9 @@ fn tables_of_version_3_read_back() {
     assert_eq!(line, reject);
 }
 
-/// When only this fails, look at the versions of zstd, mcap and parquet first: payload digests and the root tell a
-/// change of packing from a change of data. A change of data needs a new FORMAT_VERSION or a CHANGELOG entry with
-/// `Regenerate:`; then `GRASPMILL_WRITE_GOLDEN=1` writes the folder anew.
+/// If only this test fails, check the versions of zstd, mcap and parquet first: payload digests and the root
+/// distinguish a change of packing from a change of data. A change of data needs a new FORMAT_VERSION or a CHANGELOG
+/// entry with `Regenerate:`; then `GRASPMILL_WRITE_GOLDEN=1` writes the folder again.
 #[test]
 fn version_3_is_written_byte_for_byte() {
     let golden = golden("v3");

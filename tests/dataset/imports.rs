@@ -33,9 +33,9 @@ const CALLERS: [(&str, &str); 16] = [
     ("indicatif", "bars of progress"),
     ("minijinja", "templates of pages"),
     ("parquet", "sizes of filters and digits of decimals, neither of which is used"),
-    ("7TriMesh22compute_pseudo_normals", "pseudo-normals are asked of no mesh"),
+    ("7TriMesh22compute_pseudo_normals", "pseudo-normals are not computed"),
     ("parry3d_f645query20nonlinear_shape_cast", "no motion is cast"),
-    ("glamx6eigen3", "axes of inertia are asked of no shape"),
+    ("glamx6eigen3", "axes of inertia are not computed"),
 ];
 
 fn is_inexact(symbol: &str) -> bool {
@@ -136,7 +136,7 @@ fn crates() -> Vec<String> {
     manifests.map(|folder| format!("graspmill_{}", folder.file_name().expect("a name").to_string_lossy())).collect()
 }
 
-/// The newest library of a crate beside this test.
+/// The newest library of a crate in the folder of this test.
 fn library(name: &str) -> PathBuf {
     let beside = std::env::current_exe().expect("this test").parent().expect("a folder").to_owned();
     let is_library = |path: &PathBuf| {
@@ -145,10 +145,10 @@ fn library(name: &str) -> PathBuf {
     };
     let files = fs::read_dir(beside).expect("what cargo built").map(|entry| entry.expect("an entry").path());
     let newest = files.filter(is_library).max_by_key(|path| fs::metadata(path).and_then(|facts| facts.modified()).ok());
-    newest.unwrap_or_else(|| panic!("no library of {name} beside the test"))
+    newest.unwrap_or_else(|| panic!("no library of {name} in the folder of the test"))
 }
 
-/// Also what our crates make of the generic code of others, such as that of nalgebra.
+/// Includes our crates' instances of generic code from other crates, such as nalgebra.
 #[test]
 fn our_crates_name_no_inexact_mathematics_of_c() {
     let crates = crates();

@@ -76,7 +76,7 @@ fn make_map(workspace: &Workspace, name: &str, orientations: &str) {
         fetch_table(&repository_path(FETCH))
     );
     let map = workspace.make_dataset(name, &text, &[]);
-    // Poses in the grid, beyond it and turned several times; a Weyl sequence spreads them evenly.
+    // Poses in the grid, outside it and with several full turns added; a Weyl sequence spreads them evenly.
     let share = |k: u32, axis: u32| (f64::from(k) * [0.618, 0.414, 0.732, 0.236, 0.646, 0.317][axis as usize]).fract();
     let spans = [(0.2, 1.2), (-0.6, 0.7), (0.2, 1.4), (-7.0, 7.0), (-4.0, 4.0), (-9.0, 9.0)];
     let line = |k: u32| {
@@ -88,8 +88,8 @@ fn make_map(workspace: &Workspace, name: &str, orientations: &str) {
     workspace.write(format!("{name}.json"), answers);
 }
 
-/// Patches in `held`, of grasps that were tried on shapes of which two are for validation: for the trainer of heatmaps alone, since
-/// trials take a while.
+/// Patches in `held`, of grasps with trials on shapes, two of them for validation: only for the trainer of heatmaps,
+/// since trials take a while.
 fn make_held_patches(workspace: &Workspace) {
     let hand = barrett_line();
     let grasps = format!(

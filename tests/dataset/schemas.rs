@@ -9,7 +9,7 @@ use super::support::{files::repository_path, schemas::generate};
 /// The ranges of facts for the Python package.
 const RANGES: &str = "python/graspmill/fact_ranges.py";
 
-/// `make schemas` writes them anew, which this test then finds equal.
+/// `make schemas` writes them again; then this test finds them equal.
 #[test]
 fn generated_files_are_those_of_the_schemas() {
     let root = repository_path("");

@@ -47,13 +47,13 @@ fn toml_in_the_documents_is_accepted() {
         } else if text.contains("[[driven]]") {
             HandTable::parse(&file, text).unwrap_or_else(|error| panic!("{place}: {error}"));
         } else if text.contains("[[authors]]") || text.contains("[licences]") {
-            // Statements of licences stand at the end of an about file.
+            // Texts of licences are at the end of an about file.
             let (head, _) = about.split_once("[licences]").unwrap_or((&about, ""));
             let text = if text.contains("[[authors]]") { text.clone() } else { format!("{head}\n{text}") };
             let assets = ["mug-01", "bench_vice"];
             About::read(&file, &text, &assets).unwrap_or_else(|errors| panic!("{place}: {}", errors.render()));
         } else {
-            // A part of a job stands beside two built-in objects.
+            // A part of a job is completed with two built-in objects.
             let is_whole = text.contains("[[objects]]") || text.contains("[robot]");
             let text = if is_whole { text.clone() } else { format!("objects = [{{ built_in = 2 }}]\n{text}") };
             let job = workspace.write("example.toml", text);

@@ -101,7 +101,7 @@ fn find_command<'a>(top: &'a Command, words: &[&str]) -> (&'a Command, usize) {
     (found, count)
 }
 
-/// The commands without commands of their own, by their words.
+/// The commands without subcommands, by their words.
 fn leaves(command: &Command, before: &str, found: &mut BTreeSet<String>) {
     for below in command.get_subcommands().filter(|below| below.get_name() != "help" && !below.is_hide_set()) {
         let name = format!("{before}{}", below.get_name());

@@ -8,7 +8,7 @@ use std::{
 use super::blocks::documents;
 use crate::support::files::{list_names, read_text, repository_path};
 
-/// Documents with links: those for users, and those at the top and beside the things that they describe.
+/// Documents with links: those for users, those at the root and those in the folders that they describe.
 fn linked_documents() -> Vec<String> {
     let others = [
         "ARCHITECTURE.md",
@@ -105,7 +105,7 @@ fn every_page_is_in_the_index() {
         .map(|address| plain(&Path::new("docs").join(address.split('#').next().unwrap_or_default())))
         .collect();
     for document in documents().into_iter().filter(|document| !document.ends_with("README.md")) {
-        assert!(index.contains(Path::new(&document)), "docs/README.md does not say what {document} holds");
+        assert!(index.contains(Path::new(&document)), "docs/README.md does not describe {document}");
     }
 }
 

@@ -1,5 +1,5 @@
-//! The documents: every block of README.md, CONTRIBUTING.md and docs/ is accepted or run, every link leads somewhere, and what they say of the
-//! program and of the tests is so.
+//! The documents: every block of README.md, CONTRIBUTING.md and docs/ is accepted or run, every link has a target, and
+//! statements about the program and the tests are true.
 
 mod accepted;
 mod blocks;

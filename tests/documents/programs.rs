@@ -1,4 +1,4 @@
-//! Blocks of Rust: each stands here word for word, so that it compiles, and runs in a folder like a clone.
+//! Blocks of Rust: each is copied here word for word, so that it compiles, and runs in a folder like a clone.
 
 use std::{env, error::Error, sync::Once};
 
@@ -8,7 +8,7 @@ use super::{
 };
 use crate::support::files::{read_text, repository_path};
 
-/// This file, where the blocks must stand.
+/// This file, which must contain the blocks.
 const HERE: &str = "tests/documents/programs.rs";
 
 /// Makes a folder like a clone the working folder of this process. No other test of this binary depends on it: their paths are

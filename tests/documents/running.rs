@@ -1,5 +1,5 @@
-//! Blocks of shell and of Python run, from the documents' own text, each document in a folder of its own that is like a clone
-//! of the repository. Jobs are made smaller on the way; what cannot run here is listed, with the reason.
+//! Runs blocks of shell and of Python from the documents' own text, each document in a separate folder that is like a
+//! clone of the repository. Jobs are made smaller; blocks that cannot run here are listed with the reason.
 
 use std::{
     collections::BTreeSet,
@@ -24,7 +24,7 @@ use crate::support::{
 enum Reason {
     /// Fetches packages: CI runs these targets itself.
     Network,
-    /// Sends tasks to an engine: `tests/cluster` does so, with a Slurm of its own in `make test-slow`.
+    /// Sends tasks to an engine: `tests/cluster` does so, with its own Slurm in `make test-slow`.
     Cluster,
     /// Builds the repository, which CI does itself.
     Build,
@@ -172,7 +172,7 @@ struct Script {
 }
 
 impl Script {
-    /// `runs` says of what does not run everywhere whether it runs now.
+    /// `runs` returns whether a block that does not run everywhere runs now.
     fn of(document: &str, runs: impl Fn(Reason) -> bool) -> Self {
         let mut script = Self { text: PROLOGUE.to_owned(), ran: 0, left_out: Vec::new() };
         let mut python = String::new();
@@ -195,7 +195,7 @@ impl Script {
             }
         }
         if !python.is_empty() {
-            // Later blocks go on where earlier ones ended, so all are one program.
+            // Later blocks continue where earlier ones ended, so all are one program.
             _ = writeln!(script.text, "at='{document}, Python'\npython - <<'END_OF_PYTHON'\n{python}END_OF_PYTHON");
         }
         script
@@ -207,14 +207,14 @@ impl Script {
                 _ = writeln!(self.text, "at='{}:{line}'\n{command}", block.document);
                 self.ran += 1;
             } else {
-                // Bash reads it all the same.
+                // Bash still parses it.
                 _ = writeln!(self.text, "if false; then\n{command}\nfi");
                 self.left_out.push(command);
             }
         }
     }
 
-    /// Runs in a folder of its own, with the Python of a virtual environment.
+    /// Runs in a separate folder, with the Python of a virtual environment.
     fn run(&self, document: &str, environment: &str) {
         let workspace = like_a_clone(Workspace::new());
         let given = GIVEN.iter().find(|(name, _)| *name == document).map(|(_, given)| *given).unwrap_or_default();
@@ -238,7 +238,7 @@ impl Script {
     }
 }
 
-/// Says which line of which document failed.
+/// Prints which line of which document failed.
 const PROLOGUE: &str = "set -euo pipefail\nat=''\ntrap 'echo \"FAILED: $at\" >&2' ERR\n";
 
 /// Where newcomers begin.
@@ -251,7 +251,7 @@ fn blocks_of_the_first_documents_run() {
     assert!(ran >= 15, "{ran} ran");
 }
 
-/// Runs the blocks of documents, each document in a folder of its own, as many at a time as there are threads.
+/// Runs the blocks of documents, each document in a separate folder, one thread per document at a time.
 fn run_blocks(documents: &[String]) -> Vec<Script> {
     let scripts: Vec<Script> = documents.iter().map(|document| Script::of(document, |_| false)).collect();
     let next = AtomicUsize::new(0);
@@ -275,7 +275,7 @@ fn blocks_run() {
     let ran: usize = scripts.iter().map(|script| script.ran).sum();
     let left_out: Vec<String> = scripts.into_iter().flat_map(|script| script.left_out).collect();
     for (row, _) in NOT_RUN {
-        assert!(left_out.iter().any(|text| text == row), "NOT_RUN lists what no document says: {row}");
+        assert!(left_out.iter().any(|text| text == row), "NOT_RUN lists a block that no document contains: {row}");
     }
     println!("{ran} commands and blocks of Python ran; {} did not: {left_out:#?}", left_out.len());
     assert!(ran >= 40, "{ran} ran");

@@ -17,7 +17,7 @@ fn has_test(text: &str, name: &str) -> bool {
     lines.iter().enumerate().any(|(index, line)| {
         let is_python = line.starts_with(&format!("def {name}(")) && name.starts_with("test_");
         let is_rust = line.starts_with(&format!("fn {name}("));
-        // Between the mark and the function stand further attributes alone.
+        // Only further attributes may be between the mark and the function.
         let mut marks = lines[..index].iter().rev().take_while(|line| line.starts_with("#["));
         is_python || is_rust && marks.any(|mark| *mark == "#[test]")
     })

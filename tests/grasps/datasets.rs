@@ -1,5 +1,4 @@
-//! Datasets of grasps from job file to report: the same root whatever the threads, the kills and the order, and damage that
-//! is found.
+//! Datasets of grasps from job file to report: the same root for all threads, kills and orders, and damage is found.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -74,7 +73,7 @@ fn plain() -> PathBuf {
     MADE.path("plain")
 }
 
-/// Writes the report of a dataset beside its files; its page.
+/// Writes the report of a dataset into its folder; returns its page.
 fn read_report(dataset: &Path) -> String {
     Program::on("report", dataset).succeed();
     read_text(dataset.join("report.html"))
@@ -100,7 +99,7 @@ fn threads_levels_kills_and_shards_change_no_byte() {
     let found = verify.arg(workspace.path("first")).read_json();
     assert_eq!(found["regenerated"]["samples"], 4);
     assert_eq!(found["regenerated"]["differences"].as_array().map(Vec::len), Some(0));
-    // A sample is that of its object and seed, whatever else stands in the job.
+    // A sample depends only on its object and seed, not on the rest of the job.
     run(&workspace, "alone", &["--set", "objects=[{built_in=[\"box-01\"]}]"]);
     let [all, alone] = ["first", "alone"].map(|name| open(&workspace, name));
     for sample in alone.iter(Selection::default()) {
@@ -155,7 +154,7 @@ fn samplers_without_a_search_make_datasets() {
     assert!(!workspace.path("barrett").exists());
 }
 
-/// Runs of a plate that lies on a table, wider than the gripper opens, are rejected, and the dataset says why.
+/// Runs of a plate that is flat on a table, wider than the gripper opens, are rejected, and the dataset reports why.
 #[test]
 fn runs_on_a_table_without_a_state_say_why() {
     let workspace = write_job();
@@ -182,7 +181,7 @@ const TRIED: &[&str] = &[
     "annealing.steps=300",
 ];
 
-/// Physics is a class of its own: with it and without it the root of class exact is the same.
+/// Physics is a separate class: with and without it, the root of class exact is the same.
 #[test]
 fn trials_move_no_grasp() {
     let workspace = write_job();
@@ -298,7 +297,7 @@ fn kept_grasps_have_the_same_trials_alone(workspace: &Workspace, kept: u64, firs
     }
 }
 
-/// Half as many negatives as positives in a run, rounded up, and one where there is none; all else as before.
+/// Half as many negatives as positives in a run, rounded up, and one where there are no positives; all else as before.
 fn fewer_failures_are_confirmed_on_demand(workspace: &Workspace, first: &Tried) {
     let few = TRIED[1].replace("failed_per_held=1000", "failed_per_held=0.5");
     run(workspace, "few", &["--set", &few, "--set", "annealing.steps=300"]);
@@ -320,10 +319,10 @@ fn fewer_failures_are_confirmed_on_demand(workspace: &Workspace, first: &Tried) 
             assert!(trial.label() == whole.label() || trial.is_unconfirmed, "{trial:?}");
         }
     }
-    assert!(unconfirmed > 0, "no run has more failures than it is asked for");
+    assert!(unconfirmed > 0, "no run has more failures than required");
 }
 
-/// MuJoCo out of its own Python package, with contacts of its own, says of nearly all grasps what we say of them.
+/// MuJoCo from its own Python package, with its own contacts, agrees with nearly all our verdicts.
 fn replays_in_plain_mujoco(dataset: &Path) {
     let replay = dataset.join("replay");
     let export = Program::on("export", dataset).args(["--to", "mujoco", "--limit", "8"]);
@@ -340,8 +339,8 @@ fn replays_in_plain_mujoco(dataset: &Path) {
     assert!(Program::on("report", dataset).fail().stderr.contains("agreement.json"));
 }
 
-/// Meshes that a stranger's MuJoCo touches by their triangles: vertices as they are stored and in front, edges of 6 mm at most, each
-/// passed once in either direction.
+/// Meshes that an independent MuJoCo collides by their triangles: vertices as they are stored and in front, edges of 6
+/// mm at most, each passed once in either direction.
 #[test]
 fn exported_meshes_have_short_edges() {
     let workspace = Workspace::new();
@@ -399,7 +398,7 @@ fn a_dataset_tells_of_its_hand_its_objects_and_every_run() {
         assert!(!run.grasps.is_empty() && run.grasps.len() <= 20);
         seeds.insert(run.object_from_seed.to_rows().map(f64::to_bits));
         for grasp in &run.grasps {
-            // The base carries the palm: one pose of it, whatever the posture.
+            // The base carries the palm: one pose of it for every posture.
             let base_from_approach = grasp.object_from_base.inverse() * grasp.object_from_approach;
             let first = run.grasps[0].object_from_base.inverse() * run.grasps[0].object_from_approach;
             let apart = base_from_approach.to_rows().into_iter().zip(first.to_rows()).map(|(a, b)| (a - b).abs());
@@ -407,7 +406,7 @@ fn a_dataset_tells_of_its_hand_its_objects_and_every_run() {
             kept += u64::from(grasp.verdict == GraspVerdict::Kept);
         }
     }
-    assert_eq!(seeds.len() as u64, manifest.counts.kept, "each run has a seed of its own");
+    assert_eq!(seeds.len() as u64, manifest.counts.kept, "each run has its own seed");
     assert_eq!(manifest.counts.fact("grasps_kept"), kept);
     let inspected = Program::on("inspect", &out).read_json();
     assert_eq!((&inspected["runs"], &inspected["verdicts"]["kept"]), (&4.into(), &kept.into()));
@@ -463,7 +462,7 @@ fn objects_rest_and_hands_stay_above_the_table() {
     assert!(page.contains("id=\"table\"") && page.contains("below table") && page.contains("resting poses"));
 }
 
-/// The table of objects says what one weighs, and what another is made of; the third weighs by its hull.
+/// The table of objects gives the mass of one and the material of another; the third has a mass from its hull.
 #[test]
 #[ignore = "slow: make test-slow"]
 fn masses_of_the_table_are_those_of_trials() {
@@ -491,7 +490,7 @@ fn masses_of_the_table_are_those_of_trials() {
             "mug-01" => assert_eq!(method.mass_source, "ceramic, 2400 kg/m^3, walls of 4 mm"),
             _ => assert!(method.mass != 0.25 && method.mass_source.is_empty()),
         }
-        // The row of the object says what its trials took.
+        // The row of the object has the mass and friction of its trials.
         assert_eq!(
             (facts.mass, facts.mass_from, facts.mass_source),
             (method.mass, method.mass_from.clone(), method.mass_source)
@@ -513,7 +512,7 @@ fn masses_of_the_table_are_those_of_trials() {
     }
     let expected = [("box-01", "hull"), ("can-01", "table"), ("mug-01", "material")];
     assert_eq!(seen, expected.map(|(name, from)| (name.to_owned(), from.to_owned())).into_iter().collect());
-    // The resolved job says the same; the job itself says what all weigh.
+    // The resolved job has the same values; the job itself gives the mass of all.
     let again = workspace.path("resolved");
     Program::run_job(workspace.path("tried/job.toml"), &again).succeed();
     assert_eq!(Manifest::read(&Folder::at(&again)).expect("a dataset").root, tried.root);
@@ -528,7 +527,7 @@ fn masses_of_the_table_are_those_of_trials() {
     let method = sample.grasp_trials().expect("readable").expect("trials").method;
     assert_eq!((method.mass, method.mass_from.as_str()), (0.3, "job"));
     assert!(given.job != tried.job);
-    // Where the job gives one mass to all, trials do not depend on what else it knows of them.
+    // If the job gives one mass to all, trials do not depend on other data about the objects.
     let bare = run("bare", bare, physics);
     assert_eq!((bare.job, bare.classes), (given.job, given.classes));
 }
@@ -546,13 +545,13 @@ fn damage_to_the_shapes_is_found() {
     assert!(!report.is_intact());
     fs::remove_file(&path).expect("removed");
     assert!(!verify(&Folder::at(&out), FULL_CHECK, |_| ()).expect("readable").is_intact());
-    // The run mends it: shards are kept, tables and shapes are made again.
+    // The run repairs it: shards are kept, tables and shapes are made again.
     fs::remove_file(out.join("manifest.json")).expect("removed");
     run(&workspace, "data", &[]);
     assert_intact(&out, FULL_CHECK);
 }
 
-/// A job for grasps over two objects, one of which is a sheet of a hair's thickness.
+/// A grasp job over two objects, one of them a sheet as thin as a hair.
 fn write_job_with_sheet(sampler: &str, keys: &str) -> Workspace {
     let workspace = Workspace::new();
     write_stl(&workspace.path("sheet.stl"), &block([0.0; 3], [0.1, 0.07, 5e-5]));
@@ -628,7 +627,7 @@ fn loose_parts_are_refused_for_grasps_unless_the_job_joins_them() {
     let assets = read_json(workspace.path("data/assets.json"));
     assert_eq!(assets["refused"][0]["reason"], "loose_parts", "{assets}");
     assert_intact(workspace.path("data"), FULL_CHECK);
-    // The same mesh, joined by its entry, makes grasps; the job says so and stays the same when it is resolved.
+    // The same mesh, joined by its entry, makes grasps; the job has that entry, also after it is resolved.
     let joined = write_job_in_parts("grasps", "bodies = \"join\"\n");
     let said = joined.run_job("job", "data").succeed().stdout;
     assert!(said.contains("its 2 loose parts count as one body, as the job says"), "{said}");
@@ -643,7 +642,7 @@ fn loose_parts_are_refused_for_grasps_unless_the_job_joins_them() {
         Manifest::read(&Folder::at(&again)).expect("a dataset").root,
         Manifest::read(&Folder::at(joined.path("data"))).expect("one").root
     );
-    // The parts are several objects: the command of the remedy writes a mesh of each, of which grasps are made.
+    // The parts are several objects: the command of the remedy writes a mesh of each, and grasps are made of these.
     let mesh = workspace.path("parts.stl");
     let split = |out: &str| Program::on("meshes", "split").arg(&mesh).option("--out", workspace.path(out));
     assert!(said_apart.contains("`graspmill meshes split FILE --out DIR`"), "{said_apart}");

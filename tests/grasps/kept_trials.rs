@@ -204,7 +204,7 @@ fn what_holds_the_object_while_the_hand_closes() {
     }
 }
 
-/// The table of the method as it stands, for grasps of both energies.
+/// The table of the method without changes, for grasps of both energies.
 #[test]
 #[ignore = "a table; run by hand with --ignored --nocapture"]
 fn trials_of_what_annealing_kept() {
@@ -238,7 +238,7 @@ fn trials_of_what_annealing_kept() {
     }
 }
 
-/// Verdicts beside those with MuJoCo's own distance field: some ten seconds of processor each.
+/// Verdicts compared with those by MuJoCo's own distance field: some ten seconds of processor each.
 #[test]
 #[ignore = "a table of ten minutes; run by hand with --ignored --nocapture"]
 fn verdicts_of_kept_grasps_beside_mujocos_own_field() {

@@ -71,7 +71,8 @@ fn clearances_of_a_gripper_among_blocks_are_those_of_its_measures() {
     let free = |clearance: f64| Passage { blocked: None, clearance };
     let blocked = |stage, thing, clearance| Passage { blocked: Some((stage, thing)), clearance };
     for (beside, ground, expected) in [
-        // From the palm's edge, 5 mm beside the neighbour's and 6 mm above it; beyond what is told; too near a finger.
+        // From the palm's edge, 5 mm next to the neighbour's and 6 mm above it; beyond the largest clearance; too near
+        // a finger.
         (0.080, 0.0, free(0.005_f64.hypot(0.006))),
         (0.200, 0.0, free(Passage::FAR)),
         (0.073, 0.0, blocked(PathStage::Pregrasp, InTheWay::Neighbour(1), 0.001)),
@@ -85,7 +86,7 @@ fn clearances_of_a_gripper_among_blocks_are_those_of_its_measures() {
         assert_eq!(found.blocked, expected.blocked, "{beside} {ground}: {found:?}");
         assert!((found.clearance - expected.clearance).abs() < 1.5e-4, "{beside} {ground}: {found:?}");
     }
-    // What hangs over the target is in the way of a hand that comes from above, not of one that is there.
+    // An object above the target blocks a hand that approaches from above, not one that is already there.
     let mut scene = two_blocks(0.2);
     scene.objects.push(obstacle(&block([0.1, 0.1, 0.005]), IsometryMatrix3::translation(0.0, 0.0, 0.3)));
     let grasp = from_above(&mut watch, &model, &scene);
@@ -93,11 +94,11 @@ fn clearances_of_a_gripper_among_blocks_are_those_of_its_measures() {
     scene.objects[2].scene_from_obstacle = IsometryMatrix3::translation(0.0, 0.0, 0.2);
     let found = in_one_way(watch.follow(&scene, 0, &grasp));
     assert_eq!(found.blocked, Some((PathStage::Approach, InTheWay::Neighbour(2))), "{found:?}");
-    // A post between finger and target is in the way of the finger that closes.
+    // A post between finger and target blocks the closing finger.
     scene.objects[2] = obstacle(&block([0.002, 0.002, 0.04]), IsometryMatrix3::translation(0.0, 0.03, 0.04));
     let found = in_one_way(watch.follow(&scene, 0, &grasp));
     assert_eq!(found.blocked, Some((PathStage::Closing, InTheWay::Neighbour(2))), "{found:?}");
-    // A container is a thing of its own.
+    // A container is a separate obstacle.
     let mut binned = two_blocks(0.2);
     binned.container = Some(obstacle(&TriMesh::open_box([0.4, 0.1, 0.2], 0.02), IsometryMatrix3::identity()));
     let found = in_one_way(watch.follow(&binned, 0, &grasp));
@@ -116,7 +117,7 @@ fn from_above_in(watch: &mut HandPassage, model: &HandModel, scene: &Surrounding
     watch.close(&scene.objects[0].surface, &object_from_base, &[pad])
 }
 
-/// A block between the pads with a wall beside it, whose faces are so far from the middle along y [m].
+/// A block between the pads with a wall next to it, whose faces have these distances from the middle along y [m].
 fn block_and_wall(wall: [f64; 2]) -> TriMesh {
     let [near, far] = wall;
     let mut mesh = block([0.02, 0.02, 0.04]);
@@ -144,7 +145,7 @@ fn each_of_the_two_ways_names_what_is_in_it() {
         (ways.map(|passage| passage.blocked), past)
     };
     assert_eq!(ways(None, 0.2), (BothWays::default(), BothWays::default()));
-    // A neighbour beside the opened fingers.
+    // A neighbour next to the opened fingers.
     let by = Some((PathStage::Approach, InTheWay::Neighbour(1)));
     assert_eq!(ways(None, 0.066), (BothWays { shaped: None, opened: by }, BothWays::default()));
     // A wall of the object, where the opened fingers come, where they pass as they take on their posture, and where they then are.
@@ -159,8 +160,8 @@ fn each_of_the_two_ways_names_what_is_in_it() {
     }
 }
 
-/// Edges of the hand are where its description has them: the finger's outer edge, along z at (10, 52) mm, and the edge of a block that
-/// stands diagonally beside it are as far apart as plane geometry says.
+/// Edges of the hand are where its description has them: the distance between the finger's outer edge, along z at (10,
+/// 52) mm, and the edge of a block that is rotated diagonally next to it agrees with plane geometry.
 #[test]
 fn edges_of_the_hand_are_not_rounded() {
     let model = open_hand(GRIPPER);
@@ -218,7 +219,7 @@ impl Sampled {
                 add(&(Translation3::from(back) * scene_from_base), &frames);
             }
         }
-        // Motors go on at their speeds; those with a clutch are seen at the end alone, where it may open.
+        // Motors move at their speeds; those with a clutch are checked only at the end, where it may open.
         let has_clutch = hand.driven().iter().any(|driven| driven.breakaway.is_some());
         let closing = if has_clutch { 1 } else { SAMPLES };
         for (from, to, samples) in [(&opened, &shaped, SAMPLES), (&shaped, &grasp.closed().to_vec(), closing)] {
@@ -358,7 +359,7 @@ impl Followed {
                 }
                 if Some((part.stage, thing)) == found.blocked {
                     first = first.or(found.blocked);
-                    // How deep they overlap the two measure in ways of their own.
+                    // The two measure the depth of an overlap differently.
                     let is_told = part.stage == PathStage::Pregrasp && distance > 0.0;
                     let is_same = (distance - found.clearance).abs() < Passage::TOLERANCE;
                     assert!(!is_told || is_same, "{says}: {distance} {found:?}");
@@ -373,7 +374,7 @@ impl Followed {
             }
         }
         match found.blocked {
-            // Coal knows nothing of the plane.
+            // Coal does not have the plane.
             Some((stage, InTheWay::Ground)) => {
                 assert!(first.is_none_or(|(other, _)| other >= stage), "{says}: {first:?} {found:?}");
             }
@@ -391,7 +392,7 @@ fn partly_closed(hand: &Hand, share: f64) -> Vec<f64> {
     hand.driven().iter().map(value).collect()
 }
 
-/// Twenty thousand poses of hands among scans: coal finds the same things in the way, at the same distances.
+/// Twenty thousand poses of hands among scans: coal finds the same obstacles, at the same distances.
 #[test]
 #[ignore = "slow: make test-slow"]
 fn coal_finds_the_same_in_the_way() {
@@ -430,7 +431,7 @@ fn coal_finds_the_same_in_the_way() {
         }
         let container = scene.container.as_ref().expect("a bin");
         let things: Vec<_> = meshes.iter().zip(&scene.objects).chain([(&bin, container)]).collect();
-        // The target may be overlapped by a tenth of a millimetre, told to as much.
+        // The target may be overlapped by a tenth of a millimetre, with that tolerance.
         let distances = [0.0, 2e-4].map(|by| ask_coal(&things, &solids, by, &rows));
         for (number, grasp) in followed.iter().enumerate() {
             let count: usize = grasp.moments.iter().sum();

@@ -30,7 +30,7 @@ use crate::support::{
 static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| {
     let workspace = Workspace::kept("patch_marks");
     let hand = barrett_line();
-    // Labels, and nothing that is told of grasps besides.
+    // Labels, and no other results of the grasps.
     let few_trials = "[physics]\nperturbed = 0\nroll_out_share = 0.0\nvariant_share = 0.0\n";
     let grasps = format!(
         "product = \"grasps\"\nseed = 5\n{hand}\
@@ -144,7 +144,7 @@ fn tried_grasps_are_samples_with_the_label_of_their_trials() {
     }
     Program::on("report", WORKSPACE.path("depth")).option("--out", WORKSPACE.path("depth.html")).succeed();
     let page = WORKSPACE.read("depth.html");
-    assert!(page.contains("What all trials of a grasp say together") && page.contains(", hidden"), "the page says so");
+    assert!(page.contains("What all trials of a grasp say together") && page.contains(", hidden"), "the page has it");
     assert_intact(WORKSPACE.path("depth"), FULL_CHECK);
 }
 
@@ -228,7 +228,7 @@ fn objects_stand_on_the_table_that_their_grasp_allows() {
         let mesh = &meshes[&patch.sample.subject];
         let heights = mesh.vertices.iter().map(|vertex| table_from_object.point(&vertex.map(f64::from).into()).z);
         lowest = lowest.max(heights.fold(f64::INFINITY, f64::min).abs());
-        // Beside the object each pixel sees the tabletop, or what is behind its edges.
+        // Next to the object each pixel sees the tabletop, or the background behind its edges.
         let object = rasteriser.render(&RenderMesh::new(mesh, false), &patch.camera, &patch.camera_from_object);
         for (column, row) in (0..patch.camera.height).flat_map(|row| (0..patch.camera.width).map(move |x| (x, row))) {
             let (seen, alone) = (image.at(column, row), object.at(column, row));
@@ -319,7 +319,7 @@ fn objects_throw_shadows_on_their_table() {
     assert_intact(WORKSPACE.path("shadows"), FULL_CHECK);
 }
 
-/// The mask and the labels of another outcome are found out, whatever the digests say.
+/// A changed mask and changed labels of an outcome are found although the digests fit.
 #[test]
 fn masks_know_what_is_not_tested() {
     let reader = open("depth");

@@ -1,4 +1,4 @@
-//! Patches of grasps from job file to report: their positions and content, and the same root whatever threads and kills.
+//! Patches of grasps from job file to report: their positions and content, and the same root for all threads and kills.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -31,7 +31,7 @@ use crate::support::{
     workspace::Workspace,
 };
 
-/// A folder with job files and datasets of a few grasps and of their patches, made once; tests write beside these.
+/// A folder with job files and datasets of a few grasps and of their patches, made once; tests write into it.
 static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| {
     let workspace = Workspace::kept("patches");
     let hand = barrett_line();
@@ -216,7 +216,7 @@ fn points_are_where_mujoco_sees_them() {
     assert!(worst < 0.5);
 }
 
-/// Images and heatmaps lie on topics of their own: what was there before stays, bit for bit.
+/// Images and heatmaps have separate topics: earlier topics stay the same, bit for bit.
 #[test]
 fn whole_images_hold_the_patches_and_the_grasps_from_about_one_side() {
     let more = [&NO_COLOUR[..], &["--set", "images.full=true", "--set", "images.heatmaps=true"]].concat();
@@ -332,7 +332,7 @@ fn threads_levels_kills_and_shards_change_no_byte() {
 #[test]
 fn the_second_stage_follows_from_the_first() {
     let first = read_manifest("depth");
-    // Both stages anew, in other folders.
+    // Both stages again, in other folders.
     let grasps = run("grasps", "grasps-again", &["--threads", "1"]);
     assert_eq!(grasps.root, read_manifest("grasps").root);
     let again = run("patches", "again", &["--set", "grasps.dataset=grasps-again", "--set", "render.colour=false"]);
@@ -372,7 +372,7 @@ fn patches_out_of_the_image_are_counted() {
     assert!(inspected.contains("_out_of_frame"), "{inspected}");
 }
 
-/// Colours have a root of their own, and leave the exact numbers alone.
+/// Colours have their own root and do not change the exact numbers.
 #[test]
 fn colours_lie_over_depth() {
     let depth = read_manifest("depth");
@@ -399,7 +399,7 @@ fn colours_lie_over_depth() {
             edges += u32::from((*rgb == background) != depth.is_nan());
             pixels += u32::from(!depth.is_nan());
         }
-        // A pixel without depth shows the background, drawn anew for each grasp.
+        // A pixel without depth shows the background, drawn again for each grasp.
         let other = random.sample_of(&sample.id).expect("readable").expect("the same grasp");
         let other = other.patch_colour().expect("readable").expect("colours");
         backgrounds.extend(other.rgb.iter().zip(&patch.depth).find(|(_, depth)| depth.is_nan()).map(|(rgb, _)| *rgb));
@@ -469,7 +469,7 @@ fn viewers_have_a_preview() {
     }
 }
 
-/// Without EGL colours are refused with what to install, and all else is made as it is.
+/// Without EGL, colours are refused with the package to install, and all else is made unchanged.
 #[test]
 fn only_colours_need_egl() {
     let without_egl = |out: &str| WORKSPACE.run_job("patches", out).without_egl();

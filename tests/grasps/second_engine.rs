@@ -11,8 +11,9 @@ const SCANS: [&str; 6] = ["005_*", "011_*", "024_*", "025_*", "033_*", "061_*"];
 /// Grasps stored as held that are tried, and grasps stored as failed.
 const EACH: usize = 20;
 
-/// Makes a job's grasps of some scans as they lie on a table, and tries some in Drake; shares of the grasps stored as held and
-/// of those stored as failed that hold there. At least so many of the latter are tried: few states of a gripper are labelled so.
+/// Makes a job's grasps of some scans as they rest on a table, and tries some in Drake. Returns the shares, of the
+/// grasps stored as held and of those stored as failed, that hold there. At least `failed` of the latter are tried: few
+/// states of a gripper have that label.
 fn shares_that_hold(job: &str, failed: f64) -> [f64; 2] {
     let workspace = Workspace::new();
     let include = SCANS.map(|scan| format!("{scan:?}")).join(",");

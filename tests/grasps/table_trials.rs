@@ -50,7 +50,7 @@ impl Tried {
     /// The pose in which the object rests with this direction of it up.
     fn upright(&self, up: &Vector3<f64>) -> &RestingPose {
         let is_up = |pose: &&RestingPose| TableSupport::under(pose).up.dot(up) > 0.99;
-        self.resting.poses.iter().find(is_up).expect("it stands so")
+        self.resting.poses.iter().find(is_up).expect("a resting pose")
     }
 
     /// The mesh's vertices as the object rests, z up, the table at 0 [m].
@@ -96,8 +96,8 @@ fn pushed(tried: &Tried, outcome: &Outcome) -> f64 {
     (closed.base_from_object * tried.mass.centre - outcome.start.base_from_object * tried.mass.centre).norm()
 }
 
-/// A brick between the pads is lifted off the table and shaken; where the hand closes beside it, it stays; with too little
-/// friction or too much weight it stays behind.
+/// A brick between the pads is lifted off the table and shaken; if the hand closes next to it, it stays; with too
+/// little friction or too much weight it stays behind.
 #[test]
 fn a_brick_is_lifted_or_left() {
     let model = open_hand(PANDA_HAND);
@@ -266,8 +266,8 @@ fn fingers_are_stopped_by_the_table() {
     }
 }
 
-/// A simulation with a table tries floating objects as one without does, to the last bit; trials on the table leave no trace;
-/// tables where there is none, or beneath six gravities, are refused.
+/// A simulation with a table tries floating objects exactly like one without a table, to the last bit; trials on the
+/// table leave no trace; tables without a height, or beneath six gravities, are refused.
 #[test]
 fn a_table_changes_no_other_trial() {
     let model = open_hand(BARRETT);

@@ -183,8 +183,9 @@ fn triangles_wider_than_a_pad_are_touched() {
     }
 }
 
-/// Over time, the pads press by what the shake along their line asks of the object: their forces differ by its mass times that
-/// acceleration. Drift begins anew when gravity comes on, and what is stored moves no trial.
+/// Over time, the pads press with the force that the shake along their line requires: their forces differ by the
+/// object's mass times that acceleration. Drift starts again when gravity is switched on, and the stored data moves no
+/// trial.
 #[test]
 fn forces_over_time_carry_the_shake() {
     const MASS: f64 = 0.5;
@@ -251,7 +252,8 @@ fn a_stopped_finger_gives_way_beyond_what_it_holds() {
     assert!(is_along(&heavy.verdict), "axis {axis}: {heavy:?}");
 }
 
-/// Friction lets go in the shake of an object that it carries at rest, when g and the shake's acceleration ask for more.
+/// Friction gives way in the shake of an object that it carries at rest, when g and the shake's acceleration require
+/// more.
 #[test]
 fn lift_and_shake_are_felt() {
     const FRICTION: f64 = 0.3;
@@ -534,7 +536,7 @@ fn trials_on_scans() {
     println!("of {} not held and {} held, turned: {flips:?}", count[0], count[1]);
 }
 
-/// Verdicts beside those with MuJoCo's own distance field: some ten seconds of processor each.
+/// Verdicts compared with those by MuJoCo's own distance field: some ten seconds of processor each.
 #[test]
 #[ignore = "a table of ten minutes; run by hand with --ignored --nocapture"]
 fn verdicts_beside_mujocos_own_field() {

@@ -65,7 +65,7 @@ fn sets(count: usize) -> Vec<WrenchSet> {
             _ => FrictionCone::hard(friction, 8),
         };
         let set = WrenchSet::new(&contacts, &cone, &MASS);
-        // Few contacts seldom close and many seldom do not: whatever comes after 200 tries is taken.
+        // Few contacts seldom close and many seldom do not: after 200 tries any set is accepted.
         let closes = solver.wrenches_enclose(&set);
         if closes == (2 * closed < found.len()) || round % 200 == 199 {
             closed += usize::from(closes);
@@ -76,7 +76,7 @@ fn sets(count: usize) -> Vec<WrenchSet> {
     found
 }
 
-/// Epsilon within 1e-6 and volume within 1e-6 of itself; the report says how near.
+/// Epsilon within 1e-6 and volume within 1e-6 of itself; the report has the largest difference.
 fn agrees_with_qhull(count: usize) -> String {
     let sets = sets(count);
     let folder = Workspace::new();

@@ -20,7 +20,7 @@ const MEMORY: u32 = 2_500_000;
 /// A start under load, and no more.
 const AT_ONCE: Duration = Duration::from_secs(20);
 
-/// Gives a file that size, whatever it begins with.
+/// Gives a file that size, with this beginning.
 fn swell(path: &Path, head: &[u8]) -> PathBuf {
     fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
     fs::write(path, head).expect("a file");
@@ -199,7 +199,7 @@ fn files_of_datasets_above_their_bounds_are_refused_unread() {
     assert_refused(&outcome, "submit.json", &[2], &[&size]);
 }
 
-/// A scene of two million bodies, of which twenty are allowed: one mistake, not two million.
+/// A scene of two million bodies where twenty are allowed: one mistake, not two million.
 #[test]
 fn a_scene_of_two_million_bodies_is_one_mistake() {
     let workspace = Workspace::new();

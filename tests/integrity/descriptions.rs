@@ -1,4 +1,5 @@
-//! Descriptions made to take memory, time or the stack: each ends at once, with its file and line, or is read as if it asked for nothing.
+//! Descriptions made to take memory, time or the stack: each ends at once, with its file and line, or is read without
+//! cost.
 
 use std::{
     path::Path,
@@ -10,7 +11,7 @@ use super::support::{
     workspace::Workspace,
 };
 
-/// Address space of the program [KiB]: far more than a robot takes, far less than these ask for.
+/// Address space of the program [KiB]: far more than a robot takes, far less than these need.
 const MEMORY: u32 = 3_000_000;
 
 /// A bound under load; each takes a fraction of a second.
@@ -31,7 +32,7 @@ struct Attack {
     head: String,
     body: String,
     tail: String,
-    /// Words of the refusal; empty where the statement asks for nothing.
+    /// Words of the refusal; empty if the statement has no cost.
     refused: &'static str,
 }
 
@@ -170,7 +171,7 @@ fn attacks() -> Vec<Attack> {
             "<flexcomp name=\"f\" type=\"grid\" count=\"2 2 1\" spacing=\"1 1 1\"><plugin/></flexcomp>",
             "refused",
         ),
-        // What asks for nothing here.
+        // Statements without cost here.
         attack("constraints", ["<size njmax=\"1000000000\" nconmax=\"1000000000\"/>", "", ""], ""),
         attack("an arena", ["<size memory=\"900G\"/>", "", ""], ""),
         attack(

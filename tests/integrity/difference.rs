@@ -63,7 +63,7 @@ fn the_same_job_is_equal_and_other_shards_are_packaging_alone() {
     assert_eq!((exit, &found["equal"]), (0, &true.into()), "{found}");
     let packaging = found["packaging"].to_string();
     assert!(packaging.contains("1 shards") && packaging.contains("4 shards of at most 3 samples"), "{packaging}");
-    assert_eq!(keys(&found), ["shards.samples"], "the settings are said, though no sample follows from them");
+    assert_eq!(keys(&found), ["shards.samples"], "the settings are listed, though no sample follows from them");
     assert!(diff(&first, &cut).succeed().stdout.contains("equal in content, root "));
 }
 

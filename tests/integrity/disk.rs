@@ -1,8 +1,8 @@
-//! A disk that is full, a limit on the size of files, a folder that may not be written: exit code 74, a clear word, and the
-//! same command goes on once there is room.
+//! A disk that is full, a limit on the size of files, a folder without write permission: exit code 74, a clear message,
+//! and the same command resumes once there is room.
 //!
-//! For root a tiny tmpfs of its own (in a namespace of mounts that ends with the test's process) is really full. Without root
-//! files may not grow beyond a limit (`ulimit -f`), which is the nearest thing to a full disk that a user has.
+//! For root, a tiny separate tmpfs (in a namespace of mounts that ends with the test's process) is really full. Without
+//! root, files may not grow beyond a limit (`ulimit -f`), which is the nearest thing to a full disk that a user has.
 
 use std::{path::Path, process::Command};
 
@@ -44,7 +44,7 @@ fn run_script(script: &str, folder: &Path, mounts: bool) -> (Vec<i32>, String) {
 #[test]
 fn a_full_disk_ends_every_writing_verb_with_74_and_a_run_goes_on_when_there_is_room() {
     if !can_mount() {
-        println!("no tmpfs can be mounted here: the limit on files alone stands for a full disk");
+        println!("no tmpfs can be mounted here: only a limit on files simulates a full disk");
         return;
     }
     let workspace = make_whole();
@@ -109,8 +109,8 @@ fn scenes_go_on_when_a_full_disk_has_room_again() {
     fill_and_go_on(&workspace, "bins", 72);
 }
 
-/// Makes the dataset of a job again, on a disk of so many kB, which hold some of its shards, not all; then there is room, and the
-/// same command goes on to the same dataset.
+/// Makes the dataset of a job again, on a disk of `size` kB, which has room for some of its shards, not all; then there
+/// is room, and the same command resumes to the same dataset.
 fn fill_and_go_on(workspace: &Workspace, name: &str, size: u32) {
     let script = format!(
         "mkdir -p $1/disk; mount -t tmpfs -o size={size}k tmpfs $1/disk
@@ -154,8 +154,9 @@ fn a_read_only_folder_ends_every_writing_verb_with_74() {
     }
 }
 
-/// Makes a dataset again on a disk that is full at a share of its size, or, without mounts, under a limit of its largest file; then
-/// there is room, and the same command goes on to the same root. Whether the disk was full at all.
+/// Makes a dataset again on a disk that is full at a share of its size, or, without mounts, under a limit of its
+/// largest file; then there is room, and the same command resumes to the same root. Returns whether the disk was full
+/// at all.
 #[track_caller]
 fn fill_at(made: &MadeProduct, share: f64, mounts: bool) -> bool {
     let workspace = Workspace::new();
@@ -234,7 +235,8 @@ fn exports_of_every_product_end_with_74_on_a_full_disk() {
                 out.display()
             );
             let (codes, said) = run_script(&script, workspace.folder(), false);
-            // A form of picks or grasps may have nothing to write of so small a dataset: that is said before anything is written.
+            // A format of picks or grasps may have nothing to write for such a small dataset: that is reported before
+            // anything is written.
             assert!(matches!(codes[..], [74] | [2]), "{} of {}: {said}", format.name, made.product);
             assert!(!said.contains("panicked"), "{} of {}: {said}", format.name, made.product);
             tried += usize::from(codes == [74]);

@@ -1,5 +1,5 @@
-//! Job files, settings and arguments that nobody means well: each ends at once with the exit code that the documents say, a
-//! word about the mistake, and nothing begun.
+//! Malicious job files, settings and arguments: each ends at once with the documented exit code and a message about the
+//! mistake, and no work is started.
 
 use std::fs;
 
@@ -130,7 +130,7 @@ const LINES: [(&str, &str); 108] = [
     (r#"pivot = "x""#, "pivot"),
 ];
 
-/// Whole jobs, and a word of the error. Capitals stand for the tables and files of the repository.
+/// Whole jobs, and a word of the error. Capitals are replaced by the tables and files of the repository.
 const JOBS: [(&str, &str); 61] = [
     ("", "objects"),
     ("\n\n", "objects"),
@@ -278,7 +278,8 @@ const SETTINGS: [(&str, &str); 19] = [
     ("", ""),
 ];
 
-/// Arguments, the exit code, and a word of the error. Capitals stand for files of the repository and of the workspace.
+/// Arguments, the exit code, and a word of the error. Capitals are replaced by files of the repository and of the
+/// workspace.
 const ARGUMENTS: [(&[&str], i32, &str); 103] = [
     (&[], 2, "Usage"),
     (&["fly"], 2, "fly"),
@@ -412,19 +413,19 @@ fn make_workspace() -> Workspace {
     workspace
 }
 
-/// The text with the tables and files that its capitals stand for.
+/// Replaces capitals in a text by their tables and files.
 fn fill(text: &str) -> String {
     let scene = |name: &str| repository_path(name).display().to_string();
     let robot = fetch_table(&repository_path(FETCH));
     text.replace("ROBOT", &robot).replace("BARRETT", &scene(BARRETT)).replace("FETCH", &scene(FETCH))
 }
 
-/// Checks an end: the exit code, and a word of what was said.
+/// Checks an end: the exit code, and a word of the message.
 #[track_caller]
 fn check(outcome: &Outcome, code: i32, word: &str, label: &str) {
     let (said, label) = (outcome.text(), label.chars().take(200).collect::<String>());
     assert_eq!(outcome.code, Some(code), "{label}: {said}");
-    assert!(said.contains(word) && !said.contains("panicked"), "'{word}' is not said of {label}: {said}");
+    assert!(said.contains(word) && !said.contains("panicked"), "'{word}' is not in the message for {label}: {said}");
 }
 
 /// Runs a job that must be refused before anything is begun.

@@ -1,5 +1,6 @@
-//! Facts outside of their range, behind mended digests: every column of every product with NaN, infinities and numbers too large. No
-//! reader takes a number that its product's table does not allow, and none panics at one that it allows.
+//! Facts outside of their range, behind corrected digests: every column of every product with NaN, infinities and
+//! numbers too large. No reader accepts a number that its product's table does not allow, and none panics at one that
+//! it allows.
 
 use std::{
     collections::BTreeMap,

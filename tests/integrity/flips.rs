@@ -14,7 +14,7 @@ use crate::{
     verification::Verification,
 };
 
-/// No parts of the dataset: damage of a preview is a note, and notes of a run stand in no digest.
+/// Files that are not part of the dataset: damage of a preview is a note, and no digest covers notes of a run.
 const OUTSIDE: [&str; 2] = ["preview.mcap", "notes.json"];
 
 #[test]
@@ -35,7 +35,7 @@ fn every_flipped_bit_of_a_thousand_is_caught() {
 fn every_flipped_bit_of_a_release_is_caught() {
     let workspace = Workspace::new();
     let release = make_release(&workspace);
-    // Nothing stands outside: documents, pictures, report, preview and notes are in the list of digests.
+    // No file is outside: documents, pictures, report, preview and notes are in the list of digests.
     flip(&[("release", release)], &[], 1000, 3);
 }
 
@@ -64,7 +64,7 @@ fn name_check(verification: &Verification) -> Option<&'static str> {
     let Verification { code, report, stderr: said } = verification;
     if report.is_null() {
         assert!((*code == 4 || said.contains("format")) && !said.contains("panicked"), "exit code {code}: {said}");
-        let signs = [("seal", "the manifest's seal"), ("manifest-sha256", "the list of digests is none")];
+        let signs = [("seal", "the manifest's seal"), ("manifest-sha256", "the list of digests is damaged")];
         let sign = signs.iter().find(|(words, _)| said.contains(words));
         return Some(sign.map_or("the manifest is no manifest", |(_, sign)| sign));
     }
@@ -87,8 +87,8 @@ fn name_check(verification: &Verification) -> Option<&'static str> {
         .or(Some("another check"))
 }
 
-/// Flips so many bits, one at a time: files in turn, then bits at random, so that small files get their share. Each flip is
-/// undone by the saved bytes, and the datasets must be whole in the end.
+/// Flips `count` bits, one at a time: files in turn, then bits at random, so that small files get their share. Each
+/// flip is undone by the saved bytes, and the datasets must be whole in the end.
 #[expect(clippy::print_stdout, reason = "the figures that the test checks")]
 fn flip(datasets: &[(&str, PathBuf)], outside_of_it: &[&str], count: u64, seed: u64) {
     let all: Vec<(PathBuf, &str, PathBuf, u64)> = (datasets.iter())

@@ -1,6 +1,6 @@
-//! Forgeries behind mended digests: content that the format forbids, in files whose checksums, names, ledgers, manifest and
-//! roots are made to fit. `verify` finds it, or every reader takes it as it stands; none crashes, hangs, or takes memory
-//! without measure.
+//! Forgeries behind corrected digests: content that the format forbids, in files whose checksums, names, ledgers,
+//! manifest and roots are made to fit. `verify` finds it, or every reader accepts it unchanged; none crashes, hangs, or
+//! takes memory without limit.
 
 use std::{
     collections::BTreeMap,
@@ -38,7 +38,7 @@ use crate::support::{
 
 /// Address space of a reader, at most: what a program or an interpreter takes for itself, and a chunk of 1 GiB.
 const MEMORY: &str = "--as=6442450944";
-/// Exit codes that a verb may end with, whatever stands in a dataset.
+/// Exit codes that a verb may end with, for any content of a dataset.
 pub const CODES: [i32; 6] = [0, 1, 2, 3, 4, 74];
 /// Folders that one call of Python reads.
 const BATCH: usize = 40;
@@ -94,7 +94,7 @@ fn take_apart(bytes: &[u8]) -> ShardParts {
                 let (name, media_type) = (text(&body, &mut at), text(&body, &mut at));
                 parts.attachments.push((name, media_type, body[at + 8..body.len() - 4].to_vec()));
             }
-            // Schemas and channels stand among the chunks, and again in the summary.
+            // Schemas and channels are among the chunks, and again in the summary.
             SCHEMA | CHANNEL if !is_head => record(&mut parts.summary, opcode, &body),
             DATA_END => is_head = false,
             _ if is_head => record(&mut parts.head, opcode, &body),
@@ -164,7 +164,7 @@ impl Original {
         }
     }
 
-    /// Writes the dataset with another content of a file beside the shards.
+    /// Writes the dataset with another content of a file other than the shards.
     fn write_with_file(&self, folder: &Path, file: &str, content: &[u8]) {
         self.write(folder);
         fs::write(folder.join(file), content).expect("a file");
@@ -273,7 +273,7 @@ impl Original {
         Some((words, kind))
     }
 
-    /// Moves, doubles or drops a message, or lies about where it stands; `lie` is below [`CHUNK_LIES`].
+    /// Moves, doubles or drops a message, or gives a wrong position for it; `lie` is below [`CHUNK_LIES`].
     fn forge_chunk(&self, folder: &Path, shard: usize, lie: usize, stream: &mut Stream) -> (String, Change) {
         let mut parts = self.shards[shard].parts.clone();
         let place = pick(parts.chunks.len(), stream);
@@ -288,12 +288,12 @@ impl Original {
             }
             1 => {
                 list.insert(message, list[message].clone());
-                ("a message stands twice", Change::Twice)
+                ("a message occurs twice", Change::Twice)
             }
             2 => {
                 // The first and the last message of a chunk are never the same.
                 list.swap(messages[0], messages[messages.len() - 1]);
-                ("messages stand in another order", Change::Bits)
+                ("messages are in another order", Change::Bits)
             }
             3 => {
                 let time = time_of(&list[message].1) ^ [1, 7, 1 << 40, u64::MAX][pick(4, stream)];
@@ -350,7 +350,7 @@ impl Original {
         Some((format!("{table}{path}"), Change::Bits))
     }
 
-    /// Changes a field of a message beside the shards: the field of a map, or the shapes of hand and objects.
+    /// Changes a field of a message outside the shards: the field of a map, or the shapes of hand and objects.
     fn forge_beside(&self, folder: &Path, stream: &mut Stream) -> Option<(String, Change)> {
         let file = ["field.mcap", "shapes.mcap"].into_iter().find(|file| self.files.contains_key(Path::new(file)))?;
         let mut parts = take_apart(&self.files[Path::new(file)]);
@@ -473,7 +473,7 @@ pub fn verbs(product: &str) -> Vec<Vec<&'static str>> {
     verbs
 }
 
-/// Runs a verb on a dataset, under a limit of memory: its exit code and what it said.
+/// Runs a verb on a dataset, under a limit of memory: its exit code and its output.
 pub fn observe(verb: &[&str], data: &Path, out: &Path) -> (Option<i32>, String) {
     _ = fs::remove_dir_all(out);
     _ = fs::remove_file(out);
@@ -558,7 +558,7 @@ fn storm(count: u32, seed: u64) {
     for original in &originals {
         let mut tally = Tally::default();
         while tally.tried < count {
-            // Python starts once for so many datasets.
+            // Python starts once per batch of datasets.
             let mut batch = Vec::new();
             while batch.len() < BATCH.min((count - tally.tried) as usize) {
                 let data = workspace.path(format!("forged-{}", batch.len()));

@@ -1,4 +1,4 @@
-//! An adversary who alters one sample and hashes everything anew: only making samples again finds that.
+//! An adversary who alters one sample and recomputes all digests: only making samples again detects that.
 
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -84,8 +84,8 @@ pub fn header_of(reader: &DatasetReader) -> DatasetHeader {
     }
 }
 
-/// Writes the shard of one sample anew with another number in it, and index, tables and manifest after it: every digest
-/// fits. Returns the index of the sample.
+/// Rewrites the shard of one sample with another number in it, and then index, tables and manifest: every digest fits.
+/// Returns the index of the sample.
 fn forge(folder: &Path) -> u64 {
     let reader = DatasetReader::open(&Folder::at(folder)).expect("a dataset");
     let manifest = reader.manifest().clone();

@@ -1,5 +1,5 @@
-//! Every kept input of the fuzzer, replayed without it: none may panic, hang or take memory beyond a bound. Inputs that once
-//! did are named `crash-...`.
+//! Every kept input of the fuzzer, replayed without it: none may panic, hang or take memory beyond a bound. Inputs that
+//! once did are named `crash-...`.
 
 #[path = "fuzz_seeds.rs"]
 pub mod seeds;
@@ -47,7 +47,7 @@ fn inputs_of_no_and_one_byte_are_taken() {
     TARGETS.iter().find(|(name, _)| *name == "shard_content").expect("a target").1(&parts([&[]; 3], &[]));
 }
 
-/// `make fuzz-seeds`: not a check, so nothing happens unless it is asked for.
+/// `make fuzz-seeds`: not a check, so it does nothing unless requested.
 #[test]
 fn seeds_are_written_where_asked_for() {
     if std::env::var_os("GRASPMILL_WRITE_SEEDS").is_some() {

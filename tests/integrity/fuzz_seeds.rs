@@ -16,7 +16,7 @@ use crate::support::{
     workspace::Workspace,
 };
 
-/// Writes the seeds anew into `fuzz/corpus`.
+/// Writes the seeds into `fuzz/corpus`.
 pub fn write() {
     let workspace = Workspace::new();
     for (name, out) in make_small_datasets(&workspace) {
@@ -280,7 +280,7 @@ fn cameras() {
     }
 }
 
-/// A seed whose first byte says which kind of file it is.
+/// A seed whose first byte selects the kind of file.
 fn save_kind(target: &str, kinds: &[&str], kind: &str, name: &str, bytes: &[u8]) {
     let number = kinds.iter().position(|known| *known == kind).expect("a kind") as u8;
     save(target, name, &[&[number], bytes].concat());

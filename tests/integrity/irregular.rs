@@ -19,7 +19,7 @@ use super::support::{
 /// A verb that waits for one of these files would wait for ever. The time of a start under load is far below.
 const AT_ONCE: Duration = Duration::from_secs(10);
 
-/// Kinds of what stands where a regular file should.
+/// Kinds of entries in place of a regular file.
 const KINDS: [&str; 4] = ["a FIFO", "a link to a FIFO", "a device", "a folder"];
 
 /// Reads all that the Python package reads of a dataset.
@@ -51,7 +51,7 @@ fn replace(path: &Path, kind: &str) {
     }
 }
 
-/// Runs a program that must end at once and fail; what it says.
+/// Runs a program that must end at once and fail; returns its message.
 #[track_caller]
 fn refused(program: Program, name: &str) -> String {
     let began = Instant::now();
@@ -84,7 +84,7 @@ fn files_of_a_dataset_that_are_no_files_are_refused() {
             replace(&path, kind);
             for verb in verbs {
                 let said = refused(Program::on(verb, &data), &format!("{verb} of {file}, {kind}"));
-                // Sizes are compared before files are opened: readers of shards say so first.
+                // Sizes are compared before files are opened: readers of shards report that first.
                 let is_named = ["not a regular file", "is a symbolic link", "the manifest says"];
                 let is_named = is_named.iter().any(|words| said.contains(words));
                 assert!(is_named, "{verb} of {file}, {kind}: {said}");

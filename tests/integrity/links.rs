@@ -1,4 +1,4 @@
-//! Links inside of folders: nothing is read, written, renamed or removed through one, whatever its name, by any verb.
+//! Links inside folders: no verb reads, writes, renames or removes anything through a link of any name.
 //!
 //! The kernel watches what a link leads to (inotify), so that a test sees that it was opened, and not only that it changed.
 
@@ -20,7 +20,7 @@ use super::support::{
     workspace::Workspace,
 };
 
-/// A folder of somebody who is not asked.
+/// A folder of a user who has not agreed.
 struct Victim {
     folder: PathBuf,
     content: BTreeMap<PathBuf, Vec<u8>>,
@@ -145,8 +145,8 @@ fn run_verbs(job: &Path, settings: &[String], dataset: &Path, scratch: &Workspac
     verbs.into_iter().map(|(name, program)| (name.to_owned(), program.finish())).collect()
 }
 
-/// Puts a link in the place of a name: to a copy of what stood there, or of a file and a folder of somebody. `None` where the
-/// dataset has no shard.
+/// Replaces a file or folder by a link to a copy of it, or to another user's file and folder. `None` if the dataset has
+/// no shard.
 fn link(dataset: &Path, name: &str, victim: &Path) -> Option<PathBuf> {
     let is_folder = name.ends_with('/');
     let path = match name {
@@ -238,7 +238,7 @@ fn a_link_is_replaced_itself_where_a_file_is_written_and_refused_where_a_folder_
     let dataset = workspace.make_dataset("data", &job, &[]);
     let root = print_root(&dataset);
     let precious = workspace.write("victim/precious.txt", "precious");
-    // Without --out the link goes itself; with it what the link leads to is written, since the user named it.
+    // Without --out the link itself is replaced; with it, its target is written, since the user named it.
     symlink(&precious, dataset.join("report.html")).expect("a link");
     let victim = Victim::new(workspace.path("victim"));
     Program::on("report", &dataset).succeed();
@@ -320,7 +320,7 @@ fn datasets_of_a_set_are_no_links() {
             let outcome = program.finish();
             let what = format!("{name} {verb}: {:?} {}", outcome.code, outcome.text());
             victim.assert_untouched(&what);
-            // The root of a set that is finished stands in its table; a page is replaced.
+            // The root of a finished set is in its table; a page is replaced.
             let is_free = name == "report.html" || (verb, name) == ("digest", "b/");
             let is_refused = outcome.text().contains("is a symbolic link") && matches!(outcome.code, Some(2 | 4));
             assert_eq!(is_refused, !is_free, "{what}");

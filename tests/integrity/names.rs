@@ -97,7 +97,7 @@ fn strange(workspace: &Workspace) -> PathBuf {
     folder
 }
 
-/// A manifest and an asset table that say such things, behind digests that fit.
+/// A manifest and an asset table with such values, behind digests that fit.
 #[test]
 fn texts_of_strangers_manifests_are_shown_with_escapes() {
     let workspace = Workspace::new();

@@ -1,5 +1,5 @@
-//! Panics in producers: an error names what was being made, finished shards stay, and a run without the defect resumes to the
-//! dataset that was asked for.
+//! Panics in producers: an error names the sample in work, finished shards stay, and a run without the defect resumes
+//! to the requested dataset.
 
 use std::{
     panic::resume_unwind,

@@ -110,7 +110,7 @@ fn nothing_of_the_current_folder_is_run() {
     assert_not_sprung(&workspace, "make");
 }
 
-/// A browser by an absolute path, and one in an absolute folder of PATH, are started all the same.
+/// A browser by an absolute path, and one in an absolute folder of PATH, are still started.
 #[test]
 fn programs_of_absolute_folders_are_run() {
     let workspace = set_trap();
@@ -134,7 +134,8 @@ fn programs_of_absolute_folders_are_run() {
     }
 }
 
-/// A package is that of the program, wherever the job is read, or that of GRASPMILL_PACKAGES; never that of the current folder.
+/// A package is that of the program, wherever the job is read, or that of GRASPMILL_PACKAGES; never that of the current
+/// folder.
 #[test]
 fn packages_are_those_of_the_program() {
     let workspace = Workspace::new();
@@ -171,7 +172,7 @@ fn is_mesh_path(path: &Path) -> bool {
     path.extension().is_some_and(|kind| kind == "stl")
 }
 
-/// A copy of the program elsewhere looks in `share/graspmill` beside its `bin`, and the remedy of its message works.
+/// A copy of the program elsewhere searches `share/graspmill` next to its `bin`, and the remedy of its message works.
 #[test]
 fn an_installed_program_names_where_it_looks() {
     let workspace = Workspace::new();

@@ -1,5 +1,5 @@
-//! Clocks that are wrong, tasks that disagree about their count, shards that are cut, too little memory, and a user who may not
-//! read: clear errors with the exit code that the documents say, and nothing that was finished is lost.
+//! Clocks that are wrong, tasks that disagree about their count, shards that are cut, too little memory, and a user
+//! without permission to read: clear errors with the documented exit code, and no finished work is lost.
 
 use std::{
     fs::{self, File, Permissions},
@@ -58,7 +58,7 @@ fn no_clock_changes_what_is_made_or_lost() {
         let name = format!("skewed-{number}");
         let data = workspace.path(&name);
         workspace.run_job("job", &name).option("--task", "0/2").succeed();
-        // A leftover of a killed writer, however old or young it says it is, goes; finished shards stay.
+        // A leftover of a killed writer is removed, whatever its time stamp; finished shards stay.
         let leftover = data.join("shards/.completion-00001-of-00015.1-1-0.tmp");
         fs::write(&leftover, "half a shard").expect("a file");
         let shards = list_shards(&data).len();
@@ -147,7 +147,7 @@ fn starve(workspace: &Workspace, name: &str) -> usize {
                 stderr.is_empty() || aborts.iter().any(|words| stderr.contains(words))
             }
         };
-        // The standard library panics where a thread that begins finds no memory for its second stack; nobody else may.
+        // The standard library panics where a starting thread finds no memory for its second stack; no other code may.
         let [panics, of_threads] =
             ["panicked", "failed to allocate an alternative stack"].map(|words| stderr.matches(words).count());
         assert!(is_clear && panics == of_threads, "{name}, {limit} MiB: {code:?} {stderr}");
@@ -171,7 +171,7 @@ fn too_little_memory_ends_a_run_and_loses_nothing() {
     print("memory", tried);
 }
 
-/// A group of processes with a limit of memory of its own, which goes with this; only root can make one.
+/// A group of processes with its own limit of memory, removed on drop; only root can make one.
 struct MemoryGroup {
     folder: PathBuf,
     limit: PathBuf,
@@ -190,7 +190,7 @@ impl MemoryGroup {
         })
     }
 
-    /// Runs the program with so much memory, swap not counted [MiB].
+    /// Runs the program with this much memory, swap not counted [MiB].
     fn run(&self, limit: u64, arguments: &[&str]) -> Outcome {
         fs::write(&self.limit, (limit << 20).to_string()).expect("a limit");
         let script = format!("echo $$ > {}/cgroup.procs && exec \"$0\" \"$@\"", self.folder.display());
@@ -329,7 +329,7 @@ fn a_user_who_may_not_read_or_write_is_told_so_and_loses_nothing() {
     print("unprivileged user", cases.len() + writes.len());
 }
 
-/// The program's threads have stacks of their own: what `ulimit -s` leaves its first thread does not matter.
+/// The program's threads have their own stacks: the `ulimit -s` of its first thread does not matter.
 #[test]
 fn a_small_stack_is_enough() {
     let workspace = Workspace::new();

@@ -9,7 +9,7 @@ use crate::support::program::Program;
 /// An end of `verify --json`.
 pub struct Verification {
     pub code: i32,
-    /// Null where there is none.
+    /// Null if there is no report.
     pub report: Value,
     pub stderr: String,
 }

@@ -31,11 +31,11 @@ pub enum Change {
     Bits,
     /// The field is not there.
     Missing,
-    /// The field stands twice.
+    /// The field occurs twice.
     Twice,
 }
 
-/// Reads a message; `None` where the bytes are none.
+/// Parses a message; `None` if the bytes are not a message.
 pub fn parse(mut bytes: &[u8]) -> Option<Vec<Field>> {
     let mut fields = Vec::new();
     while !bytes.is_empty() {
@@ -108,7 +108,7 @@ pub fn change(bytes: &[u8], stream: &mut Stream) -> Option<(Vec<u8>, String, Cha
 fn change_one(fields: &mut Vec<Field>, path: &mut Vec<u64>, stream: &mut Stream) -> Change {
     let place = pick(fields.len(), stream);
     path.push(fields[place].0);
-    // Now and then the whole field, else what stands in it.
+    // Sometimes the whole field, else its content.
     match stream.below(8) {
         0 => {
             fields.remove(place);

@@ -53,7 +53,7 @@ fn one_command_makes_datasets_that_share_their_objects() {
             assert_eq!(object.samples[name], kept, "{name}: {}", object.name);
         }
     }
-    // Patches take their grasps from the dataset beside them, by a path that moves with the folder.
+    // Patches take their grasps from the neighbouring dataset, by a path that moves with the folder.
     let job = read_text(out.join("patches/job.toml"));
     assert!(job.contains("dataset = \"../grasps\"") && !job.contains("grasps.dataset"), "{job}");
     let moved = workspace.path("moved");

@@ -45,7 +45,7 @@ impl Peer {
             Shape::Sphere { radius } => (Box::new(Ball::new(*radius)), 0.0),
             Shape::Capsule { radius, half } => (Box::new(Capsule::new_z(*half, *radius)), 0.0),
             Shape::Box { half } => (Box::new(Cuboid::new(Vector::from(half.map(|side| side - by)))), thickness),
-            // Theirs stands on y.
+            // parry's cylinder is along y.
             Shape::Cylinder { radius, half } => (Box::new(Cylinder::new(half - by, radius - by)), thickness),
             Shape::Mesh(_) => unreachable!("no solid"),
         };
@@ -102,9 +102,9 @@ fn brought_near(
     None
 }
 
-/// Solids that stand a third of a millimetre or less clear: the nearest contact is as far away as parry says, and no margin
-/// that is less finds one. Pushed in along its normal by less than half a millimetre, it is found as deep as it was pushed
-/// where it is the only one; pulled out by its depth the solid is just free.
+/// Solids clear by a third of a millimetre or less: the nearest contact has parry's distance, and a smaller margin
+/// finds none. After a push along its normal by less than half a millimetre, a single contact is as deep as the push;
+/// pulled out by its depth, the solid is just free.
 #[test]
 fn contacts_are_as_near_as_parry_says() {
     let mut scratch = ContactScratch::default();
@@ -221,8 +221,9 @@ fn core_points(shape: &Shape, edge: f64) -> Vec<Point3<f64>> {
     points
 }
 
-/// A distance alone is that of the point of the core that is nearest or deepest, as many points of the core say, with rounded edges, and
-/// with sharp ones if the lesser of both counts: within its range; beyond it no less than its end; its start for what is deeper.
+/// A distance without contacts is that of the nearest or deepest point of the core, compared with many points of the
+/// core, with rounded edges, and with sharp ones if the smaller of both is used: exact within its range; beyond it no
+/// less than its end; its start for deeper solids.
 #[test]
 fn distances_without_contacts_are_those_of_a_solids_points() {
     const REACH: f64 = 0.012;
@@ -246,7 +247,7 @@ fn distances_without_contacts_are_those_of_a_solids_points() {
             let mut distance = |probe: Option<Probe>| {
                 surface.distance_within(&probe.expect("a solid"), &placed, &(floor..=REACH), &mut scratch)
             };
-            // A sharp solid that is cut may be told too far: the rounded one within it is asked as well.
+            // The distance of a sharp solid that is cut may be too large: the rounded one within it is also queried.
             let found = if edge == 0.0 {
                 distance(Probe::sharp(shape)).min(distance(Probe::new(shape)))
             } else {
@@ -266,7 +267,7 @@ fn distances_without_contacts_are_those_of_a_solids_points() {
                 assert!(sampled - BETWEEN <= floor + 5e-5, "{says}");
             } else if found < REACH {
                 within += 1;
-                // Inside, the deepest of pieces of 4 mm is told.
+                // Inside, the distance is that of the deepest of pieces of 4 mm.
                 let told = if found > 5e-5 - thickness { 1e-6 } else { 0.002 };
                 assert!((sampled - BETWEEN..=sampled + told).contains(&found), "{says}");
             } else {
@@ -279,8 +280,8 @@ fn distances_without_contacts_are_those_of_a_solids_points() {
     }
 }
 
-/// A box as large as a palm that parry finds in a mesh is found there by its depth alone. With a wide margin a nearer point beside
-/// can stand for it: hands are tested for overlap without one.
+/// A box as large as a palm that parry finds in a mesh is found there by its depth alone. With a wide margin a nearer
+/// point next to it can replace it: hands are tested for overlap without one.
 #[expect(clippy::print_stdout, reason = "the figures that the test checks")]
 fn assert_overlap_is_found(boxes: usize) {
     const OVERLAP: f64 = 1e-4;

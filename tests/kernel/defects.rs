@@ -1,4 +1,4 @@
-//! Meshes that are no solids, and solids with defects: which of them are refused, and that no sound mesh is.
+//! Meshes that are not solids, and solids with defects: which of them are refused, and that no sound mesh is.
 
 use std::{
     f64::consts::{PI, TAU},
@@ -82,7 +82,7 @@ fn surface(columns: u32, rows: u32, closed: Closed, point: impl Fn(f64, f64) -> 
     TriMesh { vertices: (0..(columns + 1) * (rows + 1)).map(at).collect(), triangles: triangles.collect() }
 }
 
-/// A strip of this width round a circle, with so many half twists.
+/// A strip of this width round a circle, with `half_twists` half twists.
 fn strip(width: f64, half_twists: u32) -> TriMesh {
     let closed = if half_twists % 2 == 1 { Closed::AlongTwisted } else { Closed::Along };
     surface(96, 8, closed, |u, v| {
@@ -189,11 +189,11 @@ fn with_t_junctions(mut mesh: TriMesh) -> TriMesh {
 /// Verdict that a kind must get.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Wanted {
-    /// Usable, mended or not.
+    /// Usable, repaired or not.
     Accepted,
     /// Refused, with one of these reasons.
     Refused(&'static [&'static str]),
-    /// A matter of degree: the table says what came of it.
+    /// A matter of degree: the table has the result.
     Either,
 }
 
@@ -352,7 +352,7 @@ fn surfaces_without_an_inside_are_refused_and_solids_with_defects_are_not() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Whether loose triangles enclose some volume is a matter of chance, so many draws are tried.
+/// Whether loose triangles enclose some volume is a matter of chance, so several draws are tried.
 #[test]
 fn no_draw_of_loose_triangles_is_a_solid() {
     let folder = Workspace::new();
@@ -365,7 +365,8 @@ fn no_draw_of_loose_triangles_is_a_solid() {
     }
 }
 
-/// Bodies of a scene may be any mesh that is accepted, whatever its defects: a scene of them is kept, or rejected with its reason.
+/// Bodies of a scene may be any accepted mesh, with all its defects: a scene of them is kept, or rejected with its
+/// reason.
 #[test]
 #[ignore = "slow: make test-slow"]
 fn scenes_of_meshes_with_defects_are_kept_or_rejected() {

@@ -15,7 +15,7 @@ use crate::support::{program::Program, workspace::Workspace};
 
 const NAMES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 
-/// Steps of 0.1 m; angles are one turn where `periodic` says so, else a quarter.
+/// Steps of 0.1 m; angles cover a full turn where `periodic` is true, else a quarter.
 fn grid(count: [usize; 6], periodic: [bool; 3]) -> AxisGrid {
     let axis = |k: usize| {
         let (unit, periodic) = if k < 3 { (AxisUnit::Metre, false) } else { (AxisUnit::Radian, periodic[k - 3]) };
@@ -128,7 +128,7 @@ for line in sys.argv[1:]:
     assert_eq!(answer.lines().count(), healpixes.len());
 }
 
-/// scikit-fmm comes as source only, so it stands with the peers of the benchmarks.
+/// scikit-fmm is available only as source, so it is installed with the peers of the benchmarks.
 #[test]
 #[ignore = "slow: needs the packages of the benchmarks' peers"]
 fn the_thesis_distance_is_that_of_scikit_fmm() {

@@ -112,7 +112,7 @@ fn text_ply(vertices: &str, faces: &str) -> String {
     ply_header("ascii", vertices, faces) + &plain_lines().concat()
 }
 
-/// A binary file whose header names a byte order, and whose numbers are in that of `bytes_of`.
+/// A binary file whose header names a byte order, with numbers in that of `bytes_of`.
 fn binary_ply(format: &str, is_big: bool) -> Vec<u8> {
     let mut file = ply_header(format, "8", "12").into_bytes();
     let in_order = |bytes: [u8; 4]| if is_big { [bytes[3], bytes[2], bytes[1], bytes[0]] } else { bytes };
@@ -374,7 +374,7 @@ fn disguises() -> Vec<Hostile> {
     ]
 }
 
-/// A closed cylinder with one face of so many corners at each end.
+/// A closed cylinder whose two end faces have `corners` corners each.
 fn coin(corners: usize) -> String {
     let angle = |corner: usize| std::f64::consts::TAU * corner as f64 / corners as f64;
     let ring = |z: f64| (0..corners).map(angle).map(move |a| format!("v {} {} {z}\n", 0.05 * a.cos(), 0.05 * a.sin()));
@@ -464,7 +464,7 @@ fn hostile_files() -> Vec<(&'static str, Vec<Hostile>)> {
     ]
 }
 
-/// A row that a test judges: its verdict in a word, its problem or remarks, and whether it is the wanted one.
+/// A row that a test judges: its verdict in a word, its problem or remarks, and whether it is the expected one.
 fn judge(row: &MeshCheckRow, wanted: Wanted) -> (&'static str, String, bool) {
     if let Some(refusal) = &row.refusal {
         let text = refusal.to_string();
@@ -474,7 +474,7 @@ fn judge(row: &MeshCheckRow, wanted: Wanted) -> (&'static str, String, bool) {
             }
             _ => false,
         };
-        // A line of the table, not a page: whatever the file holds.
+        // A line of the table, not a page, for any content of the file.
         let is_short = text.len() < 700;
         return ("refused", text, is_right && is_short);
     }

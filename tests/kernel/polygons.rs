@@ -177,7 +177,7 @@ fn a_face_that_crosses_itself_is_left_out_counted_and_located() {
     }
     let record = prepare(&source(&path)).expect("a cube without its top").record;
     assert_eq!(record.repairs, [Repair::CrossingFaces { count: 1 }]);
-    // The solid under the missing face is whole: its outline says where it was.
+    // The solid under the missing face is whole: its outline gives its position.
     let prepared = prepare(&source(&path)).expect("a cube without its top");
     let cells = solid_occupancy(&prepared.mesh, prepared.record.inside.test(), false).count();
     assert!(cells as f64 > 0.99 * f64::from(1 << 24), "{cells}");

@@ -1,4 +1,4 @@
-//! Vertices at seams: joined within rounding, in every format, whatever their order; and what an open mesh costs.
+//! Vertices at seams: joined within rounding, in every format and order; and the cost of an open mesh.
 
 use std::{collections::BTreeSet, fs, path::Path};
 
@@ -16,7 +16,7 @@ use crate::support::{
     workspace::Workspace,
 };
 
-/// A ball of loose triangles whose corners are moved by up to so much along each axis [m].
+/// A ball of loose triangles whose corners are moved by up to `moved` along each axis [m].
 fn loose_ball(moved: f32) -> (TriMesh, TriMesh) {
     let ball = built_in_mesh("half-sphere-sphere@500");
     let mut draw = Stream::of_job(8, b"", "seams");
@@ -117,7 +117,7 @@ fn closed_surfaces_keep_every_feature() {
     assert_eq!((record.vertices, record.bodies), (16, 2));
 }
 
-/// The solid of loose triangles is that of the surface that they were, at a cost that is told before it is paid.
+/// The solid of loose triangles is that of their original surface, at a cost that is reported before the work starts.
 #[test]
 fn a_mesh_whose_solid_is_dear_is_warned_of_before_and_the_remedy_helps() {
     let folder = Workspace::new();

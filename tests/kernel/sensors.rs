@@ -180,7 +180,7 @@ fn shadow_has_the_width_of_the_disparities_and_its_side() {
 
 #[test]
 fn a_pole_shades_only_its_own_width() {
-    // A thin pole 0.5 m before a wall: its shadow stands apart from it, and the wall between is measured.
+    // A thin pole 0.5 m before a wall: its shadow is apart from it, and the wall between is measured.
     let mut model = SensorModel::profile("kinect-v1").expect("a profile");
     for key in ["lateral_sigma_px", "edge_dropout", "min_support"] {
         model.set(key, 0.0).expect("a constant");

@@ -401,7 +401,7 @@ struct Rests {
     ups: Vec<[f64; 3]>,
 }
 
-/// The share of random drops that ends otherwise than trimesh says; rotations of less than 2 degrees are the same.
+/// The share of random drops with a result other than trimesh's; rotations of less than 2 degrees are the same.
 fn drops_apart(ours: &[([f64; 3], f64)], theirs: &[([f64; 3], f64)]) -> f64 {
     let mut left: Vec<([f64; 3], f64)> = theirs.to_vec();
     let mut apart = 0.0;

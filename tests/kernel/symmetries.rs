@@ -20,7 +20,7 @@ fn scans_have_the_symmetries_of_what_was_scanned() {
         let object = PreparedObject::prepare(&MeshSource::of_file(name, &file)).expect("a sound scan");
         let found = object.symmetries().expect("a solid");
         assert_eq!((found.group().as_str(), found.mirrors.len()), (group, mirrors), "{name}: {found:?}");
-        // What is claimed holds for the vertices as well, which the search did not look at.
+        // The vertices, which the search did not use, also satisfy the claimed symmetry.
         let surface = MeshQuery::new(object.mesh()).expect("a surface");
         let reflections =
             found.mirrors.iter().map(|normal| Matrix3::identity() - normal.into_inner() * normal.transpose() * 2.0);

@@ -93,7 +93,7 @@ fn noise_and_thin_walls_join_no_other_scans() {
     let sizes: Vec<usize> = own.iter().map(Vec::len).collect();
     assert_eq!(sizes, [2, 3, 11, 2, 2, 2, 2], "{own:?}");
     assert!(!own.iter().flatten().any(|name| name.starts_with("065")), "{own:?}");
-    // With a noisy copy of each thin scan beside them, the copies join their originals and nothing else.
+    // With a noisy copy of each thin scan added, the copies join their originals and nothing else.
     let thin: Vec<usize> =
         THIN.iter().filter_map(|name| paths.iter().position(|path| stem(path).starts_with(name))).collect();
     assert_eq!(thin.len(), 4);

@@ -41,10 +41,7 @@ fn the_first_screen_shows_samples_and_every_link_leads_somewhere() {
         let (strip, numbers, check) =
             (at("<div class=\"strip\">"), at("<dl class=\"numbers\">"), at("<section id=\"check\">"));
         assert!(strip < numbers && numbers < check, "{product}");
-        assert!(
-            at(&print_root(&data)) > check && at("graspmill verify .") > check,
-            "{product}: the digest stands above"
-        );
+        assert!(at(&print_root(&data)) > check && at("graspmill verify .") > check, "{product}: the digest is above");
         // A few pictures, whole, each a link to its card; no strip is without a word on its colours.
         let strip = &page[strip..numbers];
         let links = between(strip, "<a href=\"#", "\"");
@@ -87,7 +84,7 @@ fn notes_on_sound_meshes_are_apart_from_warnings() {
     assert!(notes.len() == 1 && notes[0].contains("<li>pair: 2 separate bodies</li>"), "{notes:?}");
 }
 
-/// The first words are the same wherever a user meets a dataset, and no number of a card is there under one label twice.
+/// The first words are the same wherever a user meets a dataset, and no number of a card has the same label twice.
 #[test]
 fn run_inspect_report_and_card_begin_with_the_same_words() {
     // As deep as the small datasets, so that the paths in their jobs lead where they did.
@@ -147,7 +144,7 @@ fn noise_that_a_job_orders_is_no_error() {
     }
 }
 
-/// The command of a map's page, run as it stands there.
+/// The command of a map's page, run without changes.
 #[test]
 fn the_page_of_a_map_asks_for_its_deepest_pose() {
     let workspace = Workspace::new();
@@ -214,16 +211,16 @@ fn captions_name_colours_and_measures_in_words() {
             _ => &[],
         };
         for words in says {
-            assert!(captions.contains(words), "{product}: no caption says {words}");
+            assert!(captions.contains(words), "{product}: no caption contains {words}");
         }
-        // Which of two measures is meant is said.
+        // The text names which of two measures it means.
         for bare in ["best", "worst", "the only "] {
             assert!(!captions.contains(&format!("<figcaption>{bare} <")), "{product}: {bare}");
         }
     }
 }
 
-/// Text beside the colour bar of depth ends inside the drawing, whose width is 200.
+/// Text next to the colour bar of depth ends inside the drawing, whose width is 200.
 #[test]
 fn numbers_beside_a_colour_bar_are_not_clipped() {
     /// Widths of a digit and of a point in DejaVu Sans, the widest of the page's fonts, at its 11 px.

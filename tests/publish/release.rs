@@ -70,7 +70,7 @@ fn copy_data(workspace: &Workspace) -> PathBuf {
     data
 }
 
-/// Copies the dataset of [`JOB`] and its release, beside an about file.
+/// Copies the dataset of [`JOB`] and its release, and an about file.
 fn copy_data_and_release(workspace: &Workspace) -> [PathBuf; 2] {
     workspace.write("about.toml", ABOUT);
     let release = workspace.path("release");
@@ -135,7 +135,7 @@ fn a_release_stays_a_dataset_and_its_documents_name_it() {
     for name in ["README.md", "DATASHEET.md", "CITATION.cff", "croissant.json", "provenance.intoto.json"] {
         assert!(read_text(out.join(name)).contains(root), "{name}");
     }
-    // Every file of the dataset stands there as it was.
+    // Every file of the dataset is included unchanged.
     let (before, after) = (read_tree(&data), read_tree(&out));
     for (path, content) in before.iter().filter(|(path, _)| !path.ends_with("notes.json")) {
         assert!(after.get(path) == Some(content), "{}", path.display());
@@ -154,7 +154,7 @@ fn a_release_stays_a_dataset_and_its_documents_name_it() {
     assert_eq!(rows[0]["source"], "graspmill, built-in shape bowl-01");
     let subjects = &read_json(out.join("provenance.intoto.json"))["subject"];
     assert_eq!(subjects.as_array().map(Vec::len), Some(1 + 3), "the root and three shards");
-    // A folder that holds something stays as it is.
+    // A folder that is not empty is not changed.
     let said = release(&data, &out, &workspace.path("about.toml")).expect_code(2).stderr;
     assert!(said.contains("is in it"), "{said}");
 }
@@ -208,7 +208,7 @@ fn a_damaged_dataset_is_not_released_and_nothing_is_left() {
     workspace.write("data/assets.json", workspace.read("data/assets.json").replace("\"bodies\": 1", "\"bodies\": 9"));
     let said = release(&data, &workspace.path("release"), &about).expect_code(4).text();
     assert!(said.contains("assets.json") && said.contains("not intact"), "{said}");
-    // A release that failed leaves nothing beside the dataset.
+    // A release that failed leaves no file in the folder of the dataset.
     assert_eq!(list_names(workspace.folder()), before);
     fs::remove_file(data.join("manifest.json")).expect("removed");
     let said = release(&data, &workspace.path("release"), &about).expect_code(1).text();
@@ -273,8 +273,8 @@ fn what_has_no_known_licence_is_not_shipped() {
     assert!(said.contains("CC-BY-NC-4.0 forbids commercial use, the release's licence CC-BY-4.0 allows it"), "{said}");
 }
 
-/// A pattern fills gaps: what a dataset knows keeps licence, credit and source. A name replaces a licence, keeps the credit, and the
-/// release shows both licences.
+/// A pattern fills gaps: objects with a known licence, credit and source keep them. A name replaces a licence, keeps
+/// the credit, and the release shows both licences.
 #[test]
 fn a_pattern_of_licences_replaces_nothing_that_is_known() {
     let workspace = Workspace::new();
@@ -314,7 +314,7 @@ fn a_pattern_of_licences_replaces_nothing_that_is_known() {
     assert!(row.contains("CC0-1.0") && row.contains("CC-BY-4.0"), "{row}");
 }
 
-/// Grasps carry the meshes themselves: these alone are left out where data made of them may be shipped.
+/// Grasps contain the meshes themselves: only these are left out where derived data may be shipped.
 #[test]
 fn a_recipe_of_grasps_leaves_out_the_shapes_alone() {
     let workspace = Workspace::new();
@@ -344,7 +344,7 @@ fn a_recipe_of_grasps_leaves_out_the_shapes_alone() {
     assert_eq!(licences["assets"][1]["licence_source"], "graspmill");
 }
 
-/// The table knows the descriptions as they are; those whose files have to be fetched, where they are there.
+/// The table has the descriptions unchanged; those whose files must be fetched, if they are installed.
 #[test]
 fn licences_of_our_scenes_are_of_their_content() {
     let table: toml::Table = read_text("scenes/licences.toml").parse().expect("TOML");
@@ -380,7 +380,7 @@ fn the_small_release_comes_out_again() {
     }
     for (path, content) in &kept {
         let same = made.get(path) == Some(content);
-        assert!(same, "{} is not what is kept; `make release-small` writes it anew", path.display());
+        assert!(same, "{} is not what is kept; `make release-small` writes it again", path.display());
     }
 }
 

@@ -123,7 +123,7 @@ fn overlaps_that_a_job_is_about_are_no_alarm() {
     let (page, text) = rendered(&notes);
     let twins = "6 groups of objects of the same shape on more than one side of the split";
     assert!(page.contains(&format!("<li class=\"alarm\">{twins}</li>")), "{page}");
-    // Not split by groups, these may stand anywhere.
+    // Not split by groups, these may be in any subset.
     assert!(page.contains("<li>1 groups named by the job on more than one side of the split</li>"), "{page}");
     assert!(text.contains(&format!("{twins}\n")), "{text}");
     notes.intended.insert(name);

@@ -1,4 +1,4 @@
-//! Jobs that cannot be: nothing is begun, and the key, the scene and what is there are named.
+//! Impossible jobs: no work is started, and the key, the scene and the available names are reported.
 
 use super::{ORIENTATIONS, change_robot, run, write_job};
 use crate::support::{program::Program, workspace::Workspace};
@@ -71,6 +71,6 @@ fn a_robot_that_has_changed_makes_no_sample_again() {
     assert!(said.contains("robot.content") && said.contains("has changed"), "{said}");
     // Without making samples again the dataset is as good as before.
     Program::on("verify", &data).succeed();
-    // The folder of another robot is left alone.
+    // The folder of another robot is not changed.
     workspace.run_job("job", "data").expect_code(2);
 }

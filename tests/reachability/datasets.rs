@@ -160,7 +160,7 @@ fn mujocos_contacts_decide_where_a_job_says_so() {
     assert!(solutions > 1000 && apart * 1000 <= solutions && differ * 1000 <= ours.len());
 }
 
-/// The poses of a grid in the torso's frame are those of the same grid beside it in the world's.
+/// The poses of a grid in the torso's frame are those of the same grid next to it in the world's.
 #[test]
 fn poses_are_in_the_frame_that_a_job_names() {
     let workspace = write_job(ORIENTATIONS);

@@ -160,7 +160,7 @@ fn a_report_is_one_page_with_every_count_and_every_arrow() {
     for label in PoseLabel::ALL {
         assert!(page.contains(&manifest.counts.fact(label.name()).to_string()), "{label:?}");
     }
-    // Four pitches and yaws: up, down and four level directions; of those, each section shows four as arrows. Where the
+    // Four pitches and yaws: up, down and four level directions; each section shows four of them as arrows. Where the
     // poses of a direction have no solution, the arrow is red.
     let field = read_field(&Folder::at(&data)).expect("a field");
     let approaches = field.header.grid.approaches();

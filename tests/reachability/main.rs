@@ -19,7 +19,7 @@ use support::{jobs::fetch_table, program::Program, robots::FETCH, workspace::Wor
 /// Grid of orientations by roll, pitch and yaw, of [`small_job`].
 const ORIENTATIONS: &str = "roll = 2\npitch = 4\nyaw = 4\n";
 
-/// A job for the robot `fetch.xml` beside it: 3 x 3 x 4 positions, and these orientations.
+/// A job for the robot `fetch.xml` in the same folder: 3 x 3 x 4 positions, and these orientations.
 fn small_job(orientations: &str) -> String {
     format!(
         "product = \"reachability\"\nname = \"small\"\nseed = 3\n{}[poses]\n\
@@ -56,7 +56,7 @@ fn query(map: &Path, arguments: &[&str]) -> Program {
     Program::new("query").arg("reach").arg(map).args(arguments)
 }
 
-/// Makes so many samples anew: all are as they were. The report of `verify`.
+/// Makes `samples` samples again: all are unchanged. Returns the report of `verify`.
 #[track_caller]
 fn assert_regenerates(dataset: &Path, samples: u64) -> Value {
     let verified = Program::on("verify", dataset).option("--regenerate", samples.to_string()).read_json();

@@ -1,5 +1,5 @@
-//! Poses that the search of an arm without a closed form misses: random arms with offsets, a grid of poses each, and a far
-//! heavier search at every cell that is said to have no way.
+//! Poses that the search of an arm without a closed form misses: random arms with offsets, a grid of poses each, and a
+//! far heavier search at every cell that is labelled unreachable.
 //!
 //! Random joint values would make too easy a test: they lie where an arm has many ways. Here the cells of a grid count.
 
@@ -32,11 +32,11 @@ use crate::support::{
 const ALONG: [usize; 3] = [10, 2, 10];
 /// Distinct rotations: 8 pitches, 8 yaws.
 const ROTATIONS: usize = 64;
-/// Random starts at a cell that is said to have no way. All such cells beside one with a way are looked at, and one in
-/// `SHARE` of the others, which then stands for as many.
+/// Random starts at a cell that is labelled unreachable. All such cells next to a reachable one are tested, and one in
+/// `SHARE` of the others, which then represents that many.
 const RESTARTS: usize = 2_000;
 const SHARE: usize = 20;
-/// Forward-kinematics samples an arm, and how many of them are kept for each cell.
+/// Forward-kinematics samples per arm, and how many of them are kept for each cell.
 const SAMPLES: usize = 2_000_000;
 const KEPT: usize = 16;
 /// Nearer than this [rad] to a limit is at it.
@@ -165,14 +165,14 @@ impl Cells {
     }
 }
 
-/// Whether some joint stands at a limit.
+/// Whether some joint is at a limit.
 fn at_a_limit(group: &PlanningGroup, q: &[f64]) -> bool {
     group.joints().iter().zip(q).any(|(joint, value)| {
         joint.limits.is_some_and(|limits| (value - limits.low).min(limits.high - value) < AT_A_LIMIT)
     })
 }
 
-/// Counts of an arm's cells. Pairs are of all cells, and of those whose known way has a joint at a limit.
+/// Counts of an arm's cells. Pairs are of all cells, and of those whose known solution has a joint at a limit.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     bounded: usize,
@@ -208,9 +208,9 @@ fn on_all_threads<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Ve
     done.into_iter().map(|(_, this)| this).collect()
 }
 
-/// Labels all cells and looks again, and far longer, at those that are said to have no way.
+/// Labels all cells and searches again, far longer, at those that are labelled unreachable.
 fn measure(group: &PlanningGroup) -> Counts {
-    assert!(ClosedForm::recognise(group).is_err(), "an arm that wants a search");
+    assert!(ClosedForm::recognise(group).is_err(), "an arm that needs a search");
     let cells = Cells::of(group);
     let labeller = PoseLabeller::of_parts(group, None, &cells.rotations, Solver::Auto, 1).expect("a labeller");
     let labelled = on_all_threads(cells.positions.len(), |position| {
@@ -239,7 +239,7 @@ fn measure(group: &PlanningGroup) -> Counts {
             }
         }
     }
-    // Each searched cell stands for so many.
+    // Each searched cell represents this many.
     let beside = |cell: &usize| cells.neighbours(*cell).into_iter().any(|other| reachable[other]);
     let (near, mut far): (Vec<usize>, Vec<usize>) = none.into_iter().partition(beside);
     Stream::of_job(4, b"", "cells").shuffle(&mut far);

@@ -226,7 +226,7 @@ fn the_grid_of_the_thesis_without_collisions() {
     let reachable = (0..675_840).filter(|cell| test.find(&grid_pose(*cell)).is_some()).count();
     println!("{reachable} of 675,840 in {:.1} s", began.elapsed().as_secs_f64());
     assert!((119_050..119_150).contains(&reachable), "{reachable}");
-    // The same by what they ask of the wrist: 26 directions, each of several rotations.
+    // The same by their pose of the wrist: 26 directions, each with several rotations.
     let mut directions: Vec<(Vector3<f64>, Vec<usize>)> = Vec::new();
     for rotation in 0..128 {
         let ahead = test.wrist(&grid_pose(rotation)).ahead;

@@ -14,7 +14,7 @@ use std::fs;
 
 use tempfile::NamedTempFile;
 
-/// A description in MJCF, in a file of its own.
+/// A description in MJCF, in a separate file.
 fn write_scene(text: &str) -> NamedTempFile {
     let file = NamedTempFile::with_suffix(".xml").expect("a file");
     fs::write(file.path(), text).expect("written");

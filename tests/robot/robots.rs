@@ -270,7 +270,7 @@ fn what_gives_no_bodies_says_why() {
     let fetch = open_robot(FETCH);
     let error = fetch.bodies(&["elbow"], &none).expect_err("no such joint").to_string();
     assert!(error.contains("elbow_flex_joint"), "{error}");
-    // What hangs loose stands where it is put, unless it is asked to move.
+    // Loose bodies keep their pose, unless they are requested to move.
     let loose = with(r#"<body name="cup" pos="1 2 3"><freejoint name="free"/><geom size="0.1"/></body>"#);
     let file = write_scene(&loose);
     let bodies = open_robot(file.path()).bodies(&["j"], &none).expect("bodies").bodies;
@@ -309,7 +309,7 @@ fn primitives_touch_where_mujoco_says() {
     assert!(touching > 1000 && doubtful * 500 < touching);
 }
 
-/// Whether the robot stands free at rest, by the test of maps.
+/// Whether the robot is free of contacts at rest, by the test of maps.
 fn check_rest(robot: &RobotModel, joints: &[&str]) -> Result<(), RobotError> {
     let Collidable { bodies, rest, .. } = robot.collidable(joints, &BTreeMap::new()).expect("bodies");
     let group = robot.planning_group(joints, "s", &BTreeMap::new());

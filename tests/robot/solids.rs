@@ -17,7 +17,8 @@ use crate::support::{
     workspace::Workspace,
 };
 
-/// A ball on three slides beside or inside of a block that is a mesh; `START` is where it begins, `RANGE` how far it goes.
+/// A ball on three slides next to or inside of a block that is a mesh; `START` is its first position, `RANGE` its
+/// range.
 const GANTRY: &str = r#"<mujoco model="gantry">
   <asset><mesh name="block" file="block.obj"/></asset>
   <worldbody>
@@ -163,7 +164,7 @@ fn maps_and_their_check_at_rest_agree_with_robot_check() {
     write_gantry(&workspace, "always", "0.2 0 0", "-0.03 0.03", &line);
     let map = workspace.run_job("always", "free").read_json();
     assert_eq!((&map["kept"], &map["facts"]["reachable"]), (&27.into(), &27.into()), "{map}");
-    // Beside the block: poses whose ball is in it collide, all others are reached.
+    // Outside the block: poses whose ball is in it collide, all others are reached.
     write_gantry(&workspace, "outside", "0.2 0 0.4", "-0.5 0.5", "");
     let wide = "{ from = -0.12, to = 0.13, step = 0.04 }";
     workspace.write("outside.toml", job("outside", "{ from = 0.08, to = 0.33, step = 0.04 }", wide));

@@ -1,4 +1,4 @@
-//! Robots in URDF: read as they are, with files of packages, links as targets, limits and followers.
+//! Robots in URDF: read unchanged, with files of packages, links as targets, limits and followers.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use crate::support::{
     workspace::Workspace,
 };
 
-/// An arm of three joints whose meshes are files of its package; `MORE` stands in its second joint.
+/// An arm of three joints whose meshes are files of its package; `MORE` is part of its second joint.
 const ARM: &str = r#"<?xml version="1.0"?>
 <robot name="arm">
   <material name="grey"><color rgba="0.5 0.5 0.5 1"/></material>

@@ -8,8 +8,8 @@ use crate::support::{
     workspace::Workspace,
 };
 
-/// Makes the dataset `two` of a job, which is intact, with so many samples that are made again equal. One thread and seven tasks make the
-/// same; the folder of the dataset.
+/// Makes the dataset `two` of a job, which is intact, with `regenerated` samples that are equal when made again. One
+/// thread and seven tasks make the same. Returns the folder of the dataset.
 pub fn make_alike(workspace: &Workspace, job: &str, regenerated: &str) -> PathBuf {
     let two = workspace.make_dataset("two", job, &[]);
     assert_intact(&two, FULL_CHECK);

@@ -304,7 +304,7 @@ fn compare_with_lone_rays(sample: &Sample, views: &Path) {
 
     let touch = sample.touch().expect("readable");
     let [(Channel::AMODAL_TOUCH_RAYS, touch)] = &touch[..] else { panic!("{touch:?}") };
-    // y points down from the camera, which stands at the height of the plane.
+    // y points down from the camera, which is at the height of the plane.
     assert!(touch.blocked.len() < 40 && touch.blocked.iter().all(|blocked| blocked.by == SceneImage::TABLE));
     let is_free = |probe: u32| touch.blocked.iter().all(|blocked| blocked.probe != probe);
     assert!(touch.blocked.iter().all(|blocked| blocked.position[1] > 0.0));
@@ -385,7 +385,7 @@ fn a_sensor_s_points_are_of_the_body_or_of_its_pixels() {
             let (record, depth) = (image.scene_image().expect("an image"), image.view_depth().expect("readable"));
             let (depth, points) = (depth.expect("stored").crop, record.point_instances.as_ref().expect("a sensor"));
             let number = sample.id.instance as u8;
-            // Its points are the stored depths of its own, counted here again.
+            // Its points are its own stored depths, counted here again.
             let owners = if by_pixels { &record.instances } else { points };
             let pixels = || (0..owners.len() as u32).filter(|pixel| owners[*pixel as usize] == number);
             let (width, measured) = (record.camera.width, |pixel: &u32| points[*pixel as usize]);

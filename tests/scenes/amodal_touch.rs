@@ -89,7 +89,7 @@ fn a_ray_ends_at_what_it_meets_first() {
         assert!(touch.misses.is_empty());
     }
 
-    // In front of the object, or aside: nobody's way.
+    // In front of the object, or aside: it blocks no access.
     assert_eq!(touch_among(&[(2, [0.0, 0.0, AWAY - SIDE]), (3, [SIDE, 0.0, AWAY])], None), alone);
     // Two things in the same place: the lower number.
     let middle = [0.0, 0.0, AWAY + SIDE];
@@ -199,7 +199,7 @@ fn embree_mujoco_and_libigl_meet_what_rays_meet_in_clutter() {
     }
 }
 
-/// A hand that comes straight along z to a cube, with a slab across its way whose near side stands there [m].
+/// A hand that moves straight along z to a cube, blocked by a slab whose near side is at this z [m].
 fn felt_behind(slab: Option<f64>) -> Felt {
     let model = open_hand(BARRETT);
     let surface = |mesh: &TriMesh| Arc::new(ContactSurface::new(mesh, InsideTest::Crossings).expect("a surface"));
@@ -220,7 +220,7 @@ fn a_hand_stops_at_what_it_meets_first() {
     let alone = felt_behind(None);
     assert_eq!((alone.end, alone.stops.len()), (ApproachEnd::AtRest, 0));
     assert!(!alone.touches.is_empty());
-    // Where a slab stands 10 cm nearer the hand has come 10 cm less.
+    // With a slab 10 cm nearer, the hand moves 10 cm less.
     let [near, far] = [-0.2, -0.1].map(|slab| felt_behind(Some(slab)));
     for (felt, slab) in [(&near, -0.2), (&far, -0.1)] {
         let [stop] = felt.stops[..] else { panic!("{felt:?}") };
@@ -232,7 +232,7 @@ fn a_hand_stops_at_what_it_meets_first() {
     let behind = felt_behind(Some(0.041));
     assert!(matches!(behind.end, ApproachEnd::AtRest | ApproachEnd::TimedOut), "{:?}", behind.end);
     assert!(!behind.touches.is_empty());
-    // Out of the way: what is felt stays, beside what stopped the hand.
+    // Without the obstacle: the felt contacts stay, in addition to those that stopped the hand.
     let aside = felt_behind(Some(0.5));
     assert_eq!((aside.end, aside.stops.len()), (alone.end, 0));
     for one in &alone.touches {

@@ -1,5 +1,5 @@
-//! Scenes as models of plain MuJoCo: they hold what the records say, stay where they are by contacts that are not ours, and stand in
-//! the containers that they settled in.
+//! Scenes as models of plain MuJoCo: they agree with the records, stay at rest with MuJoCo's own contacts, and remain
+//! in the containers that they settled in.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use crate::support::{
     workspace::Workspace,
 };
 
-/// Prints, for each model of a folder: bodies with mass, pose, friction and box, and the boxes of what stands still.
+/// Prints, for each model of a folder: bodies with mass, pose, friction and box, and the boxes of the fixed bodies.
 const MODELS: &str = "\
 import json, sys
 from pathlib import Path
@@ -37,7 +37,7 @@ for scene in json.loads((folder / 'scenes.json').read_text()):
 print(json.dumps(found))
 ";
 
-/// Exports a dataset of scenes for MuJoCo beside itself.
+/// Exports a dataset of scenes for MuJoCo to a neighbouring folder.
 fn export(data: &Path, more: &[&str]) -> PathBuf {
     let out = data.with_extension("mujoco");
     Program::on("export", data).args(["--to", "mujoco"]).option("--out", &out).args(more).succeed();
@@ -80,7 +80,7 @@ fn models_hold_what_the_records_say_and_stay_where_they_are() {
             assert_near(&[found["mass"].as_f64().expect("a mass")], &[body.mass], 1e-12);
             assert_near(&numbers(&found["friction"]), &[body.friction, 0.005, 0.002], 1e-12);
             assert_eq!(said["object"], body.object.to_string());
-            // It stands in the bin, as the mesh does.
+            // It is in the bin, like the mesh.
             let [low, high] = [0, 1].map(|end| numbers(&found["box"][end]));
             assert!(low[2] > -1e-3 && low[0] > -inner[0] / 2.0 - 1e-3 && high[1] < inner[1] / 2.0 + 1e-3, "{found}");
         }
@@ -96,7 +96,7 @@ fn models_hold_what_the_records_say_and_stay_where_they_are() {
     assert!(replay(&["77"]).fail().stderr.contains("no scene 77 here: 0, 1, 2"));
     assert!(listed[0]["file_sdf"].as_str().is_some_and(|file| out.join(file).is_file()), "{listed}");
 
-    // One scene with an object that is asked for; a scene that was lifted does not stay.
+    // One scene with a requested object; a scene that was lifted does not stay.
     let one = workspace.path("scenes-of-one");
     let mut names = listed[1]["bodies"].as_array().expect("bodies").iter().map(|body| &body["name"]);
     let only = names.find(|name| !listed[0]["bodies"].to_string().contains(&name.to_string()));

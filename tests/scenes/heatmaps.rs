@@ -1,5 +1,6 @@
-//! Heatmaps of scenes from the job file to the reader: another program makes every row anew, the three states are those of the trials, a
-//! forbidden grasp is background, threads and tasks change nothing, and mistakes are said with their keys.
+//! Heatmaps of scenes from the job file to the reader: another program makes every row again, the three states are
+//! those of the trials, a forbidden grasp is background, threads and tasks change nothing, and mistakes are reported
+//! with their keys.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -148,7 +149,8 @@ fn threads_and_tasks_change_nothing_and_rejected_views_have_no_heatmap() {
     assert!(estimated.contains("15 views of 3 scenes") && estimated.contains("root of their trials"), "{estimated}");
 }
 
-/// NumPy makes every row anew out of scenes, views and picks, MuJoCo says where the hand's points are, and Embree sees the same depth.
+/// NumPy makes every row again from scenes, views and picks, MuJoCo gives the positions of the hand's points, and
+/// Embree sees the same depth.
 #[test]
 fn another_program_makes_every_row_anew() {
     let workspace = with_inputs();

@@ -1,4 +1,4 @@
-//! Imported scenes: poses of others, kept as they are, with what the checks of settled scenes measure.
+//! Imported scenes: external poses, kept unchanged, with the measurements of the checks of settled scenes.
 
 use std::{collections::BTreeSet, path::Path};
 
@@ -31,7 +31,7 @@ fn job(import: &str, split: &str) -> String {
     )
 }
 
-/// Heights of the origins of three shapes above the plane that they stand on, and the first one's length [m].
+/// Heights of the origins of three shapes above their plane, and the first one's length [m].
 struct Shapes {
     heights: [f64; 3],
     length: f64,
@@ -42,8 +42,8 @@ fn shapes() -> Shapes {
     Shapes { heights: bounds.map(|bounds| -bounds.min.z), length: bounds[0].extents()[0] }
 }
 
-/// Two scenes on a table 20 cm above the world's origin: a can and a mug that stand apart, and two boxes that overlap by 5 mm, of
-/// which one hovers.
+/// Two scenes on a table 20 cm above the world's origin: a can and a mug that are apart, and two boxes that overlap by
+/// 5 mm, one of which hovers.
 fn table() -> String {
     let Shapes { heights, length } = shapes();
     let ([cube, can, mug], beside) = (heights.map(|height| 0.2 + height), length - 0.005);
@@ -92,10 +92,10 @@ fn poses_of_a_table_are_kept_as_they_are_and_their_overlaps_are_measured() {
         [apart, overlap].iter().map(|scene| scene.import.as_ref().expect("a source").source.as_str()).collect();
     assert_eq!(sources, ["apart", "overlap"]);
 
-    // The report, the inspection and the Python package say so.
+    // The report, the inspection and the Python package have these numbers.
     Program::on("report", &data).succeed();
     let page = workspace.read("poses/report.html");
-    assert!(page.contains("1 of the scenes overlap by more than 0.5 mm"), "the report says nothing of overlaps");
+    assert!(page.contains("1 of the scenes overlap by more than 0.5 mm"), "the report has no overlaps");
     assert!(page.contains("2 bodies of overlap") && page.contains("5.00 mm deep"), "no card of the scene");
     let facts = Program::on("inspect", &data).read_json();
     assert_eq!((&facts["imported"]["too_deep"], &facts["imported"]["moved"]), (&1.into(), &1.into()));
@@ -190,7 +190,7 @@ fn faults_of_files_are_said_with_line_and_remedy() {
     }
 }
 
-/// Settled bins come back from their poses alone, wherever their bin stands in the world of a file.
+/// Settled bins are reproduced from their poses alone, for any pose of their bin in the world of a file.
 #[test]
 fn bodies_come_into_a_container() {
     let workspace = Workspace::new();
@@ -244,7 +244,7 @@ fn bodies_come_into_a_container() {
         }
         assert!((settled.depths[1] - imported.depths[1]).abs() < 1e-9, "{:?} {:?}", settled.depths, imported.depths);
     }
-    // The resolved job says the same.
+    // The resolved job has the same values.
     Program::run_job(data.join("job.toml"), workspace.path("again")).succeed();
     assert_eq!(print_root(&data), print_root(workspace.path("again")));
     // Views see the bin around them.
@@ -267,8 +267,8 @@ fn bodies_come_into_a_container() {
     assert!(said.contains("into a container or onto a table"), "{said}");
 }
 
-/// A cup that is a cone, upright on its bottom of radius 3 cm, 4 cm at the rim, 10 cm high, 1.5 mm thick, and how far up a second one stands
-/// in it whose wall overlaps its own by so much.
+/// A cup that is a cone, upright on its bottom of radius 3 cm, 4 cm at the rim, 10 cm high, 1.5 mm thick, and the
+/// height of a second one in it whose wall overlaps its own by a length.
 fn cone() -> (TriMesh, impl Fn(f64) -> f64) {
     let (bottom, top, height, wall) = (0.03_f64, 0.04, 0.1, 0.0015);
     let slope = (top - bottom).atan2(height);
@@ -278,7 +278,8 @@ fn cone() -> (TriMesh, impl Fn(f64) -> f64) {
     (Solid::lathe(&profile, 256, Ends::Polygons).mesh(), move |depth| (wall - depth) / slope.sin())
 }
 
-/// Twenty cups in one another, their walls 0.1 mm deep in each other: contacts of neighbours alone, as deep as the slope says.
+/// Twenty nested cups, their walls 0.1 mm deep in each other: contacts of neighbours only, as deep as the slope
+/// implies.
 #[test]
 fn twenty_nested_cups_touch_their_neighbours_as_deep_as_their_slope_says() {
     let workspace = Workspace::new();

@@ -1,5 +1,5 @@
-//! Scenes from the job file to the reader: equal on any number of threads, one more mesh changes only the scenes that draw it,
-//! mistakes are said with their keys.
+//! Scenes from the job file to the reader: equal on any number of threads, one more mesh changes only the scenes that
+//! draw it, mistakes are reported with their keys.
 
 mod alike;
 mod amodal;
@@ -134,7 +134,7 @@ fn threads_and_tasks_change_nothing_and_one_more_mesh_changes_the_scenes_that_dr
     }
     assert!((1..8).contains(&drawn), "{drawn}");
 
-    // Who lies in a container is carried by something, as the reader says it.
+    // Something carries each body in a container, according to the reader.
     let read: (String, String, String, usize, f64, f64, bool, Vec<String>, u8, usize) =
         Program::python_lines(READ).arg(&two).env("PYTHONPATH", repository_path("python")).succeed().json();
     let Ok(first) = &before[0] else { panic!("the first scene was kept") };
@@ -282,7 +282,7 @@ fn mistakes_are_said_with_key_and_remedy() {
         said.contains("scenes.training") && said.contains("no object twice") && said.contains("lower `count`"),
         "{said}"
     );
-    assert!(!workspace.path("none").exists(), "the folder is free for the mended job");
+    assert!(!workspace.path("none").exists(), "the folder is free for the corrected job");
 }
 
 #[test]
@@ -299,7 +299,8 @@ fn an_object_larger_than_its_bin_is_announced_and_its_scenes_rejected() {
     assert!(reader.splits().objects.iter().all(|row| row.split == Split::Training));
 }
 
-/// A folder of files that are none or half of one: each that is refused is named with what mends it, and scenes have the others.
+/// A folder of files that are invalid or incomplete: each refused one is named with its remedy, and scenes have the
+/// others.
 #[test]
 fn unusable_meshes_are_refused_by_name_and_an_open_one_may_be_weighed() {
     let workspace = Workspace::new();
@@ -342,7 +343,7 @@ fn unusable_meshes_are_refused_by_name_and_an_open_one_may_be_weighed() {
     assert!((0.02..0.24).contains(&weighed[0]) && weighed[0] != 0.05 && weighed[1] == 0.05, "{weighed:?}");
 }
 
-/// Thin walls that fall on thin walls, edge first or not: whatever is kept has not gone through.
+/// Thin walls that fall on thin walls, edge first or not: no kept body has passed through.
 #[test]
 #[ignore = "slow: make test-slow"]
 fn two_thousand_cups_fall_on_bowls_and_none_is_kept_in_one() {
@@ -359,7 +360,7 @@ fn two_thousand_cups_fall_on_bowls_and_none_is_kept_in_one() {
     assert!(number("cut") > 100.0 && number("cut") == number("pairs") && number("worst") < 1.0, "{found}");
 }
 
-/// Twenty balls are as many bodies as a scene may have, and all of them roll.
+/// Twenty balls are the largest number of bodies of a scene, and all of them roll.
 #[test]
 #[ignore = "slow: make test-slow"]
 fn twenty_balls_come_to_rest_or_are_rejected() {

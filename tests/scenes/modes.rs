@@ -50,12 +50,12 @@ fn packed_bodies_stand_upright_around_the_middle() {
         );
         assert_eq!(scene.bodies.len(), 6);
         for body in &scene.bodies {
-            // All of these shapes stand with z of their mesh up.
+            // All of these shapes rest with z of their mesh up.
             let up = body.world_from_object.rotation().matrix()[(2, 2)];
             assert!(up > 0.98, "{up}");
             assert!(body.released_at == 0.0 && body.drift < 2e-3);
         }
-        // One body stands in the middle.
+        // One body is in the middle.
         let nearest = scene.bodies.iter().map(|body| body.world_from_object.translation().xy().norm());
         assert!(nearest.fold(f64::INFINITY, f64::min) < 0.03);
         // Nothing but the plane carries them.
@@ -77,9 +77,9 @@ fn bodies_stand_where_their_place_on_the_table_is() {
         let bodies = scenes.iter().flat_map(|scene| &scene.bodies);
         bodies.map(|body| body.world_from_object.translation().xy().into()).collect()
     };
-    // The middles of outlines lie in the region; the origins of these shapes are within 6 cm of them, also when they rest.
+    // The middles of outlines are in the region; the origins of these shapes are within 6 cm of them, also at rest.
     let slack = 0.06;
-    // A ring around a shoulder beside the table, as an arm has it.
+    // A ring around a shoulder next to the table, as an arm has it.
     let ring = made("ring", "place = { around = [-0.6, 0.1], radius = [0.45, 0.6] }");
     let distances: Vec<f64> = positions(&ring).iter().map(|[x, y]| (x + 0.6).hypot(y - 0.1)).collect();
     assert!(distances.iter().all(|distance| (0.45 - slack..0.6 + slack).contains(distance)), "{distances:?}");
@@ -90,7 +90,7 @@ fn bodies_stand_where_their_place_on_the_table_is() {
     let rectangle = made("rectangle", "place = { x = [-0.4, 0.4], y = [0.2, 0.4] }");
     let rim = positions(&rectangle);
     assert!(rim.iter().all(|[x, y]| x.abs() < 0.4 + slack && (0.2 - slack..0.4).contains(y)), "{rim:?}");
-    // Regions make samples of their own, which the resolved job makes again.
+    // Regions make separate samples, which the resolved job makes again.
     assert_ne!(ring[0].sample.subject, rectangle[0].sample.subject);
     let resolved = workspace.path("ring").join("job.toml");
     Program::run_job(resolved, workspace.path("again")).succeed();
@@ -173,7 +173,7 @@ fn an_object_may_stand_twice_where_the_job_says_so() {
             let others = scene.bodies[..number].iter().filter(|other| other.object == body.object);
             for other in others {
                 twice += 1;
-                // Each body has friction and pose of its own.
+                // Each body has its own friction and pose.
                 assert!(other.friction != body.friction && other.world_from_object != body.world_from_object);
             }
         }

@@ -1,4 +1,5 @@
-//! Trials in scenes beside others of the same grasps: with all bodies awake, and of the object alone on a table.
+//! Trials in scenes compared with others of the same grasps: with all bodies free to move, and of the object alone on a
+//! table.
 
 use std::{collections::BTreeMap, path::Path};
 

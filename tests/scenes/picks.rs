@@ -1,5 +1,5 @@
-//! Picks from the job file to the reader: grasps among neighbours are those of the stored grasps and scenes, threads, tasks and other
-//! objects change nothing, and mistakes are said with their keys.
+//! Picks from the job file to the reader: grasps among neighbours are those of the stored grasps and scenes, threads,
+//! tasks and other objects change nothing, and mistakes are reported with their keys.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -280,7 +280,7 @@ fn every_row_follows_from_the_stored_scene_and_grasp() {
             let found = candidate.world_from_base.isometry();
             assert!((found.to_homogeneous() - expected.to_homogeneous()).amax() < 1e-12, "{candidate:?}");
             rotated += usize::from(candidate.direction > 0);
-            // The filter, asked again: the same to the bit where the pose is, and nearly the same everywhere.
+            // The filter, applied again: the same to the bit where the pose is, and nearly the same everywhere.
             let object_from_base = world.isometry().inverse() * found;
             let closed = passage.close(&surroundings.objects[body].surface, &object_from_base, &grasp.posture);
             let again = passage.follow(&surroundings, body, &closed);

@@ -1,4 +1,4 @@
-//! Tables that bodies settled on, as a Kinect sees them: what perception finds beside what is known of every pixel.
+//! Tables with settled bodies in images of a Kinect: perception's results compared with the known label of every pixel.
 
 use std::time::{Duration, Instant};
 
@@ -22,7 +22,7 @@ const VIEWS: &str = "product = \"views\"\nseed = 3\nsensor = { profile = \"kinec
 
 /// Limits of the gap between the outlines of what is seen of an object and of the nearest other one [m]; points of one cluster are up to 20 mm apart.
 const GAPS: [f64; 4] = [0.01, 0.02, 0.03, f64::INFINITY];
-/// Smaller clusters are left out, and so are objects of which fewer points are seen.
+/// Smaller clusters are left out, and so are objects with fewer visible points.
 const POINTS: usize = 100;
 
 /// Objects of one range of gaps: all, found, merged with another, split.

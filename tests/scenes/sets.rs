@@ -69,7 +69,7 @@ fn kept(folder: &Path) -> Vec<LedgerRow> {
     rows.filter(|row| matches!(row.fate, Fate::Kept(_))).collect()
 }
 
-/// The name of the body whose pair a page has to show: of the one scene, that of which nearest to half is seen.
+/// The name of the body whose pair a page must show: in the one scene, the body whose visible share is nearest to half.
 fn expected_body(set: &Path) -> String {
     let distance = |row: &LedgerRow| {
         let AmodalFacts { visible_share, truncated, .. } = AmodalFacts::from(&row.facts);

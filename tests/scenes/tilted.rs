@@ -1,4 +1,4 @@
-//! A bin that is tilted: what lies in it, and all that is made of it, against programs that build it out of boxes of their own.
+//! A tilted bin: its content and all derived datasets, compared with programs that build the bin from their own boxes.
 
 use graspmill::format::{Scene, SceneContainer};
 

@@ -12,7 +12,7 @@ use crate::support::{
     workspace::Workspace,
 };
 
-/// Datasets of scenes and all that is made of them.
+/// Datasets of scenes and all datasets derived from them.
 fn make_clutter(workspace: &Workspace) -> Vec<(&'static str, PathBuf)> {
     let amodal = "product = \"amodal\"\nseed = 3\n[views]\ndataset = \"views\"\n";
     let volumes = "product = \"volumes\"\nseed = 3\n[views]\ndataset = \"views\"\n[fusion]\nsize = 0.4\nresolution = 16\n\
@@ -35,7 +35,7 @@ fn make_set(workspace: &Workspace) -> PathBuf {
     workspace.path("set")
 }
 
-/// A verb with its options; `{out}` stands for a new path, `{about}` for an about file.
+/// A verb with its options; `{out}` is replaced by a new path, `{about}` by an about file.
 struct Verb {
     words: Vec<String>,
     /// Options behind the folder.
@@ -102,14 +102,14 @@ fn every_verb_takes_a_dataset_or_names_the_product_and_its_verbs() {
     let (mut taken, mut refused) = (0, 0);
     for verb in verbs() {
         let line = format!("{} {}", verb.words.join(" "), verb.options.join(" "));
-        // The hand's path in the job of the picks leads nowhere from this copy of them.
+        // The hand's path in the job of the picks has no target from this copy of them.
         let is_copied = |product: &str| verb.words[0] == "merge" && product == "picks";
         for (product, folder) in datasets.iter().filter(|(product, _)| !is_copied(product)) {
             let outcome = run(&verb, folder);
             let label = format!("{line} on {product}: {:?} {}", outcome.code, outcome.text());
             assert!(!outcome.text().contains("deleting this shard"), "{label}");
             if verb.takes.as_ref().is_none_or(|takes| takes.contains(product)) {
-                // 3 where a sample has no mesh, and where nothing of a dataset is of a format's kind, 2 with that reason.
+                // 3 if a sample has no mesh; if a dataset has no data of a format's kind, 2 with that reason.
                 let is_fine = [Some(0), Some(3)].contains(&outcome.code);
                 let is_unfit = verb.words[0] == "export" && outcome.code == Some(2);
                 assert!(is_fine || is_unfit, "{label}");

@@ -1,4 +1,4 @@
-//! Containers out of mesh files: what lies in them, all that is made of it, and meshes that are none.
+//! Containers from mesh files: their content, all derived datasets, and meshes that are no containers.
 
 use std::{
     fs,
@@ -84,7 +84,7 @@ fn a_release_names_the_container_and_is_refused_without_its_licence() {
     let rows = licences["assets"].as_array().expect("assets");
     let tote = rows.iter().find(|row| row["kind"] == "container").expect("the container");
     assert_eq!((&tote["licence"], &tote["may_be_shipped"]), (&"MIT OR Apache-2.0".into(), &"everything".into()));
-    // A mesh of nobody knows whom.
+    // A mesh of unknown origin.
     write_stl(&workspace.path("tray.stl"), &tray(&[[[-0.19, -0.14, 0.003], [0.19, 0.14, 0.01]]]));
     let data = workspace.make_dataset("tray", &job("tray.stl", ""), &["count=2"]);
     let said = release(&data, "barred").expect_code(2).stderr;

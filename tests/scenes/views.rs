@@ -124,7 +124,7 @@ fn threads_and_tasks_change_nothing_and_every_mask_is_the_body_alone() {
                 }
             }
         }
-        // Whatever is no body is container, table or nothing: the masks of what is seen partition the image.
+        // Pixels without a body are container, table or empty: the masks of visible pixels partition the image.
         let others = image.instances.iter().filter(|own| [0, 254, 255].contains(*own)).count();
         assert_eq!(seen + others, image.instances.len());
     }
@@ -189,7 +189,7 @@ fn a_sensor_says_what_each_depth_is_of_and_leaves_the_masks() {
             }
         }
     }
-    // Shadows and edges lose pixels, few lie between two bodies, and nearly all others are of what stands there.
+    // Shadows and edges lose pixels, few are between two bodies, and nearly all others measure a surface of the scene.
     assert!(lost > 0 && between > 0 && between < returns / 20, "{lost} {between} {returns}");
     assert!(right > returns - returns / 20 && right < returns, "{right} of {returns}");
 }
@@ -288,7 +288,7 @@ fn the_shadow_of_a_box_on_the_table_is_as_wide_as_the_two_disparities_differ() {
     let returns = || depth.depth.iter().copied().filter(|depth| !depth.is_nan()).map(f64::from);
     let (top, table) = (returns().fold(f64::INFINITY, f64::min), returns().fold(0.0, f64::max));
     let expected = image.camera.fx * 0.075 * (1.0 / top - 1.0 / table);
-    // The middle row of the box: pixels of the table beside it that are lost.
+    // The middle row of the box: pixels of the table next to it that are lost.
     let [left, upper, width, height] = image.bodies[0].visible_box;
     let row = upper + height / 2;
     let points = image.point_instances.as_ref().expect("a sensor");
@@ -454,8 +454,8 @@ fn the_renderer_of_mujoco_and_embree_see_the_same_scans() {
     println!("{}", check_by_embree(&data, 20));
 }
 
-/// Compares so many views of a dataset with what MuJoCo sees of the same bodies and container, by rays or by its renderer: no
-/// pixel away from edges is wrong. What it counted.
+/// Compares `count` views of a dataset with MuJoCo's images of the same bodies and container, by rays or by its
+/// renderer: no pixel away from edges is wrong. Returns MuJoCo's counts.
 fn check_by_mujoco(views: &Path, count: u64, way: &str) -> serde_json::Value {
     let python = Program::python().arg("tests/peers/views_by_mujoco.py").arg(views).arg(count.to_string()).arg(way);
     let found: serde_json::Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();
@@ -509,7 +509,7 @@ fn colours_are_of_the_bodies_that_the_instances_name_and_change_nothing_else() {
         let off = mean.iter().zip(paint).map(|(mean, paint)| (mean - paint / brightest).abs()).fold(0.0, f64::max);
         assert!(off < 0.08, "{object}: {mean:?}, painted {paint:?}");
     }
-    // BOP's layout has the images as they are.
+    // BOP's layout has the images unchanged.
     let out = workspace.path("bop");
     Program::on("export", &colour).option("--to", "bop").option("--out", &out).succeed();
     let first = samples(&colour)[0].view_colour().expect("readable").expect("stored");
@@ -524,7 +524,8 @@ fn colours_are_of_the_bodies_that_the_instances_name_and_change_nothing_else() {
     assert!(read_text(colour.join("report.html")).contains("the image in colour"));
 }
 
-/// Without EGL the run stops before it writes, says what to install and what to leave out, and all else is made as it is.
+/// Without EGL the run stops before it writes, reports what to install and what to leave out, and all else is made
+/// unchanged.
 #[test]
 fn only_colours_of_views_need_egl() {
     let workspace = with_scenes();
@@ -539,7 +540,8 @@ fn only_colours_of_views_need_egl() {
     assert_intact(workspace.path("plain"), FULL_CHECK);
 }
 
-/// Readers of BOP's layout that know nothing of ours draw models, masks and boxes again, and count targets and symmetries.
+/// Readers of BOP's layout that are independent of ours draw models, masks and boxes again, and count targets and
+/// symmetries.
 #[test]
 fn a_stranger_reads_the_export_in_the_layout_of_bop() {
     let workspace = with_views();
@@ -593,8 +595,8 @@ fn check_coco(workspace: &Workspace, views: &Path) -> serde_json::Value {
     found
 }
 
-/// Compares so many views of a dataset with what Embree sees of the same bodies and container: no pixel and no mask is wrong. What
-/// it counted.
+/// Compares `count` views of a dataset with Embree's images of the same bodies and container: no pixel and no mask is
+/// wrong. Returns Embree's counts.
 pub(super) fn check_by_embree(views: &Path, count: u64) -> serde_json::Value {
     let python = Program::python().arg("tests/peers/views.py").arg(views).arg(count.to_string());
     let seen: serde_json::Value = python.env("PYTHONPATH", repository_path("python")).succeed().json();

@@ -149,7 +149,7 @@ fn threads_and_tasks_change_nothing_and_splits_are_those_of_the_scenes() {
     assert!(two.join("preview.mcap").exists());
 }
 
-/// numpy, trimesh and libigl: distances fused anew, and bodies at the voxels' centres.
+/// numpy, trimesh and libigl: distances fused again, and bodies at the voxels' centres.
 fn check_by_peers(program: Program, workspace: &Workspace, rule: &str, count: &str) -> Value {
     let [volumes, views] = ["volumes", "views"].map(|name| workspace.path(name));
     let program = program.arg("tests/peers/volumes.py").arg(rule).arg(volumes).arg(views).arg(count);
@@ -173,9 +173,9 @@ fn numpy_fuses_the_same_distances_and_libigl_finds_the_same_bodies() {
     assert!(found["occupied"].as_u64().expect("a count") > 12 * 300, "{found}");
 }
 
-/// Open3D stands with the peers of the benchmarks; its wheel wants the machine's libusb.
+/// Open3D is installed with the peers of the benchmarks; its wheel needs the machine's libusb.
 #[test]
-#[ignore = "asks for Open3D: make test-slow"]
+#[ignore = "needs Open3D: make test-slow"]
 fn open3d_fuses_the_same_distances() {
     let workspace = Workspace::new();
     workspace.make_dataset("scenes", BINS, &[]);
@@ -208,7 +208,7 @@ fn scenes_without_enough_views_or_without_a_body_in_the_cube_are_rejected_and_co
     let said = Program::run_job(job, &two).expect_code(3).text();
     assert!(said.contains("no volume was kept") && said.contains("8 few_views"), "{said}");
     assert!(self::fates(&two).values().all(|(reason, _)| reason.as_deref() == Some("few_views")));
-    // As many as there are, where a range asks for more.
+    // All available views, if a range requests more.
     let range = workspace.make_dataset("range", &one.replace("views = [1, 1]", "views = [1, 9]"), &["fusion.size=1"]);
     assert!(samples(&range).iter().all(|sample| sample.scene_volume().expect("a volume").views.len() == 1));
     assert_eq!(samples(&range).len(), 8);
@@ -406,7 +406,7 @@ fn the_jobs_of_volumes_that_travel_with_the_source_are_jobs() {
     assert_eq!(samples(&workspace.path("ycb-volumes")).len(), 2);
 }
 
-/// NumPy makes every row of the grasps anew, and MuJoCo says where the pads are.
+/// NumPy makes every row of the grasps again, and MuJoCo gives the positions of the pads.
 #[test]
 fn grasps_in_volumes_are_those_of_the_picks() {
     let workspace = with_picks();

@@ -45,7 +45,7 @@ fn offset(workspace: &Workspace, picture: &str, intrinsics: &Path, options: &[&s
     let out = workspace.path(format!("scene-{}", intrinsics.file_name().expect("a name").display()));
     _ = std::fs::remove_dir_all(&out);
     let run = Program::on("segment", workspace.path(picture)).option("--intrinsics", intrinsics).args(options);
-    // Nothing stands on the table.
+    // The table is empty.
     let said = run.option("--out", &out).expect_code(3);
     assert!(said.stdout.contains("no objects found"), "{}", said.text());
     number_at(&read_json(out.join("scene.json")), "/plane/offset")
@@ -80,7 +80,7 @@ fn every_kind_of_file_gives_the_plane_of_an_independent_projection() {
         let (picture, tolerance) = if is_in_units { ("units.npy", 2e-5) } else { ("metres.npy", 2e-6) };
         let found = offset(&workspace, picture, &file, options);
         assert!((found - wanted).abs() < tolerance, "{name}: {found}, not {wanted}");
-        // Half a pixel beside it is 0.6 mm or more: what would not be seen is not tested.
+        // Half a pixel off is 0.6 mm or more: smaller differences are not tested.
         let other = if options.contains(&"--pixel-centre") { "0.5" } else if name == "own.json" { "0" } else { "0.5" };
         let kept: Vec<&str> = options.iter().copied().filter(|word| !["--pixel-centre", "0"].contains(word)).collect();
         let mixed = offset(&workspace, picture, &file, &[&kept[..], &["--pixel-centre", other]].concat());

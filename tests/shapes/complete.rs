@@ -84,7 +84,7 @@ fn targets_are_chosen_by_number_and_pixel_and_others_are_obstacles() {
         (1..).zip(roles).filter(|(_, role)| *role == "target").map(|(number, _)| number).collect()
     };
     assert_eq!(target_of("number", "3"), [3]);
-    // The can stands alone, nearest to the picture's middle.
+    // The can is alone, nearest to the picture's middle.
     let automatic = target_of("auto", "auto");
     assert_eq!(automatic.len(), 1);
     let report = read_json(workspace.path("auto/scene.json"));
@@ -113,8 +113,8 @@ fn meshes_come_in_every_form_and_mujoco_takes_the_scene() {
         let is_there = |ending: &str| names.iter().any(|name| name.ends_with(&format!(".{ending}")));
         assert!(endings.into_iter().all(is_there), "{to}: {names:?}");
     }
-    // Five free bodies with masses of their own, which simulation leaves finite. Completions reach a little into the table, so how
-    // far they move is no measure.
+    // Five free bodies with their own masses, which simulation leaves finite. Completions reach a little into the
+    // table, so their motion is no measure.
     let said = Program::python_lines(
         "import sys, mujoco, numpy\nmodel = mujoco.MjModel.from_xml_path(sys.argv[1])\ndata = mujoco.MjData(model)\n\
          for _ in range(300):\n    mujoco.mj_step(model, data)\n\
@@ -150,13 +150,13 @@ fn every_detail_and_every_baseline_makes_closed_meshes_that_stay_out_of_seen_spa
         assert!(worst(report) <= 0.03, "{report}");
     }
     assert!(worst(&reports[2]) <= worst(&reports[0]));
-    // Obstacles do not reach into what the camera sees through, whatever fills the cells.
+    // Obstacles do not reach into space that the camera sees through, for any method of filling cells.
     for method in ["hull", "mirror", "mirror-shell", "extrude", "hull+smooth"] {
         let report = run(method, &["--method", method, "--target", "1"]);
         assert!(report["model"].is_null() && report["method"] == method);
         assert!(worst(&report) <= 0.03, "{report}");
     }
-    // Some objects are no ball, cylinder or box: that is said, and no sheet of what was seen stands for a body.
+    // Some objects are no ball, cylinder or box: that is reported, and no sheet of the visible surface replaces a body.
     let out = workspace.path("primitive");
     let run = Program::on("complete", PICTURE).option("--intrinsics", CAMERA_FILE).args(["--method", "primitive"]);
     let said = run.args(["--target", "all", "--json"]).option("--out", &out).expect_code(3).stdout;

@@ -245,7 +245,7 @@ fn votes_of_the_nearest_are_those_of_the_bench() {
     }
 }
 
-/// A dataset of six shapes, three of them for tests, with everything that a completion is compared with.
+/// A dataset of six shapes, three of them for tests, with all data that a completion is compared with.
 fn dataset(workspace: &Workspace, channels: &str) -> PathBuf {
     let job = format!(
         "seed = 3\nviews = {{ even = 6 }}\n{channels}\n[split]\nvalidation_objects = 0\ntest_objects = 3\n\
@@ -281,7 +281,7 @@ fn models_and_baselines_stand_in_one_table() {
     let rows = report["rows"].as_array().expect("rows");
     let row = |name: &str| rows.iter().find(|row| row["name"] == name).unwrap_or_else(|| panic!("{name}: {report}"));
     rows.iter().for_each(assert_row);
-    // A perfect network's surface against the objects' own meshes: every way of making meshes is told apart.
+    // A perfect network's surface against the objects' own meshes: every method of making meshes is distinguished.
     let distance = |detail: &str| {
         let run = Program::new("evaluate").arg("completion").arg(&data).args(["--method", "truth", "--method", "knn"]);
         let run = run.args(["--method", "mean", "--detail", detail, "--limit", "6", "--surface-samples", "500"]);
@@ -297,7 +297,7 @@ fn models_and_baselines_stand_in_one_table() {
     };
     let [off, thesis, on] = ["off", "thesis", "on"].map(distance);
     assert!(off < thesis && on < thesis, "{off} {thesis} {on}");
-    // Ways beside each other: as alone, and less the first.
+    // Methods compared with each other: like each alone, and less the first.
     let run_of_ways = Program::new("evaluate").arg("completion").arg(&data).args(["--method", "truth", "--limit", "6"]);
     let run_of_ways = run_of_ways.args(["--detail", "fast", "--detail", "off", "--surface-samples", "500"]);
     let report: Value = run_of_ways.option("--truth", workspace.folder()).arg("--json").succeed().json();
@@ -338,7 +338,7 @@ fn models_and_baselines_stand_in_one_table() {
     }
 }
 
-/// Scores of one row are of three objects, in the units that their names say.
+/// Scores of one row are of three objects, in the units of their names.
 fn assert_row(row: &Value) {
     let [low, mean, high] = ["low", "mean", "high"].map(|end| number_at(row, &format!("/iou/{end}")));
     // Not everything looks like a ball, a cylinder or a box.

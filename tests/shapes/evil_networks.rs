@@ -1,5 +1,5 @@
-//! Networks that ask for more memory or time than any machine has, or for what the library gives up on: refused before it sees them, with
-//! the place and a remedy, or run.
+//! Networks that need more memory or time than any machine has, or that the library cannot handle: refused before the
+//! library reads them, with location and remedy, or run.
 
 use std::{
     fs,
@@ -52,7 +52,7 @@ fn folder(workspace: &Workspace, network: &Network) -> PathBuf {
     folder_with(workspace, &[("model.onnx", &network.bytes()), ("golden.npz", &golden)])
 }
 
-/// An array of zeros for so many samples, packed; and its length unpacked.
+/// An array of zeros for `samples` samples, packed; and its length unpacked.
 fn packed_zeros(samples: usize) -> (Vec<u8>, usize) {
     let head = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({samples}, 1, 40, 40, 40), }}\n");
     let plain = [b"\x93NUMPY\x01\x00", &(head.len() as u16).to_le_bytes()[..], head.as_bytes()].concat();
@@ -76,7 +76,7 @@ fn refuse(workspace: &Workspace, network: &Network, words: &str) {
     assert_eq!(outcome.code, Some(2), "{words}: {text}");
     assert!(text.contains(words) && text.contains("model.onnx") && !text.contains("panicked"), "{words}: {text}");
     assert!(text.contains("export") || text.contains("docs/models.md"), "a remedy: {text}");
-    // Generous, since the machine may be busy; the processor's time has a limit of its own.
+    // Generous, since the machine may be busy; the processor's time has a separate limit.
     assert!(began.elapsed() < Duration::from_secs(30), "{words}");
 }
 
@@ -106,7 +106,7 @@ fn doubled_and_padded_tensors_are_refused() {
     let pads = network.wholes(&[0, 0, 1_000_000, 0, 0, 0, 0, 0, 0, 0]);
     let last = network.node("Pad", &["partial", &pads], &[("mode", Attribute::Text("constant".to_owned()))]);
     refuse(&workspace, &ending(network, &last), "pads are [0, 0, 1000000, 0, 0, 0, 0, 0, 0, 0]");
-    // Many tensors of which each is small enough.
+    // Many tensors, each small enough.
     let mut network = Network::default();
     let weights = network.filled(&[200, 1, 1, 1, 1], 0.1);
     for _ in 0..11 {
@@ -255,7 +255,7 @@ fn archives_and_texts_that_are_large_unpacked_are_refused() {
         let text = outcome.text();
         assert!(outcome.code == Some(2) && text.contains(words) && text.contains("golden.npz"), "{words}: {text}");
     }
-    // Files with holes: nothing of them is read.
+    // Files with holes: none of their content is read.
     for (name, bytes, words) in [
         ("card.md", 3 << 30, "it has 3221225472 bytes, and a network's card may have at most 1048576;"),
         ("golden.npz", 3 << 30, "may have at most 67108864;"),
@@ -438,7 +438,7 @@ fn mutations(whole: &Network) -> Vec<(String, Network)> {
     found
 }
 
-/// Lets the program check every so many of the mutations; counts those that were refused and those that ran.
+/// Lets the program check every n-th mutation; counts those that were refused and those that ran.
 #[expect(clippy::print_stdout, reason = "the figures that the test checks")]
 fn check_mutations(step: usize) {
     let (workspace, whole) = (Workspace::new(), every_operator());

@@ -1,7 +1,8 @@
-//! Real Kinect frames that nobody here made, against labels of every point.
+//! Real Kinect frames from others, against labels of every point.
 //!
-//! Ten frames of the Object Segmentation Database (Richtsfeld et al.), out of the Point Cloud Library's data. Their labels are
-//! 1 for the table and ten times an object's number for the rest, plus a number for each part of it that is seen apart.
+//! Ten frames of the Object Segmentation Database (Richtsfeld et al.), from the Point Cloud Library's data. Their
+//! labels are 1 for the table and ten times an object's number for the rest, plus a number for each separately visible
+//! part.
 #![expect(clippy::print_stdout, reason = "figures for the log")]
 
 use std::{env, path::Path};
@@ -17,7 +18,7 @@ use graspmill::{
 const FRAMES: [u32; 10] = [2, 8, 14, 18, 22, 26, 30, 34, 38, 42];
 const TABLE: u32 = 1;
 
-/// The folder of samples, or a loud note that there is none.
+/// The folder of samples, or a loud note that it is missing.
 fn samples() -> Option<String> {
     let folder = env::var("GRASPMILL_SAMPLES").ok();
     if folder.is_none() {

@@ -1,5 +1,5 @@
-//! Pixels that a user names or marks, and pixels in results, count in the picture that was given, whatever its lens: on a scene that
-//! an oracle renders through the lens and without it.
+//! Pixels that a user names or marks, and pixels in results, refer to the given picture, with any lens: on a scene that
+//! an oracle renders with and without the lens.
 
 use std::{fs, io::Cursor, path::Path};
 

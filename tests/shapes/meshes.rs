@@ -180,7 +180,7 @@ energy = lambda f: float(0.5 * f @ (r @ f))
 print(json.dumps([str(solution.status), energy(ours) / energy(theirs), float(apart.mean()), float(apart.max())]))
 ";
 
-/// A programme of a built-in shape, whose rows and bounds it leaves in the workspace beside our solution.
+/// A programme of a built-in shape, whose rows and bounds it leaves in the workspace with our solution.
 struct Written {
     problem: SmoothingProblem,
     variables: Vec<usize>,

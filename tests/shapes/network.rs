@@ -73,7 +73,8 @@ fn networks_answer_as_in_onnx_runtime() {
     assert!(largest < 1e-4, "{largest}");
 }
 
-/// Every operator with random attributes: the library, given what our own reader makes of the file, answers as ONNX Runtime does.
+/// Every operator with random attributes: the library, given our reader's result for the file, answers like ONNX
+/// Runtime.
 #[test]
 #[ignore = "slow: needs ONNX Runtime (in the environment of PyTorch)"]
 fn random_networks_answer_as_in_onnx_runtime() {

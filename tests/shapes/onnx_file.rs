@@ -7,7 +7,7 @@ pub enum Attribute {
     Ints(Vec<i64>),
     Float(f32),
     Text(String),
-    /// Fields of `AttributeProto` as they are.
+    /// Fields of `AttributeProto`, unchanged.
     Fields(Vec<u8>),
 }
 

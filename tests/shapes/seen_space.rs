@@ -49,7 +49,7 @@ fn npy(depth: &[f32]) -> Vec<u8> {
 #[test]
 fn the_share_in_seen_space_and_loose_bodies_are_those_of_numpy() {
     let workspace = Workspace::new();
-    // Returns are lost beside every jump of depth, as those of a camera.
+    // Returns are lost next to every jump of depth, as those of a camera.
     let exact = scene_depth();
     let is_jump = |a: f32, b: f32| (a - b).abs() > 0.02;
     let mut lost = exact.clone();

@@ -84,7 +84,7 @@ fn every_object_on_the_table_has_its_visible_surface() {
         "scene.json",
     ];
     assert_eq!(list_names(&out), wanted);
-    // A second run writes the same files, but for what the clock says; a full folder is left alone.
+    // A second run writes the same files, except times; a folder that is not empty is not changed.
     segment(PICTURE, &out).option("--intrinsics", CAMERA_FILE).expect_code(2);
     let again = workspace.path("again");
     segment(PICTURE, &again).option("--intrinsics", CAMERA_FILE).arg("--json").succeed().json::<Value>();
@@ -102,7 +102,7 @@ fn half_a_pixel_is_half_a_pixel() {
     let Intrinsics { fx, fy, cx, cy, .. } = CAMERA;
     let offset = |name: &str, intrinsics: &str, centre: &str| {
         let out = workspace.path(name);
-        // Nothing stands on it.
+        // The table is empty.
         let run = segment(&picture, &out).option("--intrinsics", intrinsics).option("--pixel-centre", centre);
         let said = run.expect_code(3).stdout;
         assert!(said.contains("no object"), "{said}");
@@ -114,7 +114,7 @@ fn half_a_pixel_is_half_a_pixel() {
     let height = camera_from_table().inverse().translation().z;
     assert!((ours - height).abs() < 1e-4, "{ours}, not {height}");
     assert_eq!(ours, theirs);
-    // Half a pixel is 1.2 mm at that distance, of which the plane takes up some by its slope.
+    // Half a pixel is 1.2 mm at that distance, part of which the slope of the plane absorbs.
     assert!((mixed - height).abs() > 3e-4, "{mixed}, {height}");
 }
 

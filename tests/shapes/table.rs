@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::support::meshes::built_in_mesh;
 
-/// Shapes, and where each stands on the table [m].
+/// Shapes, and the position of each on the table [m].
 pub const STANDING: [(&str, [f64; 2]); 5] = [
     ("mug-01", [-0.19, 0.02]),
     ("bottle-01", [-0.04, 0.12]),
@@ -38,7 +38,7 @@ pub fn camera_from_table() -> Pose<CameraCv, Object> {
     Pose::new(Rotation3::from_matrix_unchecked(rows), -(rows * eye))
 }
 
-/// A shape of [`STANDING`] where it stands, in the table's frame.
+/// A shape of [`STANDING`] at its position, in the table's frame.
 pub fn standing(index: usize) -> TriMesh {
     let (name, [x, y]) = STANDING[index];
     let mut mesh = built_in_mesh(name);

@@ -1,4 +1,4 @@
-//! Settings of annealing, where a test or a bench says nothing else.
+//! Default settings of annealing for tests and benches.
 
 use graspmill::grasp::{AmplitudeRange, Annealing, EnergyKind, Keeping, SearchFrame, WrenchSpace};
 

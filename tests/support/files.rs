@@ -81,7 +81,7 @@ pub fn assert_intact(folder: impl AsRef<Path>, options: VerifyOptions) {
     assert!(report.is_intact(), "{:?}", report.problems);
 }
 
-/// Digests of the files of a dataset by their paths. The notes of its run are no part of it: they say how fast it was.
+/// Digests of the files of a dataset by their paths, without the notes of its run, which contain times.
 #[track_caller]
 pub fn digest_dataset(folder: impl AsRef<Path>) -> BTreeMap<PathBuf, Digest> {
     let mut files = read_tree(folder);
@@ -89,7 +89,7 @@ pub fn digest_dataset(folder: impl AsRef<Path>) -> BTreeMap<PathBuf, Digest> {
     files.into_iter().map(|(path, content)| (path, Digest::of(&content))).collect()
 }
 
-/// The names of what stands in a folder, sorted.
+/// The names in a folder, sorted.
 #[track_caller]
 pub fn list_names(folder: impl AsRef<Path>) -> Vec<String> {
     let folder = folder.as_ref();
@@ -100,7 +100,7 @@ pub fn list_names(folder: impl AsRef<Path>) -> Vec<String> {
     names
 }
 
-/// Copies a folder with all that stands in it.
+/// Copies a folder with its content.
 #[track_caller]
 pub fn copy_folder(from: impl AsRef<Path>, to: impl AsRef<Path>) {
     let (from, to) = (from.as_ref(), to.as_ref());

@@ -83,7 +83,7 @@ pub fn small_folder() -> &'static Path {
     small_datasets()[0].1.parent().expect("a folder")
 }
 
-/// Copies of [`small_datasets`], to be changed or written beside. From there the paths in their jobs lead nowhere.
+/// Copies of [`small_datasets`], to change or to write next to. The paths in their jobs have no target from there.
 pub fn copy_small_datasets(workspace: &Workspace) -> Vec<(&'static str, PathBuf)> {
     small_datasets().iter().map(|(name, _)| (*name, copy_small_dataset(name, &workspace.path(name)))).collect()
 }

@@ -2,7 +2,7 @@
 
 use super::files::read_text;
 
-/// The upper one of two middle values; NaN where there is none.
+/// The upper one of two middle values; NaN for an empty list.
 pub fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

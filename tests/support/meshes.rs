@@ -38,7 +38,7 @@ pub fn prepare_scan(file: &Path) -> TriMesh {
     prepare(&MeshSource::of_file(stem(file), file)).expect("a sound scan").mesh
 }
 
-/// Binary STL with equal positions merged. The library's reader is not asked, so that it is compared with another.
+/// Binary STL with equal positions merged. Does not use the library's reader, so that both can be compared.
 pub fn read_stl(file: &Path) -> TriMesh {
     let bytes = fs::read(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
     let (mut mesh, mut known) = (TriMesh::default(), HashMap::new());

@@ -1,5 +1,5 @@
 //! Shared by every test binary and by the benches: the built program and its peers, folders to work in, small jobs and
-//! datasets, meshes, robots, hands and settings. Each stands here once.
+//! datasets, meshes, robots, hands and settings. Each is defined here once.
 #![allow(dead_code, reason = "each binary uses a part of it")]
 
 pub mod annealing;

@@ -276,7 +276,7 @@ impl Prism {
 
 /// A plate with round or square outlines: `corners` of the outer ring and of the hole, and their radii.
 pub fn plate(outer: (usize, f64), hole: (usize, f64)) -> Region {
-    // A square stands on a side.
+    // A square rests on a side.
     let start = |corners: usize| if corners == 4 { PI / 4.0 } else { 0.0 };
     let rings = [outer, hole].map(|(corners, radius)| circle([0.0; 2], radius, start(corners), corners)).to_vec();
     let outline = (0..outer.0).map(|corner| (0, corner)).chain([(0, 0)]).chain(around_hole(1, hole.0)).collect();

@@ -16,11 +16,12 @@ use super::files::{ROOT, repository_path};
 /// A program that runs longer than this hangs, and is killed.
 const TIME_LIMIT: Duration = Duration::from_secs(45 * 60);
 
-/// Variables by which engines of clusters tell tasks apart. Whatever engine runs the tests, it is none of theirs.
+/// Variables by which cluster engines identify tasks. The engine that runs the tests must not set them for the programs
+/// under test.
 const ENGINE_VARIABLES: [&str; 4] =
     ["SLURM_ARRAY_TASK_ID", "SLURM_CPUS_PER_TASK", "SLURM_CPUS_ON_NODE", "PARALLEL_SEQ"];
 
-/// A command line, from the repository's root unless told otherwise.
+/// A command line, from the repository's root by default.
 #[derive(Debug)]
 pub struct Program(Command);
 
@@ -62,7 +63,7 @@ impl Program {
     /// A program under `.deps/`, by its path there.
     pub fn peer(path: &str) -> Self {
         let program = repository_path(".deps").join(path);
-        // The larger programs stand with the benchmarks' peers.
+        // The larger programs are installed with the benchmarks' peers.
         assert!(
             program.exists(),
             "{} is missing: run `make deps-test`, for slow tests `make test-slow`",
@@ -113,7 +114,7 @@ impl Program {
         self
     }
 
-    /// Runs to its end, whatever that is.
+    /// Runs to its end, with any result.
     pub fn finish(self) -> Outcome {
         let line = format!("{:?}", self.0);
         let output = assert_cmd::Command::from_std(self.0).timeout(TIME_LIMIT).output();
@@ -151,7 +152,7 @@ impl Program {
         self.arg("--json").succeed().json()
     }
 
-    /// Begins, and goes on beside the test. Its output is dropped.
+    /// Starts, and runs parallel to the test. Its output is dropped.
     pub fn start(mut self) -> Child {
         self.0.stdout(Stdio::null()).stderr(Stdio::null());
         self.0.spawn().unwrap_or_else(|error| panic!("{:?}: {error}", self.0))
@@ -173,7 +174,7 @@ impl Program {
     }
 }
 
-/// A program at work beside the test.
+/// A program that runs parallel to the test.
 #[derive(Debug)]
 pub struct Running(Child);
 
@@ -183,7 +184,7 @@ impl Running {
         self.0.try_wait().expect("a state").is_none()
     }
 
-    /// Sends a signal by its name: `KILL`. One that has ended takes no notice.
+    /// Sends a signal by its name: `KILL`. A program that has ended ignores it.
     pub fn signal(&self, name: &str) {
         let line = format!("kill -s {name} {} 2>/dev/null", self.0.id());
         Program::of_system("sh").option("-c", line).finish();

@@ -1,5 +1,5 @@
-//! From `proto/` to what the crates keep in their folders `generated/`: Rust types, and the `FileDescriptorSet`s that shards
-//! carry. They are committed, so that a build of the program needs no compiler of schemas.
+//! Generates from `proto/` the content of the crates' folders `generated/`: Rust types, and the `FileDescriptorSet`s
+//! that shards carry. They are committed, so that a build of the program needs no compiler of schemas.
 
 use std::{
     collections::BTreeMap,
@@ -12,7 +12,7 @@ use prost::Message;
 /// The folder of the types that shards hold.
 const OURS: &str = "src/format/generated";
 
-/// The folder of Foxglove's types, of which previews are made; their schemas have its name.
+/// The folder of Foxglove's types for previews; their schemas have its name.
 const FOXGLOVE: &str = "src/publish/generated";
 
 /// All generated files of a repository, by their paths from its root, made from its folder `proto/`.
@@ -40,7 +40,7 @@ fn generate_into(schemas: &Path, wanted: &[PathBuf], folder: &Path, files: &mut 
         files.insert(folder.join(name), descriptors.encode_to_vec());
     }
     let out = tempfile::tempdir().expect("a temporary folder");
-    // The well-known types beside ours: one message of them is no reason for another dependency.
+    // The well-known types together with ours: one message of them does not justify another dependency.
     prost_build::Config::new()
         .compile_well_known_types()
         .out_dir(out.path())

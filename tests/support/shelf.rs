@@ -43,7 +43,7 @@ const SHAPES: [(&str, Inside); 6] = [
 pub struct Shelf {
     /// Views of each shape.
     pub views: u32,
-    /// Whether depth and cloud are stored beside the pair and visibility.
+    /// Whether depth and cloud are stored in addition to pair and visibility.
     pub with_depth: bool,
 }
 

@@ -23,7 +23,7 @@ pub struct SmallDataset {
     pub views: u32,
     pub shard_samples: u32,
     pub resolution: u32,
-    /// The last of every so many samples is rejected.
+    /// The last of every `reject_every` samples is rejected.
     pub reject_every: u64,
     pub channels: Vec<Channel>,
     /// The class of numbers of touch by hands.
@@ -221,7 +221,7 @@ pub fn make_touch(channel: Channel, pair: &VoxelPair) -> TactileContacts {
     touch
 }
 
-/// The cells in front of those of `partial`: seen to be free.
+/// The cells in front of those of `partial`: known to be free.
 pub fn free_cells(pair: &VoxelPair) -> OccupancyGrid {
     let mut free = OccupancyGrid::new(pair.grid.resolution);
     for cell in pair.partial.cells() {
@@ -230,7 +230,7 @@ pub fn free_cells(pair: &VoxelPair) -> OccupancyGrid {
     free
 }
 
-/// A manifest, or the table of a set, without its seal: as a program would have written it that knows of none.
+/// A manifest, or the table of a set, without its seal: as written by a program without seals.
 pub fn unseal(text: &str) -> String {
     let (keys, _) = text.split_once(",\n  \"seal\"").expect("a seal");
     format!("{keys}\n}}\n")

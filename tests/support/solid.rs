@@ -21,7 +21,7 @@ pub enum Ends {
     Polygons,
     /// Triangles round the middle of the ring.
     Fans,
-    /// The last ring meets the first one, so many points further.
+    /// The last ring meets the first one, shifted by this many points.
     Meet(usize),
 }
 
@@ -180,8 +180,8 @@ impl Solid {
         Self { points, faces: faces.into_iter().map(Vec::from).collect() }
     }
 
-    /// The body where `inside` is negative, within the cube of half side 1, on a lattice of so many cells along each side:
-    /// marching tetrahedra, six in each cell (Doi and Koide 1991).
+    /// The body where `inside` is negative, within the cube of half side 1, on a lattice of `cells` cells along each
+    /// side: marching tetrahedra, six in each cell (Doi and Koide 1991).
     pub fn implicit(cells: usize, inside: impl Fn(&P3) -> f64) -> Self {
         let along = |index: usize| (2.0 * index as f64 / cells as f64 - 1.0) * 1.000_37;
         let place = |[x, y, z]: [usize; 3]| P3::new(along(x), along(y), along(z));

@@ -1,4 +1,4 @@
-//! Several kinds of touch beside one pair, as readers, reports, previews and exports show them.
+//! Several kinds of touch stored with one pair, in readers, reports, previews and exports.
 
 use std::{collections::BTreeMap, fs};
 

@@ -1,4 +1,4 @@
-//! Touch: rays against closed forms and tracers that are not ours, and what readers make of it.
+//! Touch: rays against closed forms and independent tracers, and the readers of the result.
 
 mod by_hand;
 mod looking;

@@ -36,7 +36,7 @@ fn touch(mesh: &TriMesh, closed: bool, rays: RandomRays, pair: &VoxelPair, level
     let (surface, alone) = (TouchSurface::new(mesh, level), TouchObstacles::default());
     let seen = SeenSurface::new(&surface, &render, &pair.camera_from_object, &alone);
     seen.random_rays(rays, pair, false, &mut stream, &mut touch);
-    touch.check_beside(pair).expect("contacts stand in the cells they name");
+    touch.check_beside(pair).expect("contacts are in the cells they name");
     touch
 }
 

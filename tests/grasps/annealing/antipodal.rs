@@ -17,7 +17,7 @@ use crate::support::meshes::centred_block;
 
 const PANDA_HAND: &str = "scenes/panda_hand.xml";
 
-/// Clearance that the states on a table are asked for [m].
+/// Clearance required of the states on a table [m].
 const MARGIN: f64 = 0.004;
 
 /// A table under a pose that each run draws.
@@ -112,7 +112,7 @@ fn on_a_table_hands_stay_above_it() {
     assert!(states >= 40 && sideways > 0 && tables.len() > 3, "{states} {sideways} {tables:?}");
 }
 
-/// Every run lies in the most probable pose where that is asked for, which draws reach now and then alone.
+/// Every run uses the most probable pose if required; random draws rarely reach it.
 #[test]
 fn runs_lie_in_the_likeliest_pose_on_demand() {
     let searcher = Searcher::with_hand("box-01", PANDA_HAND);
@@ -150,8 +150,8 @@ fn pairs_are_taken_anywhere_along_the_pads_and_from_any_side() {
     }
 }
 
-/// A plate that lies flat and is wider than the gripper opens is out of reach, and the run says why; a bar is held by its
-/// sides.
+/// A plate that is flat on the table and wider than the opened gripper is out of reach, and the run reports why; a bar
+/// is held by its sides.
 #[test]
 fn plates_on_a_table_are_held_by_their_sides_or_not_at_all() {
     let table = antipodal(300, on_table(0.002));

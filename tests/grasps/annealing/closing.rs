@@ -11,7 +11,7 @@ use graspmill::{
 
 use super::{QUICK, Searcher};
 
-/// Contacts lie on the mesh, as near to the links as closing says.
+/// Contacts are on the mesh, as near to the links as closing guarantees.
 #[test]
 fn contacts_lie_on_the_mesh() {
     let searcher = Searcher::new("mug-01@16k");

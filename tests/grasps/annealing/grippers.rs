@@ -92,7 +92,7 @@ fn hands_without_a_line_between_pads_stay() {
     assert!(run.grasps.windows(2).all(|pair| pair[0].energies.total <= pair[1].energies.total));
 }
 
-/// Upright axes stand one above the other; those of any pose look everywhere.
+/// Upright axes are one above the other; those of any pose point everywhere.
 #[test]
 fn axes_stand_upright_or_anyhow() {
     let searcher = Searcher::new("bottle-01");

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::support::{meshes::centred_block, robots::BARRETT};
 
-/// Clearance that the states on a table are asked for [m].
+/// Clearance required of the states on a table [m].
 const MARGIN: f64 = 0.003;
 
 fn antipodal(pairs: u32, support: Support) -> Antipodal {

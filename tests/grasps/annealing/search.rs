@@ -105,7 +105,7 @@ fn verdicts_and_types_are_what_their_numbers_say() {
             }
             GraspVerdict::NoForceClosure => assert_eq!(quality.epsilon_wrench, 0.0),
             GraspVerdict::LowQuality => assert!(quality.epsilon_wrench > 0.0 && quality.epsilon_wrench < 0.01),
-            GraspVerdict::BelowTable => panic!("nothing asks for a table"),
+            GraspVerdict::BelowTable => panic!("no setting needs a table"),
         }
         if let Some(kind) = grasp.kind {
             let value = |name: &str| grasp.joints[searcher.hand.tree().joint_named(name).expect("a joint")];

@@ -353,7 +353,7 @@ fn a_named_camera_is_its_numbers() {
         let preset = format!("camera.preset={name}");
         assert_eq!(digest(&[&preset]), digest(&[numbers]), "{name}");
         assert_ne!(digest(&[&preset, "camera.near=0.2"]), digest(&[&preset]), "{name}");
-        // The resolved job has the numbers, whatever the name will mean some day.
+        // The resolved job has the numbers, independent of later changes to the name.
         let text = resolve(read(MINIMAL, &[&preset]).expect("a job")).to_toml(Path::new("jobs"));
         let camera = text.split_once("[camera]").expect("a camera").1;
         assert!(camera.starts_with("\ncx = ") && !camera.contains("preset ="), "{camera}");

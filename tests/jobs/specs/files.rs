@@ -407,7 +407,7 @@ fn folders_lists_and_tables_name_their_meshes() {
     let again = read_from(&resolved, "out/data").unwrap_or_else(|errors| panic!("{}\n{resolved}", errors.render()));
     assert_same_job(&resolve(again), &job);
 
-    // Without names of their own, two meshes of one name are told apart by their folders.
+    // Without explicit names, two meshes of one name are distinguished by their folders.
     let draft = read_from("objects = [{ folder = \"../meshes\", include = [\"mug.*\"] }]", "jobs").expect("a job");
     let names: Vec<&str> = draft.sources().map(|source| source.name.as_str()).collect();
     assert_eq!(names, ["a/mug.stl", "b/mug.stl"]);

@@ -126,7 +126,7 @@ fn mistakes_are_shown_at_once_with_their_places() {
         let key = format!("physics.{key}");
         assert!(errors.list().iter().any(|error| error.key == key), "{key}\n{}", errors.render());
     }
-    // A short run needs no word about when it gives up.
+    // A short run needs no remark about when it gives up.
     assert_eq!(work(&job(&["annealing.steps=50"])).settings.annealing.max_failures, 100);
     let said = read("product = \"grasp\"\n", &[]).expect_err("a misspelt product").render();
     assert!(said.contains("did you mean `grasps`?") && said.contains("objects"), "{said}");

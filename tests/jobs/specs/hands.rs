@@ -154,7 +154,7 @@ fn a_resolved_job_pins_its_hand_and_reads_back() {
         assert_ne!(job(&[other]).digest(), plain.digest(), "{other}");
         assert_ne!(job(&[other]).sample_settings(), plain.sample_settings(), "{other}");
     }
-    // Asking for no hand changes no digest, and the text, which has every key, names no hand.
+    // A job without a hand has the same digest as before, and the text, which has every key, names no hand.
     let without = resolve(read(MINIMAL, &[]).expect("a job"));
     let meant = resolve(read(MINIMAL, &["touch.exploration=false", "touch.approaches=3"]).expect("a job"));
     assert_eq!(meant.digest(), without.digest());

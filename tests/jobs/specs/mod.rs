@@ -88,7 +88,7 @@ fn completion_settings(draft: JobDraft) -> CompletionSettings {
     completion(&resolve(draft)).settings.clone()
 }
 
-/// Requires that two jobs are the same: by digest, and by every key as it is written.
+/// Requires that two jobs are the same: by digest, and by every key as written.
 #[track_caller]
 fn assert_same_job(one: &Job, other: &Job) {
     assert_eq!(one.digest(), other.digest());

@@ -261,7 +261,7 @@ impl MadeUpGrasps {
     }
 }
 
-/// The folder of [`MadeUpGrasps`] as they are, written once.
+/// The folder of [`MadeUpGrasps`], written once.
 pub fn made_up_grasps() -> &'static Path {
     static FOLDER: LazyLock<PathBuf> = LazyLock::new(|| {
         let workspace = Workspace::kept("made_up_grasps");
@@ -398,7 +398,7 @@ fn a_job_of_the_thesis_is_named_as_ever() {
     assert_eq!(names("grasps"), ["root", "types"]);
     assert_eq!(names("patches"), ["label", "side", "tips"]);
     assert_eq!(tables(&job).channel_classes.keys().copied().collect::<Vec<_>>(), [Channel::PATCH_COLOUR]);
-    // What is written says all of it.
+    // The written job is complete.
     let written = job.to_toml(Path::new("jobs"));
     assert!(written.contains("metric = false") && written.contains("table = false"), "{written}");
 }

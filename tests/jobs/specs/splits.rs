@@ -1,4 +1,4 @@
-//! Splits: exact where counts are asked for, steady where objects come and go, free of leaks.
+//! Splits: exact for requested counts, stable when objects are added or removed, free of leaks.
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -14,7 +14,7 @@ use graspmill::{
 
 use super::{asset, completion, read, resolve};
 
-/// A job over so many built-in shapes, without reading one.
+/// A job over `shapes` built-in shapes, without reading one.
 fn job(shapes: usize, overrides: &[&str]) -> Job {
     let text = format!("[[objects]]\nbuilt_in = {shapes}\n");
     resolve(read(&text, overrides).unwrap_or_else(|errors| panic!("{}", errors.render())))
@@ -190,7 +190,7 @@ fn groups_move_as_one() {
     let split = split_of(&job, &[]);
     let leaks = &split.leaks;
     assert_eq!(leaks.groups_straddling, 0);
-    // Sixteen families of 10 shapes: 40 are four of them.
+    // Sixteen families of 10 shapes: 40 are four families.
     assert_eq!(model_counts(&split)[2], 40);
     assert!(model_counts(&split).iter().all(|count| count % 10 == 0));
     let alone = self::job(160, &["split.test_objects=40"]);

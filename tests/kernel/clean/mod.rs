@@ -1,4 +1,4 @@
-//! Clean meshes are neither refused nor mended: closed solids of many families in every format, and scans.
+//! Clean meshes are neither refused nor repaired: closed solids of many families in every format, and scans.
 
 mod files;
 mod shapes;
@@ -56,7 +56,7 @@ fn format_of(draw_index: usize) -> Format {
     Format::ALL[draw_index % Format::ALL.len()]
 }
 
-/// So many draws of each family.
+/// `draws` draws of each family.
 fn generate(folder: &Path, draws: usize) -> Vec<CleanFile> {
     let mut made = Vec::new();
     for (family, maker) in FAMILIES {
@@ -138,8 +138,8 @@ fn table(tallies: &BTreeMap<&str, Tally>) -> String {
     format!("| meshes | count | refused | mended | open |\n| --- | --- | --- | --- | --- |\n{rows}")
 }
 
-/// Asserts that none is refused or open, and none mended but some combs: their many corners in a line leave faces without area
-/// when their ends are cut into triangles, and those are dropped.
+/// Asserts that none is refused or open, and only some combs are repaired: their many corners in a line leave faces
+/// without area when their ends are cut into triangles, and those are dropped.
 fn assert_all_fine(tallies: &BTreeMap<&str, Tally>) {
     let mut wrong = Vec::new();
     for (family, Tally { refused, mended, open, .. }) in tallies {

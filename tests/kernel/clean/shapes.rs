@@ -262,7 +262,7 @@ fn distance(draw: &mut Stream) -> impl Fn(&P3) -> f64 + use<> {
 /// Cells along each side of the lattices of implicit bodies.
 const CELLS: usize = 26;
 
-/// A body of two or more others, of which some volume is left.
+/// A body cut from two or more others, with some volume left.
 fn cut_from_space(draw: &mut Stream, merge: impl Fn(&[f64]) -> f64) -> Solid {
     loop {
         let parts: Vec<_> = (0..count(draw, 2, 4)).map(|_| distance(draw)).collect();

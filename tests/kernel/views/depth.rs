@@ -123,7 +123,7 @@ fn every_level_gives_the_same_bits() {
         for cull in [false, true] {
             let render = RenderMesh::new(&mesh, cull);
             for view in 0..16 {
-                // At 0.15 m the near plane cuts most of them.
+                // At 0.15 m the near plane cuts most objects.
                 let pose = pose(view, centre, if view % 5 == 4 { 0.15 } else { 0.6 });
                 let bits = |level| {
                     let crop = Rasteriser::new(level).render(&render, &camera, &pose).clone();

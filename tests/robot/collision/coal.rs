@@ -1,4 +1,4 @@
-//! coal (a collision library of its own) and MuJoCo's forward kinematics, asked about configurations of the Fetch.
+//! coal (an independent collision library) and MuJoCo's forward kinematics, applied to configurations of the Fetch.
 
 use std::fs;
 
@@ -18,11 +18,11 @@ pub struct Answer {
     pub collides: Vec<bool>,
     /// Pose of the site by MuJoCo, per configuration: its origin [m], then its rotation by rows.
     pub poses: Vec<[f64; 12]>,
-    /// Counts and times, as tests/peers/collision.py says.
+    /// Counts and times, as documented in tests/peers/collision.py.
     pub facts: Value,
 }
 
-/// Asks about configurations of the mesh Fetch's arm, the torso down.
+/// Checks configurations of the mesh Fetch's arm, the torso down.
 pub fn ask_coal(bodies: &Bodies, configurations: &[[f64; 7]]) -> Answer {
     let folder = Workspace::new();
     let file = |name: &str| folder.path(name);

@@ -1,4 +1,5 @@
-//! The Fetch's maps in full: every witness by MuJoCo and coal, the rest by another solver, primitives beside meshes.
+//! The Fetch's maps in full: every witness by MuJoCo and coal, the rest by another solver, primitives compared with
+//! meshes.
 
 use std::{
     collections::BTreeMap,

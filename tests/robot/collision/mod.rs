@@ -259,7 +259,8 @@ fn move_one(robot: &mut Robot, pair: usize, links: &Links, depth: f64, motion: u
     moved
 }
 
-/// The whole robot, in 100,000 configurations: coal's verdict, and the time of a check beside coal's and MuJoCo's.
+/// The whole robot, in 100,000 configurations: coal's verdict, and the time of a check compared with coal's and
+/// MuJoCo's.
 #[test]
 #[ignore = "slow: make test-slow"]
 fn the_mesh_fetch_collides_where_coal_says() {

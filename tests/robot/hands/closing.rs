@@ -106,7 +106,7 @@ fn at(y: f64, z: f64) -> IsometryMatrix3<f64> {
     IsometryMatrix3::translation(0.0, y, z)
 }
 
-/// The medial link touches first; J2 stays, the fingertip goes on until it touches, too.
+/// The medial link touches first; J2 stays, the fingertip moves on until it also touches.
 #[test]
 fn after_breakaway_the_fingertip_touches_where_geometry_says() {
     let model = open_hand(BARRETT);
@@ -185,7 +185,7 @@ fn before_breakaway_the_fingertip_touches_where_geometry_says() {
         assert_eq!(run.end, RunEnd::AtRest);
         for finger in 1..=3 {
             let [proximal, distal] = ["proximal", "distal"].map(|part| value(hand, &run, &format!("{part}_{finger}")));
-            // Wherever the two have come to: the fingertip is on the cylinder.
+            // For every position of the two: the fingertip is on the cylinder.
             let off = circle.distal_touches(proximal) - distal;
             println!(
                 "r {radius}, finger {finger}: J2 {:.3} deg (geometry {:.3}), off by {:.3} deg",
@@ -255,7 +255,7 @@ fn an_empty_hand_closes() {
     assert!(run.joints.iter().all(|joint| joint.abs() < 1e-3));
 }
 
-/// The touch sensors of the description feel what the contacts say.
+/// The touch sensors of the description agree with the contacts.
 #[test]
 fn touch_sensors_feel_the_contacts() {
     let model = open_hand(BARRETT);
@@ -323,7 +323,7 @@ fn what_cannot_run_is_refused() {
     assert!(matches!(worker.start(&[0.0; 3], &at(0.0, 0.1)), Err(HandError::Posture { .. })));
     assert!(matches!(worker.start(&[0.0, 3.0, 0.0, 0.0], &at(0.0, 0.1)), Err(HandError::Posture { .. })));
     assert!(matches!(worker.start(&[0.0; 4], &at(f64::NAN, 0.1)), Err(HandError::Object { .. })));
-    // A run that has no time says so.
+    // A run without time ends with that result.
     worker.start(&[0.0; 4], &at(0.0, 1.0)).expect("a posture");
     let run = worker.close(10);
     assert_eq!((run.end, run.steps), (RunEnd::TimedOut, 10));

@@ -29,8 +29,8 @@ fn min_by_link(touches: &[LinkTouch], links: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Postures beside one that was felt: every finger turned by a third of a degree, in and out; and the object moved by 0.3 mm,
-/// towards the base and away from it.
+/// Postures next to a felt one: every finger rotated by a third of a degree, in and out; and the object moved by 0.3
+/// mm, towards the base and away from it.
 fn pushed(model: &HandModel, felt: &Felt) -> Vec<(bool, bool, Vec<f64>, IsometryMatrix3<f64>)> {
     let hand = model.hand();
     let rotated = |by: f64| {
@@ -61,7 +61,7 @@ fn many_closings_touch_what_mujocos_own_field_touches() {
     assert_closings_touch(20, &["mug-01", "bowl-01", "can-01", "kettle-01"]);
 }
 
-/// So many closings on each of these objects: penetration by the mesh, and link by link against MuJoCo's own
+/// `closings` closings on each of these objects: penetration by the mesh, and link by link against MuJoCo's own
 /// distance field in the same postures.
 #[expect(clippy::print_stdout, reason = "the figures that the test checks")]
 fn assert_closings_touch(closings: u32, objects: &[&str]) {
@@ -107,7 +107,8 @@ fn assert_closings_touch(closings: u32, objects: &[&str]) {
                     if own.is_finite() == their.is_finite() {
                         agree += 1;
                         if own.is_finite() {
-                            // Theirs is how far a point can lie in both: half of how far the two are to be moved apart.
+                            // MuJoCo's depth is how far a point can be inside both: half of the distance that separates
+                            // the two.
                             apart.push((own - 2.0 * their).abs());
                         }
                     } else {
@@ -158,7 +159,7 @@ fn what_is_felt_does_not_depend_on_what_was_felt_before() {
     assert!(first.iter().any(|felt| felt.touches.len() > 1), "{first:?}");
 }
 
-/// A hand that passes by misses; one that stands where it cannot is refused.
+/// A hand that passes by misses; one in an impossible pose is refused.
 #[test]
 fn a_hand_that_passes_by_misses() {
     let model = open_hand(BARRETT);

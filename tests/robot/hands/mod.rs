@@ -1,5 +1,5 @@
-//! Hands: the Barrett hand beside the numbers it is made from, kinematics against MuJoCo's, closing against geometry, tables
-//! with mistakes, and the guide.
+//! Hands: the Barrett hand compared with the numbers it is made from, kinematics against MuJoCo's, closing against
+//! geometry, tables with mistakes, and the guide.
 
 mod closing;
 mod feeling;

@@ -1,4 +1,4 @@
-//! The hands beside the numbers that they are made from.
+//! The hands compared with the numbers that they are made from.
 
 use std::collections::BTreeMap;
 
@@ -145,20 +145,20 @@ fn couplings_are_a_third_and_after_breakaway_four_thirds() {
         assert_eq!(value(&values, &format!("proximal_{finger}")), motor);
         assert!((value(&values, &format!("distal_{finger}")) - motor / 3.0).abs() < 1e-15);
     }
-    // J2 of finger 2 stays at 0.9, its motor goes on by 0.2.
+    // J2 of finger 2 stays at 0.9, its motor moves on by 0.2.
     let motors = [motors[0], motors[1], Motor { angle: 1.1, released: Some(0.9) }, motors[3]];
     hand.joint_values(&motors, &mut values);
     assert_eq!(value(&values, "proximal_2"), 0.9);
     assert!((value(&values, "distal_2") - (0.3 + 0.2 * 4.0 / 3.0)).abs() < 1e-15);
-    // Seven values tell the state: the mirrored spread joint says nothing new.
+    // Seven values define the state: the mirrored spread joint adds nothing.
     let commanded: Vec<&str> =
         hand.commanded_joints().into_iter().map(|joint| hand.tree().joints()[joint].joint.name.as_str()).collect();
     let seven = ["spread_1", "proximal_1", "proximal_2", "proximal_3", "distal_1", "distal_2", "distal_3"];
     assert_eq!(commanded, seven);
 }
 
-/// Fingers 1 and 2 are mirror images at every spread: together at +y, opposite each other, beside finger 3. The parts are the
-/// same, not mirrored, so that their links are set off to one side by up to 0.8 mm.
+/// Fingers 1 and 2 are mirror images at every spread: together at +y, opposite each other, next to finger 3. The parts
+/// are the same, not mirrored, so that their links are offset to one side by up to 0.8 mm.
 #[test]
 fn the_spread_is_mirrored() {
     let model = open_hand(BARRETT);
@@ -338,8 +338,8 @@ fn the_description_alone_is_a_coupled_hand() {
     assert!(ranges.iter().all(|[low, high]| *low == 0.0 && *high > 2.4));
 }
 
-/// The Allegro hand of a package (`make hands`), which floats there: sixteen motors, contacts on its boxes, and a thumb that
-/// stands against the fingers.
+/// The Allegro hand of a package (`make hands`), which floats there: sixteen motors, contacts on its boxes, and a thumb
+/// that opposes the fingers.
 #[test]
 #[ignore = "needs `make hands`"]
 fn the_packaged_allegro_hand_is_read() {

@@ -11,7 +11,7 @@ use crate::support::{
     workspace::Workspace,
 };
 
-/// A gripper of two fingers of two links; `PALM`, `TIP`, `MORE` and `END` stand for what a case adds.
+/// A gripper of two fingers of two links; a case replaces `PALM`, `TIP`, `MORE` and `END`.
 const HAND: &str = r#"<mujoco model="fingers">
   <compiler angle="degree" autolimits="true"/>
   <worldbody>
@@ -100,7 +100,7 @@ fn balls(count: usize) -> String {
         .collect()
 }
 
-/// Knuckles that reach into the palm, which stands still.
+/// Knuckles that reach into the fixed palm.
 const KNUCKLES: Case =
     Case { palm: r#"<geom type="box" pos="0 0.04 0.03" size="0.01 0.01 0.01" mass="0.01"/>"#, ..SOUND };
 
@@ -303,7 +303,7 @@ fn eigengrasps_keep_to_the_ranges_of_the_joints() {
     assert!(told.contains("eigengrasps.directions[1]") && told.contains("a direction that moves a joint"), "{told}");
 }
 
-/// Only what a user could see is asked to be moved.
+/// Only parts that a user can see must be moved.
 #[test]
 fn contacts_within_rounding_of_the_surface_are_on_it() {
     let workspace = Workspace::new();

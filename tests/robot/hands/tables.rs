@@ -33,10 +33,10 @@ fn refusal(scene: &str, table: &[(&str, &str)], description: &[(&str, &str)]) ->
     error.to_string().replace(&folder.folder().display().to_string(), "DIR")
 }
 
-/// Checks what the Barrett's table says once a line of it is replaced.
+/// Checks the message for the Barrett's table with one line replaced.
 fn assert_says(change: (&str, &str), expected: &str) {
     let found = refusal(BARRETT, &[change], &[]);
-    assert!(found.contains(expected), "{change:?} says\n{found}\nand not\n{expected}");
+    assert!(found.contains(expected), "{change:?} prints\n{found}\nand not\n{expected}");
     assert!(found.starts_with("DIR/hand.toml:"), "{found}");
 }
 
@@ -191,7 +191,7 @@ fn descriptions_that_make_no_hand() {
     assert!(error.contains("hand.toml: ") && error.contains("docs/hands.md"), "{error}");
 }
 
-/// A hand that floats in its file is the same hand that stands.
+/// A hand that floats in its file equals the same hand with a fixed base.
 #[test]
 fn a_floating_hand_stands_still() {
     let folder = Workspace::new();
