@@ -106,7 +106,7 @@ fn a_hand_closes_and_a_grasp_is_tried() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// docs/reachability.md, "Asking a map".
+/// docs/reachability.md, "Query a map".
 #[test]
 fn a_map_answers() -> Result<(), Box<dyn Error>> {
     enter_shelf();
