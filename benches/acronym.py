@@ -7,8 +7,8 @@ repository).
 
 The sampler of pads on pairs of points makes grasps of the same mesh in the air, with the mass and friction that the file
 names, and tries them. A grasp of ACRONYM's that holds is covered when a held one of ours is within 2 cm and 15 degrees of
-its gripper's frame, or of that frame turned by 180 degrees about the approach, which is the same gripper. Beside ours
-stand as many of ACRONYM's own successful grasps, drawn at random: what a set of that size can cover. Then some of
+its gripper's frame, or of that frame turned by 180 degrees about the approach, which is the same gripper. For comparison,
+as many of ACRONYM's own successful grasps are drawn at random: a set of that size can cover as much. Then some of
 ACRONYM's grasps, as many of either label, are closed, lifted and shaken by `replay.py` of an export, in plain MuJoCo.
 """
 
@@ -32,7 +32,7 @@ from stability import import_replay, wilson
 
 ROOT = Path(__file__).parent.parent
 COUNTS = [25, 50, 100, 200, 400, 800, 1600, 3200]
-# A draw of so many is made so often.
+# Each of these numbers is drawn this many times.
 DRAWS = 8
 
 
@@ -81,7 +81,7 @@ def read_ours(program: Path, data: Path, folder: Path) -> tuple[np.ndarray, np.n
 
 
 def coverage(near: np.ndarray, count: int, rng: np.random.Generator) -> float:
-    """Mean share of the rows that one of so many columns, drawn at random, is near to."""
+    """Mean share of the rows that one of `count` columns, drawn at random, is near to."""
     return float(np.mean([near[:, rng.permutation(near.shape[1])[:count]].any(axis=1).mean() for _ in range(DRAWS)]))
 
 

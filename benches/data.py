@@ -7,7 +7,7 @@ planted. Good data must beat every fault, by object, beyond chance, and test obj
 better than they are; otherwise this check could not see such a fault and fails.
 
 Numpy only (trimesh and embreex make the test pairs). Run by `make bench-data`; exit code 1 when a fault goes unseen.
-`data_torch.py` asks the same of a network.
+`data_torch.py` makes the same test with a network.
 """
 
 from __future__ import annotations

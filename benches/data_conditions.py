@@ -125,7 +125,7 @@ class Conditions(NeutralObject):
         ends = np.array([image.get((int(u), int(v)), np.inf) for u, v in unique])
         if occluder is not None:
             rays = np.concatenate([(unique + 0.5) / FOCAL, np.ones((len(unique), 1))], axis=1)
-            # Nothing that the grid holds stands before the occluder.
+            # Nothing in the grid is in front of the occluder.
             ends[hits(occluder, rays)] = 0.0
         free = (ends[back.reshape(-1)] > middles[:, 2]).reshape(N, N, N) & ~partial
         return partial, free, self.complete(rotation, centre, cell)

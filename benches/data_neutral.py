@@ -1,6 +1,6 @@
 """Completion pairs that graspmill had no part in: depth and columns by Embree, surface samples by trimesh.
 
-The same camera, distance and grid as a job's that says nothing of them.
+The same camera, distance and grid as the defaults of a job.
 """
 
 from __future__ import annotations
@@ -78,8 +78,8 @@ class NeutralObject:
         return partial, self.complete(rotation, centre, cell), ANCHOR - centre / cell
 
     def complete(self, rotation: np.ndarray, centre: np.ndarray, cell: float) -> np.ndarray:
-        """Cells that the surface meets or whose centre is inside, bool (N, N, N); the middle of the seen box and the
-        side of a cell [m] say where the grid lies."""
+        """Cells that the surface meets or whose centre is inside, bool (N, N, N); the middle of the visible box and the
+        side of a cell [m] define the grid."""
         complete = marked(self.surface @ rotation.T + AWAY, centre, cell)
         for x, y, enter, leave in self.inside(rotation, centre, cell, 1):
             first, end = int(np.ceil(enter - 0.5)), int(np.ceil(leave - 0.5))
@@ -96,7 +96,7 @@ class NeutralObject:
     def inside(
         self, rotation: np.ndarray, centre: np.ndarray, cell: float, per_cell: int
     ) -> Iterator[tuple[int, int, float, float]]:
-        """Where columns along z, so many along each side of a cell, are inside the mesh: column (x, y), and from where
+        """Where columns along z, `per_cell` along each side of a cell, are inside the mesh: column (x, y), and from where
         to where [cells]. What lies between an odd and an even crossing is inside."""
         side = N * per_cell
         x, y = np.meshgrid(np.arange(side), np.arange(side), indexing="ij")
@@ -145,7 +145,7 @@ def pairs_of(scan: Path, seed: int, views: int) -> tuple[list[tuple[np.ndarray, 
 
 
 def neutral_pairs(scans: list[Path], views: int) -> NeutralPairs:
-    """So many views of each scan; those that show too little are left out."""
+    """`views` views of each scan; those that show too little are left out."""
     with ProcessPoolExecutor() as pool:
         pairs, shares = zip(*pool.map(pairs_of, scans, range(len(scans)), [views] * len(scans)))
     partial, complete, eyes = (np.array([pair[part] for of_scan in pairs for pair in of_scan]) for part in range(3))

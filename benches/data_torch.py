@@ -4,7 +4,7 @@ A small 3D convolutional network (after Varley, DeChant, Richardson, Ruales and 
 complete shapes from pairs of the training split, read by the Python package. It is tested on pairs of the split's test
 models from another renderer and another voxeliser (`data_neutral.py`). The same network, with the same budget, first
 weights and order, then learns from the same pairs with a fault planted. Good data must beat every fault, by object,
-beyond chance. Beside it stand completions that learn nothing. Leaked test objects show in the nearest training pair,
+beyond chance. It is compared with completions that learn nothing. Leaked test objects show in the nearest training pair,
 which must then look better than it is; the network is too small and sees too little to know them by heart.
 
 Needs PyTorch; on the CPU alone, so that figures come again. Run by `make bench-data-torch`; exit code 1 when a fault
@@ -222,7 +222,7 @@ def unlearnt_rows(bench: Bench) -> list[Row]:
 
 
 def verdict(table: Table) -> str:
-    """What the table says: faults told, of these the one nearest to good data with its interval, completions beaten."""
+    """Summary of the table: faults detected, the one nearest to good data with its interval, completions beaten."""
     unseen, unbeaten = table.untold(FAULT, LEAK), table.untold(TRIVIAL)
     planted = sum(row.kind in (FAULT, LEAK) for row in table.rows)
     trivial = sum(row.kind == TRIVIAL for row in table.rows)

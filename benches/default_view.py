@@ -1,4 +1,4 @@
-"""The camera and grid of a job that says nothing of them, and rotations to look from, for the benchmarks' other chains."""
+"""The default camera and grid of a job, and rotations of views, for the benchmarks' other chains."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ ANCHOR = np.array([0.5, 0.5, 0.45]) * N
 # The image [px] and its horizontal field of view [rad]; focal length [px].
 WIDTH, HEIGHT, FOV = 640, 480, 1.047
 FOCAL = WIDTH / 2 / np.tan(FOV / 2)
-# Where the object stands before the camera (x right, y down, z away) [m].
+# Position of the object before the camera (x right, y down, z away) [m].
 AWAY = np.array([0.0, 0.0, 1.0])
 
 

@@ -81,7 +81,7 @@ def motion(sample, meshes, facts, seconds):
 
 
 class Meshes(dict):
-    """Meshes by the digest of their object, read out of a folder with a file NAME.* per object when they are asked for."""
+    """Meshes by the digest of their object, read on demand from a folder with a file NAME.* per object."""
 
     def __init__(self, folder, facts):
         super().__init__()

@@ -4,7 +4,7 @@ A small network (points into features, their maximum, after Qi, Su, Mo and Guiba
 object's points around the hand, expressed in the hand's approach frame, and the posture in which the hand begins to close.
 It learns twice from the same grasps of the training objects, with the same first weights, order and number of steps:
 
-  gate      positive is what the analytic verdict keeps, negative everything else, as datasets said before physics judged
+  gate      positive is what the analytic verdict keeps, negative everything else, as in datasets before physics judged
   trials    positive is the label held, negative the label failed; borderline and untested grasps are left out. In datasets
             without labels: the trial in the air, or with --table that on the table
 
@@ -110,7 +110,7 @@ def read(folder: Path, split: str, clouds: dict[str, np.ndarray], on_table: bool
         outcome = np.full(len(grasps), -1)
         labels = np.array([trial.get("label", 0) for trial in sample.message("trials")["trials"]], int)
         if labels.any() and not on_table:
-            # In datasets with labels: what all trials of a grasp say together; borderline and untested ones are left out.
+            # In datasets with labels: the label from all trials of a grasp; borderline and untested ones are left out.
             outcome[trials["grasp"][labels == HELD]], outcome[trials["grasp"][labels == FAILED]] = 1, 0
         elif on_table:
             tried = trials[trials["table_pose"] >= 0]

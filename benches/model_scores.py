@@ -1,6 +1,6 @@
 """How well does a trained model complete objects that it never saw? And does it beat what learns nothing?
 
-Models are run by ONNX Runtime on samples of the test split, which the trainer never opens. Beside them stand
+Models are run by ONNX Runtime on samples of the test split, which the trainer never opens. They are compared with
 completions that learn nothing, and the vote of the ten nearest training pairs. Scores are overlaps of occupied cells
 (IoU): mean over objects of the mean of each object's samples, with intervals by bootstrap of objects; differences are
 paired by object. An object is hollow or thin where less than half of the volume of its occupied cells is solid.
@@ -36,7 +36,7 @@ NEIGHBOURS = 10
 
 
 def test_samples(folders: list[Path], recipe: Recipe, per_object: int) -> tuple[Held, np.ndarray]:
-    """At most so many samples of each object of each dataset's test split, and where the camera is [cells]."""
+    """At most `per_object` samples of each object of each dataset's test split, and where the camera is [cells]."""
     samples, objects = [], []
     for folder in folders:
         data = Dataset(folder, CompletionSample, split="test")

@@ -62,7 +62,7 @@ class Hand:
 
 
 class Thing:
-    """A mesh that stands in the world."""
+    """A mesh fixed in the world."""
 
     def __init__(self, mesh: trimesh.Trimesh, world_from_mesh: np.ndarray) -> None:
         mesh = mesh.copy()
@@ -84,7 +84,7 @@ class Thing:
 
 
 def path_of(world_from_base: np.ndarray) -> np.ndarray:
-    """Poses of the hand's base on its way along its z axis, from the stand-off to the grasp."""
+    """Poses of the hand's base along its z axis, from the pregrasp to the grasp."""
     path = np.tile(world_from_base, (STEPS, 1, 1))
     path[:, :3, 3] -= np.linspace(STAND_OFF, 0.0, STEPS)[:, None] * world_from_base[:3, 2]
     return path

@@ -4,8 +4,8 @@ Each kept scene's objects are dropped anew, with their masses and frictions, int
   - MuJoCo, with the convex hulls of the meshes, graspmill's other settings and its rule of rest,
   - MuJoCo, with the parts into which CoACD divides the meshes (threshold 0.08), else as before,
   - PyBullet, with convex hulls and the rule of VGN's generator (Breyer et al. 2020): after each drop until one norm over the linear
-    and angular speed of every body is below 0.01, or for 1 s, at the end for 2 s at most; what is there then is saved.
-Two judges say what the scenes are worth. Each puts the bodies that are in the bin at the saved poses, at rest, and steps them for 2 s:
+    and angular speed of every body is below 0.01, or for 1 s, at the end for 2 s at most; the remaining bodies are saved.
+Two judges rate the scenes. Each puts the bodies that are in the bin at the saved poses, at rest, and steps them for 2 s:
   - graspmill, with its contacts of the true meshes: a job that imports the poses ([import]) measures how far each body moves,
   - a judge that is none of them: stock MuJoCo with rigid flexes of the true meshes' own triangles (flex_scenes.py), fewer scenes, since
     it takes 50 times as long.
@@ -385,7 +385,7 @@ def main() -> int:
 
 
 def compare(options: argparse.Namespace, bodies: int, folder: Path) -> None:
-    """Settles and judges bins of so many bodies, and prints a row per way."""
+    """Settles and judges bins of `bodies` bodies, and prints a row per method."""
     chosen = f"include = {json.dumps(options.include)}" if options.include else LOOSE
     x, y, z = INNER
     job = (JOB + OBJECTS).format(bodies=bodies, scenes=options.scenes, x=x, y=y, z=z, wall=WALL, chosen=chosen)

@@ -31,7 +31,7 @@ use support::robots::{FETCH, FETCH_ARM, FETCH_MESHES, FETCH_SITE, open_robot, ra
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-/// The Fetch's grid, or one with so many steps in each of its own; roll keeps its two.
+/// The Fetch's grid, or one with each step divided into `split`; roll keeps its two.
 fn grid(split: usize) -> AxisGrid {
     let (names, count) = (["x", "y", "z", "roll", "pitch", "yaw"], [12, 22, 20, 2, 8, 8]);
     let axis = |k: usize| {

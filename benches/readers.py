@@ -29,7 +29,7 @@ from graspmill import CompletionSample, Dataset, NpyExport, PairBatch, ShuffledC
 
 BATCH = 256
 PASSES = 3
-# Slow readers get so many samples of a pass.
+# Slow readers get this many samples of a pass.
 FEW = 2048
 
 Planes = tuple[np.ndarray, np.ndarray]
@@ -203,7 +203,7 @@ def main() -> None:
     parser.add_argument("--graspmill", default=str(ROOT / "target/release/graspmill"), help="the program")
     parser.add_argument("--job", default="jobs/builtin.toml")
     parser.add_argument("--set", action="append", default=["channels.visibility=false"], help="settings of the job")
-    parser.add_argument("--folder", type=pathlib.Path, help="where the data stand or go; temporary without it")
+    parser.add_argument("--folder", type=pathlib.Path, help="folder of the data, made if missing; temporary by default")
     parser.add_argument("--only", default="", help="readers whose names hold this")
     parser.add_argument("--json", action="store_true")
     given = parser.parse_args()

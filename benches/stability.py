@@ -1,8 +1,8 @@
-"""Do grasps that hold go on holding when a simulation's settings are others? Replays in plain MuJoCo.
+"""Do grasps still hold with other settings of a simulation? Replays in plain MuJoCo.
 
 For each dataset of grasps with trials, held grasps spread evenly over it are exported (`graspmill export --to mujoco`) and
 tried again by the export's own `replay.py`, with MuJoCo's own contacts: as exported, and with one change at a time. A row
-says how many of them hold, with the 95 % interval (Wilson), and how many of those that hold as exported. No row is made
+has the number of them that hold, with the 95 % interval (Wilson), and how many of those that hold as exported. No row is made
 with the contacts of graspmill.
 """
 
@@ -25,7 +25,7 @@ from typing import Any
 
 import mujoco
 
-# What an attribute that nobody sets is in MuJoCo.
+# MuJoCo's default for this attribute.
 DEFAULT_SOLREF = (0.02, 1.0)
 
 
@@ -115,7 +115,7 @@ def label_of(grasp: dict) -> str:
 
 
 def chosen(folder: Path, count: int) -> dict[str, list[dict]]:
-    """Grasps that the dataset says held, evenly over the export, by object."""
+    """Grasps that are labelled held, evenly over the export, by object."""
     held = []
     for path in sorted(folder.glob("*/grasps.json")):
         grasps = json.loads(path.read_text())["grasps"]

@@ -75,7 +75,7 @@ def make_datasets(study: dict[str, Any], program: str, out: Path) -> dict[str, l
 
 
 def recipe_text(study: dict[str, Any], arm: dict[str, Any], steps: int | None) -> str:
-    """The recipe of an arm as TOML: the base, the study's keys, the arm's; of so many steps."""
+    """The recipe of an arm as TOML: the base, the study's keys, the arm's; with this number of steps."""
     keys = dict(study.get("recipe", {}))
     base = keys.pop("base", "completion-standard")
     file = HOME / "python/graspmill/train/recipes" / f"{arm.get('base', base)}.toml"
@@ -119,7 +119,7 @@ def recognised(cells: np.ndarray, test: study_tests.Samples) -> np.ndarray:
 
 def scores(run: Path, tests: dict[str, study_tests.Samples], device: str) -> Scores:
     """The scores of a finished training on each test that has the model's inputs. A model without the output `coverage`
-    says that its occupied cells are solid."""
+    counts its occupied cells as solid."""
     import torch
     from graspmill.train.completing import predict
     from graspmill.train.networks import network_of
@@ -182,7 +182,7 @@ def hold(tests: Path, names: list[str]) -> None:
 def trained(
     arm: str, seed: int, data: list[str], out: Path, device: str, threads: int, fault: str | None
 ) -> tuple[str, int, Scores, str]:
-    """Trains an arm with a seed, unless that was done; its scores, and what the trainer said where it failed."""
+    """Trains an arm with a seed, unless that was done; its scores, or the trainer's message if it failed."""
     run = out / "runs" / f"{arm}-{seed}"
     program = ["-m", "graspmill.train"] if fault is None else [str(HOME / "benches/study_fault.py"), fault]
     if not (run / "model" / "model.json").exists():

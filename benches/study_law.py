@@ -1,6 +1,6 @@
 """The law of a study of objects and views: `study_law.py FOLDER/rows --all 484 --picture law.png` (figure 5.4 of the thesis).
 
-Arms are called NETWORK-OBJECTSxVIEWS, `all` objects being as many as `--all` says. What a network lacks of other objects, one minus its
+Arms are called NETWORK-OBJECTSxVIEWS, `--all` gives the number for `all`. What a network lacks of other objects, one minus its
 overlap, is fitted as a power of the count of objects, c (objects/100)^-a, for each count of views, by least squares of logarithms. Intervals
 are of 95 % by bootstrap of the objects that the networks are tested on. Prints a line for each network and count of views; draws mean
 overlaps by count of objects, other objects beside training views.

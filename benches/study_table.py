@@ -1,7 +1,7 @@
 """Tables of a study: `study_table.py FOLDER/rows` prints the mean overlap of each arm in each test as Markdown.
 
 A mean is one over objects of the means of their samples, over all seeds, with its 95 % interval by bootstrap of objects.
-With `--base ARM` the others stand as differences from that arm, paired by object. `--where` keeps rows alone: `thin=1`
+With `--base ARM` the others are differences from that arm, paired by object. `--where` keeps rows alone: `thin=1`
 (hollow or thin objects), `thin=0`, `hidden>0.3` (share of the silhouette that is hidden), `end_on>1` (longer along the
 optical axis than across it). `--metric recognised` is the share of the samples that are recognised among other shapes whose seen cells
 are the same: whose completion overlaps their own truth the most. `--seeds` prints the lowest and the highest mean of a seed, too.

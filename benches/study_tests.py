@@ -6,7 +6,7 @@ Tests of a study are tables `[[tests]]`:
     data = ["clean"]             datasets of the study
     split = "test"               training, holdout, validation or test
     objects = 14                 of this training subset alone; all without it
-    per_object = 12              at most so many samples of each object, evenly taken
+    per_object = 12              largest number of samples of each object, evenly taken
     change = "touch of others"   what is done to the inputs: see CHANGES; nothing without it
 
     name = "noisy"               or: pairs by Embree and trimesh, with noise and an occluder of their own
@@ -144,7 +144,7 @@ def of_datasets(folders: list[Path], split: str, subset: int | None, per_object:
 
 
 def neutral_pairs_of(scan: Path, seed: int, views: int) -> tuple[list[list[list[np.ndarray]]], float]:
-    """So many views of a scan under each condition of data_conditions.py, each as rows of its planes and the share of
+    """`views` views of a scan under each condition of data_conditions.py, each as rows of its planes and the share of
     each cell that is solid; and the scan's share of its convex hull."""
     from data_conditions import CONDITIONS, Conditions
     from data_neutral import frame_of

@@ -100,7 +100,7 @@ pub fn tables(input: &[u8]) {
     }
 }
 
-/// A whole shard in place of the small dataset's first, its checksums mended.
+/// A whole shard in place of the small dataset's first, its checksums corrected.
 pub fn shard(input: &[u8]) {
     put_shard(&with_checksums(input));
 }
@@ -130,7 +130,7 @@ fn put_shard(bytes: &[u8]) {
     copy.read(VerifyLevel::Full);
 }
 
-/// `field.mcap` or `shapes.mcap`, as the first byte says, checksums mended.
+/// `field.mcap` or `shapes.mcap`, selected by the first byte, checksums corrected.
 pub fn beside(input: &[u8]) {
     static SCRATCH: LazyLock<tempfile::TempDir> = LazyLock::new(scratch);
     let Some((file, bytes)) = input.split_first() else { return };

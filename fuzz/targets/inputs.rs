@@ -87,7 +87,7 @@ pub fn job(input: &[u8]) {
     assert_eq!(again.digest(), job.digest(), "a resolved job is the same job");
 }
 
-/// A file of the arrangements that a job names, of the kind that the first byte says, beside others that are as they should be.
+/// A file of the arrangements that a job names, of the kind that the first byte selects, with valid other files.
 pub fn arrangement(input: &[u8]) {
     const POSES: &str = r#"{"1":[{"obj_id":1,"cam_R_m2c":[1,0,0,0,1,0,0,0,1],"cam_t_m2c":[0,0,700]}]}"#;
     const CAMERA: &str =
@@ -135,7 +135,7 @@ pub fn description(input: &[u8]) {
     }
 }
 
-/// A mesh file of the format that the first byte names: read, mended, checked.
+/// A mesh file of the format that the first byte names: read, repaired, checked.
 pub fn mesh(input: &[u8]) {
     static SCRATCH: LazyLock<tempfile::TempDir> = LazyLock::new(scratch);
     let Some((format, bytes)) = input.split_first() else { return };

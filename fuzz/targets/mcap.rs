@@ -1,4 +1,4 @@
-//! Checksums mended, so that damage reaches what stands behind them: whoever forges a file can count, too.
+//! Corrects checksums, so that damage reaches the content behind them: a forger can compute checksums, too.
 
 use std::io::Write;
 
@@ -94,7 +94,7 @@ pub fn shard_of(input: &[u8], topics: &[&str]) -> Option<Vec<u8>> {
     Some(ShardParts { head, chunks, attachments: ledger.collect(), summary }.bytes())
 }
 
-/// A chunk: its records, and the first and last sample that its index says.
+/// A chunk: its records, and the first and last sample of its index.
 #[derive(Clone, Debug)]
 pub struct Chunk {
     pub records: Vec<u8>,
@@ -128,7 +128,7 @@ impl ShardParts {
             record(&mut file, CHUNK, &body);
             let end = file.len();
             let mut body = [*first, *last, start as u64, (end - start) as u64].map(u64::to_le_bytes).concat();
-            // One entry of message indexes, wherever they are, says that the chunk has messages.
+            // One entry of message indexes, at any offset, shows that the chunk has messages.
             body.extend([&10u32.to_le_bytes()[..], &0u16.to_le_bytes(), &(end as u64).to_le_bytes(), &[0; 8]].concat());
             body.extend(text("zstd"));
             body.extend([packed.len() as u64, records.len() as u64].map(u64::to_le_bytes).concat());

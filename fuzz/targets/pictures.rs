@@ -91,8 +91,7 @@ pub fn camera(input: &[u8]) {
     }
 }
 
-/// A model's folder, one file of which is the input, though with the digest that is asked for: opened, and held against its
-/// samples.
+/// A model's folder, one file of which is the input, with the expected digest: opened, and compared with its samples.
 pub fn model(input: &[u8]) {
     static SCRATCH: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
         let folder = scratch();

@@ -1,4 +1,4 @@
-"""What MuJoCo's forward kinematics and coal's triangle meshes say about configurations that a test leaves in a folder.
+"""Results of MuJoCo's forward kinematics and coal's triangle meshes for configurations that a test leaves in a folder.
 
 question.json: {scene, site, joints, fixed, pairs}, pairs of body names; values: a row of f64 a configuration. Writes
 poses (f64: the site's origin, then its rotation, row-major) and collides (u8: 1 where a pair touches); prints JSON:

@@ -1,4 +1,4 @@
-"""What scipy and scikit-fmm say about the label sets that tests/field.rs leaves in a folder.
+"""Distance fields by scipy and scikit-fmm for the label sets that tests/field.rs leaves in a folder.
 
 A case NAME is NAME.labels (u8, 1 = inside, C order); cases.json lists {name, shape, steps, periodic}, steps in the metric.
 Each command writes NAME.peer (f64, C order). field.py centres DIR | thesis DIR

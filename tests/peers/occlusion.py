@@ -1,4 +1,4 @@
-"""Holds what stands in front of objects against Embree: which pixels it hides, the depth that is left, what is seen to be free.
+"""Compares occluders in front of objects with Embree: the pixels that they hide, the remaining depth, the visibly free space.
 
 occlusion.py OCCLUDED FREE SCANS. Two datasets of one job, with and without occluders, with depth images and visibility. An
 occluder is the convex hull of its corners, made by trimesh. Prints one JSON object.

@@ -16,7 +16,7 @@ import coal
 import numpy as np
 import trimesh
 
-# Beyond this nobody asks how far it is [m].
+# Distances beyond this are not needed [m].
 FAR = 0.02
 
 # How deep a solid is that lies wholly in a mesh [m].

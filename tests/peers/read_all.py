@@ -29,7 +29,7 @@ PROPERTIES = {
 
 
 def steps(folder: str) -> Iterator[Callable[[], Any]]:
-    """Questions that a reader may ask, each apart: one that is refused hides no other."""
+    """Queries of a reader, each run separately: a refused one hides no other."""
     yield lambda: graspmill.Dataset(folder)
     with contextlib.suppress(graspmill.DatasetError):
         data = graspmill.Dataset(folder)

@@ -27,7 +27,7 @@ def records(folder: Path) -> int:
 
 
 def check(program: str, *arguments: str) -> None:
-    """A program that stands beside this Python says that all is well."""
+    """Requires that a program in the folder of this Python reports no fault."""
     path = Path(sys.executable).with_name(program)
     done = subprocess.run([path, *arguments], capture_output=True, text=True, env={**os.environ, "TERM": "dumb"})
     if done.returncode != 0:

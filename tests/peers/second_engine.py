@@ -4,11 +4,11 @@
 
 Nothing of MuJoCo's physics is used: MuJoCo reads `hand.xml` (bodies, axes, primitives) and steps nothing. Drake solves
 contacts as pressure fields over surfaces (hydroelastic contact) of the true, not convex, mesh with slightly soft
-primitives of the hand, by a convex solver of its own (SAP). The hand closes by position drives whose forces are limited:
-each motor turns its joints at its speed until one of them resists with its torque; from then on the drives bear the
-holding torque. Where a motor's clutch opens, its leading joint stays and the follower goes on alone.
+primitives of the hand, by its own convex solver (SAP). The hand closes by position drives whose forces are limited:
+each motor moves its joints at its speed until one of them resists with its torque; from then on the drives bear the
+holding torque. Where a motor's clutch opens, its leading joint stays and only the follower moves on.
 
-Of a table nothing is asked here: the object floats without gravity and is braked while the hand closes; then the hand
+There is no table here: the object floats without gravity and is braked while the hand closes; then the hand
 lets go of the brake, gravity comes on along -z of the mesh, the hand lifts by 10 cm and shakes. A grasp holds when the
 object stays within the protocol's distance and angle of where it was in the closed hand, with two links on it at the end.
 """
@@ -68,7 +68,7 @@ DISSIPATION = 1.0
 EDGE = 0.004
 # The object's centre has left the hand while that closes [m].
 PUSHED_AWAY = 0.1
-# A leading joint that resists for so long opens its clutch, and a hand whose motors all stood for so long is closed [s].
+# A leading joint that resists for this long opens its clutch, and a hand whose motors all rest for this long is closed [s].
 OPENS, RESTS = 0.02, 0.05
 # A motor starts with this part of its torque, so that its own inertia is not taken for resistance.
 STARTS = 0.2
@@ -172,7 +172,7 @@ class Motor:
 
     def __init__(self, told, hand, value):
         self.told, self.hand, self.value = told, hand, value
-        self.released, self.speed, self.resisted, self.stood = None, 0.0, 0.0, 0.0
+        self.released, self.speed, self.resisted, self.rested = None, 0.0, 0.0, 0.0
         closes = 0.0 if told["closed"] is None else told["closed"] - told["opened"]
         self.way = math.copysign(1.0, closes) if closes else 0.0
         self.alone = next((follower for follower in told["followers"] if follower["alone"]), None)
@@ -212,17 +212,17 @@ class Motor:
             if self.alone and self.released is None and self.told["joint"] in resisting:
                 self.resisted += STEP
                 if self.resisted >= OPENS:
-                    self.released, self.stood = self.value, 0.0
+                    self.released, self.rested = self.value, 0.0
             return
         ratios = {name: abs(after[name] - before[name]) / (self.told["speed"] * STEP) for name in before}
         change = min(STARTS * torque / (joint.inertia * max(ratios[joint.joint.name()], 1e-3)) for joint, _, _, torque in moved)
         self.speed = min(self.told["speed"], self.speed + change * STEP)
         self.value += self.way * min(self.speed * STEP, left)
-        self.resisted = self.stood = 0.0
+        self.resisted = self.rested = 0.0
         self.drive()
 
     def stop(self, state):
-        self.speed, self.stood = 0.0, self.stood + STEP
+        self.speed, self.rested = 0.0, self.rested + STEP
         self.drive()
 
     def drive(self):
@@ -339,7 +339,7 @@ class World:
         for _ in self.steps(self.protocol["closing"]):
             self.step()
             self.plant.SetFreeBodySpatialVelocity(self.context, self.object, SpatialVelocity.Zero())
-            if all(motor.stood >= RESTS for motor in self.motors):
+            if all(motor.rested >= RESTS for motor in self.motors):
                 break
             if np.linalg.norm(self.place()[1] - begun) > PUSHED_AWAY:
                 return "lost_closing"
@@ -384,7 +384,7 @@ def label_of(grasp):
 
 
 def chosen(folder, each):
-    """So many grasps whose label is held, and as many that failed, evenly over the export, by object."""
+    """This many grasps whose label is held, and as many that failed, evenly over the export, by object."""
     sides = {True: [], False: []}
     for path in sorted(folder.glob("*/grasps.json")):
         for number, grasp in enumerate(json.loads(path.read_text())["grasps"]):

@@ -1,4 +1,4 @@
-"""What libigl and trimesh say about the cases that tests/solid_oracles.rs leaves in a folder; one JSON line a case.
+"""Results of libigl and trimesh for the cases that tests/solid_oracles.rs leaves in a folder; one JSON line per case.
 
 A case NAME is NAME.vertices (f32, xyz), NAME.triangles (u32), and NAME.words (u64, the solid grid); cases.json lists
 {name, origin, pitch}. solid.py winding DIR STEP | volume DIR | distance DIR | rest DIR | binvox FILE...

@@ -356,7 +356,7 @@ def same(found, expected):
 
 
 def check_objects(dataset, rows, counts):
-    """One row per object that the samples have, with what the asset table says of it."""
+    """One row per object that the samples have, with its values from the asset table."""
     known = {row["object"]: row for row in dataset.folder.objects()}
     facts_of = graspmill.object_facts(dataset.folder.path)
     assert [row["subject"] for row in rows] == [digest for digest in known if digest in counts]

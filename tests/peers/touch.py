@@ -1,8 +1,8 @@
-"""Reads a dataset with random-ray touch and holds every ray against MuJoCo, Embree and libigl.
+"""Reads a dataset with random-ray touch and compares every ray with MuJoCo, Embree and libigl.
 
-touch.py DATASET SCANS. Each ray is sent again from where the record says that it started: by mj_ray and by Embree in the
-mesh's frame; each contact looks at the camera by mj_ray; points are held against the mesh by libigl's distances and winding
-numbers, cells against the words of docs/format.md. Prints one JSON object.
+touch.py DATASET SCANS. Each ray is sent again from its recorded start: by mj_ray and by Embree in the
+mesh's frame; a mj_ray runs from each contact to the camera; points are compared with the mesh by libigl's distances and winding
+numbers, cells with the text of docs/format.md. Prints one JSON object.
 """
 
 import json
@@ -21,7 +21,7 @@ from mcap_protobuf.decoder import DecoderFactory
 data, scans = Path(sys.argv[1]), Path(sys.argv[2])
 assets = {row["object"]: row for row in json.loads((data / "assets.json").read_text())["objects"]}
 AWAY = np.array([0.0, 0.0, 1.0])
-# Rays start this far behind where the record says: some surfaces lie on the very plane [m].
+# Rays start this far behind their recorded start: some surfaces are exactly on the plane [m].
 BEHIND = 0.01
 CLEARANCE = 1e-6
 BINS = [0.5, 1, 2, 4]
@@ -30,7 +30,7 @@ BINS = [0.5, 1, 2, 4]
 class Scan:
     def __init__(self, name):
         mesh = trimesh.load(scans / f"{name}.stl")
-        # As the program mends them: of faces on the same three vertices none stays.
+        # As the program repairs them: all faces on the same three vertices are removed.
         keys = np.sort(mesh.faces, axis=1)
         _, place, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
         self.vertices = np.ascontiguousarray(mesh.vertices, np.float64)

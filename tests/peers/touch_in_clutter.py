@@ -2,9 +2,9 @@
 
     touch_in_clutter.py PAIRS VIEWS
 
-Rays start where docs/format.md says. Embree finds what each meets first among the triangles of the body, of the other bodies and of boxes
-of our own for the container; libigl's winding numbers say whether it starts inside of something, heights whether below the table. MuJoCo's
-rays look from each contact at the camera, past the body itself and everything else. Prints counts as JSON.
+Rays start as specified in docs/format.md. Embree finds what each meets first among the triangles of the body, of the other bodies and of boxes
+of our own for the container; libigl's winding numbers show whether it starts inside of something, heights whether below the table. MuJoCo's
+rays run from each contact to the camera, past the body itself and everything else. Prints counts as JSON.
 """
 
 import json

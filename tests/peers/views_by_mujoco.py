@@ -39,7 +39,7 @@ def model_of(view, meshes):
     kind, sizes = view.container
     floor, half = 0.0, np.asarray(view.table_size) / 2
     if kind == "bin":
-        # The bins stand upright: a tilted one has one more number.
+        # The bins are upright: a tilted one has one more number.
         x, y, z, wall = sizes
         floor = -wall
         box = mujoco.mjtGeom.mjGEOM_BOX
@@ -62,7 +62,7 @@ def model_of(view, meshes):
 
 
 def by_rays(model, state, numbers, view):
-    """MuJoCo's rays: they say what each pixel sees, and its depth."""
+    """MuJoCo's rays: the body of each pixel, and its depth."""
     rays = directions(view.camera, view.world_from_camera)
     geom = np.zeros(1, np.int32)
     seen, depth = np.zeros(len(rays), np.uint8), np.full(len(rays), np.nan)
@@ -75,7 +75,7 @@ def by_rays(model, state, numbers, view):
 
 
 def by_renderer(model, state, numbers, view):
-    """MuJoCo's renderer: it says what each pixel sees, and no depth."""
+    """MuJoCo's renderer: the body of each pixel, without depth."""
     with mujoco.Renderer(model, view.camera.height, view.camera.width) as renderer:
         renderer.enable_segmentation_rendering()
         renderer.update_scene(state, camera="view")

@@ -1,8 +1,8 @@
-"""Volumes of a dataset against other programs: distances fused anew from the views' depth, and what is at each voxel's centre.
+"""Volumes of a dataset against other programs: distances fused again from the views' depth, and what is at each voxel's centre.
 
     volumes.py RULE VOLUMES VIEWS COUNT
 
-COUNT volumes, spread over the dataset, are examined. RULE says who fuses:
+COUNT volumes, spread over the dataset, are examined. RULE selects the program that fuses:
 - numpy: an implementation of our own, in double precision, of the rule in docs/format.md;
 - open3d: Open3D's `UniformTSDFVolume`, with whole numbers as pixel centres, in single precision.
 A voxel counts as a tie when its centre projects to within 0.002 px of the border between two pixels of a fused image, or lies within
@@ -33,7 +33,7 @@ def projected(sample, index, centres):
 
 
 def image_of(sample, index, centres, depth):
-    """Distance of each centre in units of the truncation, whether the image says something of it, and whether it is a tie."""
+    """Distance of each centre in units of the truncation, whether the image updates it, and whether it is a tie."""
     camera = sample.intrinsics[index]
     u, v, along, inside = projected(sample, index, centres)
     with np.errstate(invalid="ignore"):
@@ -85,7 +85,7 @@ def moved(points, pose):
 
 
 def compare_truth(sample, centres, meshes, found):
-    """Counts the centres of which trimesh says something else than the truth."""
+    """Counts the centres where trimesh and the truth differ."""
     import igl
     import trimesh
 
