@@ -9,14 +9,14 @@ use kernel::{
     ids::{Digest, ObjectId, SampleId},
 };
 
-/// Checks the records of one sample after the other, on one thread, but for the channels whose
-/// [decoder](crate::ChannelFormat::decode) says all. Records of a sample come in the order of their channels, so that a record
-/// can be checked against the ones before it.
+/// Checks the records of one sample after another, on one thread, except for channels whose
+/// [decoder](crate::ChannelFormat::decode) checks everything. Records of a sample come in the order of their channels, so that a
+/// record can be checked against the ones before it.
 pub trait CheckSample {
     /// Decodes and checks the next payload.
     ///
     /// # Errors
-    /// When the payload is no valid record of its channel, or contradicts another record of its sample.
+    /// When the payload is not a valid record of its channel, or contradicts another record of its sample.
     fn check(&mut self, channel: Channel, payload: &[u8]) -> Result<CheckedRecord, RecordError>;
 }
 
@@ -41,7 +41,7 @@ impl CheckedRecord {
 /// Decodes and checks the next payload of a sample: by its channel's own decoder, or by the product's checks.
 ///
 /// # Errors
-/// When the payload is no valid record of its channel, or contradicts another record of its sample.
+/// When the payload is not a valid record of its channel, or contradicts another record of its sample.
 pub fn check_record(
     checks: &mut dyn CheckSample,
     channel: Channel,
@@ -82,7 +82,7 @@ pub struct FileCheck {
     pub check: fn(&FileContext<'_>) -> Vec<String>,
 }
 
-/// Part of a root digest that stands for a file.
+/// Part of a root digest that covers a file.
 pub struct RootPart {
     /// Word before the digest.
     pub word: &'static str,
@@ -102,7 +102,7 @@ pub struct FileContext<'a> {
     pub objects: &'a [ObjectId],
     /// Ids of the hands in the asset table.
     pub hands: &'a [ObjectId],
-    /// Whether every shard holds what the manifest says; otherwise nothing can be compared with the samples.
+    /// Whether every shard matches the manifest; otherwise nothing can be compared with the samples.
     pub shards_intact: bool,
     /// Whether contents are to be checked, not only digests.
     pub full: bool,

@@ -1,8 +1,8 @@
 //! Everything that is on disk: records and their codec, products and channels as tables, datasets of shards.
 //!
-//! A record is one protobuf message on one MCAP topic (`proto/`). Names of objects, paths, clocks and sample indices never
-//! enter a payload: the same sample has the same bytes in every dataset. Everything that the format knows of a product
-//! stands in its row of [`PRODUCTS`](products::PRODUCTS); the code of [`dataset`] knows rows alone.
+//! A record is one protobuf message on one MCAP topic (`proto/`). Names of objects, paths, clocks and sample indices never enter
+//! a payload: the same sample has the same bytes in every dataset. Everything that the format knows about a product is in its row
+//! of [`PRODUCTS`](products::PRODUCTS); the code of [`dataset`] depends only on rows.
 
 // Tests compare with what the C library computes.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]

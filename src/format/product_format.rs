@@ -1,5 +1,5 @@
-//! Products, channels and facts as rows of tables: everything that the format needs to know of a product stands in one
-//! [`ProductFormat`], and ledgers, index columns, manifest counts and metadata are derived from it.
+//! Products, channels and facts as rows of tables: everything that the format needs to know about a product is in one
+//! [`ProductFormat`]; ledgers, index columns, manifest counts and metadata are derived from it.
 
 use std::fmt;
 
@@ -32,7 +32,7 @@ pub struct ProductFormat {
     pub has_splits: bool,
     /// Whether the splits are those of another dataset, which announces its own leaks.
     pub inherits_splits: bool,
-    /// Files of a finished dataset beside those that every dataset has.
+    /// Files of a finished dataset in addition to those that every dataset has.
     pub files: &'static [ExtraFile],
 }
 
@@ -92,7 +92,7 @@ impl ChannelFormat {
 pub struct ArrayFormat {
     /// Name.
     pub name: &'static str,
-    /// Shape and type; `N` stands for the resolution of the sample's grid.
+    /// Shape and type; `N` is the resolution of the sample's grid.
     pub shape: &'static str,
     /// Meaning with unit.
     pub meaning: &'static str,
@@ -105,7 +105,7 @@ impl ArrayFormat {
     }
 }
 
-/// A fact of each sample, kept in tables so that nobody has to read the samples for it.
+/// A fact of each sample, stored in tables so that readers need not read the samples for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FactFormat {
     /// Name of its column.
@@ -131,7 +131,7 @@ pub struct ExtraFile {
 pub enum FactKind {
     /// Whole number from 0 to 2^32 - 1 that adds up over samples; the manifest has its sum.
     Count,
-    /// Whole number from 0 to 2^32 - 1 whose sum means nothing.
+    /// Whole number from 0 to 2^32 - 1 whose sum has no meaning.
     Integer,
     /// Double in a range.
     Number(FactRange),
@@ -164,7 +164,7 @@ impl FactRange {
     /// All ranges.
     pub const ALL: [Self; 4] = [Self::Share, Self::FromZero, Self::Finite, Self::FiniteOrNone];
 
-    /// Least and largest value; both are in the range.
+    /// Smallest and largest value; both are in the range.
     pub fn ends(self) -> [f64; 2] {
         match self {
             Self::Share => [0.0, 1.0],
@@ -208,7 +208,7 @@ impl fmt::Display for FactRange {
 pub struct Facts(Vec<f64>);
 
 impl Facts {
-    /// Facts out of their values.
+    /// Facts from their values.
     pub fn new(values: impl IntoIterator<Item = f64>) -> Self {
         Self(values.into_iter().collect())
     }

@@ -26,7 +26,7 @@ fn every_channel_has_its_topic_and_its_message() {
         assert_eq!(channel.topic, format!("/{product}/{}", channel.name()));
         let descriptors = text(channel);
         assert!(descriptors.contains(channel.message.trim_start_matches("graspmill.")));
-        assert!(!descriptors.contains("Topic /"), "comments must not stand in shards");
+        assert!(!descriptors.contains("Topic /"), "comments must not be in shards");
     }
     assert_eq!(Channel::from_topic("/completion/colour"), None);
     for product in Product::all() {

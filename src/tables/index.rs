@@ -103,8 +103,8 @@ mod tests {
             table.push(&[Cell::U64(number), Cell::Text("mug"), reason, Cell::F64(0.5), digest]).expect("a row");
         }
         table.finish().expect("an end");
-        // Verification compares an index with one that is written again: another library may write other bytes, and
-        // then the number of the format has to change.
+        // Verification compares an index with one that is written again: another library may write other bytes, and then the
+        // number of the format must change.
         assert_eq!(Digest::of(&bytes).short(), "889464c1aa35d536");
     }
 }

@@ -1,4 +1,4 @@
-//! Parquet tables: the index of a dataset, and rows of exports. The one home of the Parquet library.
+//! Parquet tables: the index of a dataset, and rows of exports. Only this crate uses the Parquet library.
 //!
 //! Tables are written for pandas, DuckDB and dataset viewers; graspmill never reads one back.
 

@@ -28,9 +28,9 @@ pub enum ColumnType {
     U64,
     /// Double.
     F64,
-    /// Bytes that hardly repeat, such as bit planes: neither dictionary nor statistics are kept of them.
+    /// Bytes that rarely repeat, such as bit planes; written without dictionary and statistics.
     Bytes,
-    /// Thirty-two bytes of a digest, which neither repeat nor shrink.
+    /// Thirty-two bytes of a digest, which do not repeat or compress.
     Digest,
     /// List of doubles.
     F64s,
@@ -79,7 +79,7 @@ pub struct TableFormat {
     pub name: &'static str,
     /// Columns, in order.
     pub columns: Vec<TableColumn>,
-    /// Rows of a row group: what the writer holds, and what a reader has to unpack at once.
+    /// Rows of a row group: the writer holds them in memory, and a reader unpacks them at once.
     pub group: usize,
     /// Keys and values of the table's own metadata.
     pub metadata: Vec<(String, String)>,
@@ -99,7 +99,7 @@ impl<W: io::Write + Send> TableWriter<W> {
     /// Begins a table.
     ///
     /// # Errors
-    /// When the output takes nothing.
+    /// When the output cannot be written.
     pub fn begin(out: W, format: TableFormat) -> io::Result<Self> {
         let columns = format.columns.iter().map(|column| Values::new(column.kind, column.optional)).collect();
         Ok(Self { writer: open(out, &format).map_err(into_io)?, columns, rows: 0, group: format.group })
@@ -108,7 +108,7 @@ impl<W: io::Write + Send> TableWriter<W> {
     /// Adds a row: one value per column, in their order.
     ///
     /// # Errors
-    /// When the output takes nothing, or the values do not fit the columns.
+    /// When the output cannot be written, or the values do not fit the columns.
     pub fn push<'a>(&mut self, row: impl IntoIterator<Item = Value<'a>>) -> io::Result<()> {
         let (mut values, mut fits) = (row.into_iter(), true);
         for column in &mut self.columns {
@@ -124,7 +124,7 @@ impl<W: io::Write + Send> TableWriter<W> {
     /// Writes what is left, and the footer.
     ///
     /// # Errors
-    /// When the output takes nothing.
+    /// When the output cannot be written.
     pub fn finish(mut self) -> io::Result<()> {
         if self.rows > 0 {
             self.flush()?;
@@ -153,9 +153,9 @@ impl<W: io::Write + Send> TableWriter<W> {
 /// The values of one column in one row group, with the levels of Dremel's encoding where there are any.
 struct Values {
     optional: bool,
-    /// Share of the path to a value that is there, in optional columns and lists.
+    /// Definition levels: how much of the path to a value is present, in optional columns and lists.
     definition: Vec<i16>,
-    /// Whether a list goes on: 0 where a row begins, else 1.
+    /// Repetition levels: 0 where a row begins, 1 where its list continues.
     repetition: Vec<i16>,
     values: Typed,
 }
@@ -228,7 +228,7 @@ impl Values {
 
     /// Adds the levels of a list.
     fn push_list(&mut self, length: usize) {
-        // An empty list is there, but no element of it.
+        // An empty list is present, but has no element.
         let level = i16::from(self.optional) + i16::from(length > 0);
         self.definition.extend(std::iter::repeat_n(level, length.max(1)));
         self.repetition.extend((0..length.max(1)).map(|index| i16::from(index > 0)));
@@ -276,7 +276,7 @@ impl Values {
 fn open<W: io::Write + Send>(out: W, format: &TableFormat) -> Result<SerializedFileWriter<W>, ParquetError> {
     let metadata = format.metadata.iter().map(|(key, value)| KeyValue::new(key.clone(), value.clone()));
     let mut properties = WriterProperties::builder()
-        // The default holds the library's version, which would move bytes.
+        // The default contains the library's version, which would change bytes.
         .set_created_by("graspmill format 3".to_owned())
         .set_key_value_metadata((!format.metadata.is_empty()).then(|| metadata.collect()))
         .set_compression(Compression::ZSTD(ZstdLevel::try_new(3)?))
@@ -320,7 +320,7 @@ fn list_of(presence: &str, name: &str, element: &str) -> String {
     format!("{presence} group {name} (list) {{ repeated group list {{ required {element}; }} }}\n")
 }
 
-/// An error of the output comes back as it was.
+/// Returns an error of the output unchanged.
 fn into_io(error: ParquetError) -> io::Error {
     match error {
         ParquetError::External(source) => match source.downcast::<io::Error>() {

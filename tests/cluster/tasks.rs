@@ -63,7 +63,7 @@ fn a_damaged_shard_is_a_gap_until_its_task_runs_again() {
     let damaged = &list_shards(&out)[6];
     flip_bit(damaged);
     let gap = Program::on("merge", &out).expect_code(1).stderr;
-    assert!(gap.contains("1 of 15 shards are missing: 6") && gap.contains("its name says digest"), "{gap}");
+    assert!(gap.contains("1 of 15 shards are missing: 6") && gap.contains("its name has digest"), "{gap}");
     run("6/15");
     merge(&out);
     fs::remove_file(damaged.with_extension("mcap.bad")).expect("set aside");

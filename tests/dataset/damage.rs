@@ -97,7 +97,7 @@ fn a_truncated_a_missing_and_a_foreign_file_are_told_apart() {
     let lines = lines(&report);
     assert!(lines.contains("may be cut short"), "{lines}");
     assert!(lines.contains("the file is missing"), "{lines}");
-    assert!(lines.contains("does not know this file"), "{lines}");
+    assert!(lines.contains("this file is not in the manifest"), "{lines}");
     assert_eq!(report.intact_shards, 3);
     assert_eq!(report.calculated, None);
     let error = DatasetReader::open(&Folder::at(folder.folder())).map(|_| ()).unwrap_err().to_string();
@@ -171,7 +171,7 @@ fn a_well_formed_lie_is_found_in_its_sample() {
         }),
         ("cell_size = -1", |pair| pair.grid.cell_size = -1.0),
         ("centre_y = NaN", |pair| pair.grid.centre.y = f64::NAN),
-        ("do not close", |pair| {
+        ("poses are inconsistent", |pair| {
             pair.world_from_camera =
                 pair.world_from_camera * Pose::new(Rotation3::identity(), Vector3::new(0.0, 0.0, 1e-6));
         }),

@@ -122,7 +122,7 @@ fn fill_and_go_on(workspace: &Workspace, name: &str, size: u32) {
     );
     let (codes, said) = run_script(&script, workspace.folder(), true);
     assert_eq!(codes, [74, 0], "{said}");
-    assert!(said.contains("No space left on device") && said.contains("make room and run again"), "{said}");
+    assert!(said.contains("No space left on device") && said.contains("free some space and run again"), "{said}");
     let finished = said.lines().find_map(|line| line.strip_prefix("finished ")?.parse::<u32>().ok());
     assert!(finished.is_some_and(|finished| finished > 0), "{said}");
     let [resumed, whole] = [workspace.path(format!("{name}-resumed")), workspace.path(name)];

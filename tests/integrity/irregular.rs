@@ -85,7 +85,7 @@ fn files_of_a_dataset_that_are_no_files_are_refused() {
             for verb in verbs {
                 let said = refused(Program::on(verb, &data), &format!("{verb} of {file}, {kind}"));
                 // Sizes are compared before files are opened: readers of shards report that first.
-                let is_named = ["not a regular file", "is a symbolic link", "the manifest says"];
+                let is_named = ["not a regular file", "is a symbolic link", "the manifest lists"];
                 let is_named = is_named.iter().any(|words| said.contains(words));
                 assert!(is_named, "{verb} of {file}, {kind}: {said}");
                 tried += 1;

@@ -42,7 +42,7 @@ fn what_is_damaged_comes_back_as_the_message_tells() {
                 damage(&copy.join(&file));
                 let outcome = Program::on(verb, &copy).finish();
                 let message = outcome.text();
-                let message = match message.contains("`graspmill verify` of the dataset tells how") {
+                let message = match message.contains("`graspmill verify` of the dataset explains how") {
                     true => Program::on("verify", &copy).expect_code(4).text(),
                     false => message,
                 };
@@ -66,7 +66,7 @@ fn follow(message: &str, dataset: &Path, file: &Path) {
     };
     if message.contains("delete manifest.json and `run` the job again") {
         delete(Path::new("manifest.json"));
-    } else if message.contains("after deleting this shard") {
+    } else if message.contains("delete this shard if it exists") {
         let named = message.split_whitespace().find_map(|word| word.find("shards/").map(|at| &word[at..]));
         delete(Path::new(named.expect("a shard").trim_end_matches(':')));
     } else {

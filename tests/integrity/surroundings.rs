@@ -110,7 +110,7 @@ fn tasks_that_disagree_about_their_count_leave_gaps_and_no_harm() {
         fs::write(shard, changed).expect("a shard");
     }
     let gap = Program::on("merge", &data).expect_code(1).stderr;
-    assert!(gap.contains("3 of 15 shards are missing: 0,2,4") && gap.contains("its name says digest"), "{gap}");
+    assert!(gap.contains("3 of 15 shards are missing: 0,2,4") && gap.contains("its name has digest"), "{gap}");
     // The whole run makes what is missing, and the merge after it has nothing to do.
     workspace.run_job("job", "data").succeed();
     assert_eq!(print_root(&data), root);

@@ -111,7 +111,7 @@ fn assert_finds_damage(out: &Path) {
     let lie = set.replacen("\"bottle-01\"", "\"bottle-02\"", 1);
     fs::write(out.join("set.json"), &lie).expect("a lie");
     let said = Program::on("verify", out).expect_code(4).stderr;
-    assert!(said.contains("its seal says"), "{said}");
+    assert!(said.contains("its seal has"), "{said}");
     fs::write(out.join("set.json"), unseal(&lie)).expect("a lie");
     let said = Program::on("verify", out).expect_code(4).stdout;
     assert!(said.contains("set.json does not match"), "{said}");
@@ -119,7 +119,7 @@ fn assert_finds_damage(out: &Path) {
     let elsewhere = set.replacen("\"name\": \"grasps\"", "\"name\": \"../grasps\"", 1);
     fs::write(out.join("set.json"), unseal(&elsewhere)).expect("a lie");
     let said = Program::on("report", out).expect_code(1).stderr;
-    assert!(said.contains("'../grasps' is no name of a dataset in it"), "{said}");
+    assert!(said.contains("'../grasps' is not the name of a dataset in it"), "{said}");
 }
 
 #[test]
@@ -143,8 +143,8 @@ fn one_name_for_two_objects_is_said() {
     assert!(said.contains("which only `run` accepts"), "{said}");
 }
 
-/// Two jobs that divide their objects apart: one object trains in the one and tests in the other, and a bottle of the one is in the other,
-/// larger, turned, and under another name.
+/// Two jobs that divide their objects apart: one object trains in the one and tests in the other, and a bottle of the one is in
+/// the other, larger, turned, and under another name.
 #[test]
 fn objects_on_both_sides_of_a_split_are_found_across_datasets() {
     let workspace = Workspace::new();

@@ -1,6 +1,6 @@
-//! Why bytes are no record.
+//! Errors of decoding: why bytes are not a record.
 
-/// Why a payload is no valid record.
+/// Why a payload is not a valid record.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RecordError {
     /// The bytes are no protobuf message of that type.
@@ -26,7 +26,7 @@ pub enum RecordError {
         message: &'static str,
         /// Field.
         field: &'static str,
-        /// Length that the other fields ask for.
+        /// Length that the other fields require.
         expected: usize,
         /// Length found.
         found: usize,
@@ -40,11 +40,11 @@ pub enum RecordError {
         field: &'static str,
         /// Value found.
         value: f64,
-        /// Values that pass, in words.
+        /// Allowed values, in words.
         allowed: &'static str,
     },
     /// A stated count is not the count of the bits.
-    #[error("{message}.{field} says {stated} cells, its bits say {counted}")]
+    #[error("{message}.{field} states {stated} cells, but {counted} bits are set")]
     Count {
         /// Message type.
         message: &'static str,
@@ -55,7 +55,7 @@ pub enum RecordError {
         /// Counted bits.
         counted: u32,
     },
-    /// A text is none of those that are known.
+    /// A text is unknown.
     #[error("{message}.{field} is '{found}': must be {expected}")]
     Name {
         /// Message type.
@@ -64,10 +64,10 @@ pub enum RecordError {
         field: &'static str,
         /// Text found.
         found: String,
-        /// Texts that pass.
+        /// Allowed texts.
         expected: String,
     },
-    /// Axes make no grid of poses.
+    /// The axes do not form a grid of poses.
     #[error("{message}.axes: {problem}")]
     Grid {
         /// Message type.
@@ -76,7 +76,7 @@ pub enum RecordError {
         problem: kernel::geom::InvalidPoseGrid,
     },
     /// The rotation of a pose is not orthonormal and right-handed.
-    #[error("{message}.{field} is no rotation: off by {error:e}, at most 1e-9 passes")]
+    #[error("{message}.{field} is not a rotation: it is off by {error:e}, at most 1e-9 is allowed")]
     Rotation {
         /// Message type.
         message: &'static str,
@@ -86,7 +86,9 @@ pub enum RecordError {
         error: f64,
     },
     /// world_from_object is not world_from_camera * camera_from_object.
-    #[error("{message}: the three poses do not close: off by {error:e}, at most 1e-9 passes")]
+    #[error(
+        "{message}: the three poses are inconsistent: world_from_camera * camera_from_object is off by {error:e}, at most 1e-9 is allowed"
+    )]
     PoseChain {
         /// Message type.
         message: &'static str,

@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 use crate::codec::{RecordError, proto};
 use kernel::geom::{Frame, Intrinsics, InvalidIntrinsics, OccupancyGrid, Pose};
 
-/// Tolerance of a stored pose: from a rotation, and of the three poses from closing; composing them costs about 1e-15.
+/// Tolerance of a stored pose: distance from a rotation, and inconsistency of the three poses; composing them costs about 1e-15.
 const POSE_TOLERANCE: f64 = 1e-9;
 
 /// `Err` with the value unless `holds`.
@@ -58,7 +58,7 @@ pub(crate) const FOCAL_LENGTHS: &str = "0.01 to 100 times the longer side of the
 /// Principal points that a camera can have.
 const PRINCIPAL: &str = "up to five sides of the image from its middle";
 
-/// A camera out of its numbers.
+/// A camera from its numbers.
 pub(crate) fn intrinsics(message: &'static str, camera: Option<proto::Camera>) -> Result<Intrinsics, RecordError> {
     let camera = camera.ok_or(RecordError::Missing { message, field: "camera" })?;
     let proto::Camera { width, height, fx, fy, cx, cy, near } = camera;
@@ -81,7 +81,7 @@ pub(crate) fn intrinsics(message: &'static str, camera: Option<proto::Camera>) -
     })
 }
 
-/// A rigid motion out of its twelve numbers.
+/// A rigid motion from its twelve numbers.
 pub(crate) fn pose<To: Frame, From: Frame>(
     message: &'static str,
     field: &'static str,
@@ -106,7 +106,7 @@ pub(crate) fn broken(message: &'static str) -> impl FnOnce(prost::DecodeError) -
     move |error| RecordError::Protobuf { message, problem: error.to_string() }
 }
 
-/// Little-endian f32 out of a bytes field; every value must be finite.
+/// Little-endian f32 from a bytes field; every value must be finite.
 pub(crate) fn floats(
     message: &'static str,
     field: &'static str,
@@ -122,7 +122,7 @@ pub(crate) fn floats(
     }
 }
 
-/// (n, 3) little-endian f32 out of a bytes field.
+/// (n, 3) little-endian f32 from a bytes field.
 pub(crate) fn triples(message: &'static str, field: &'static str, data: &[u8]) -> Result<Vec<[f32; 3]>, RecordError> {
     Ok(floats(message, field, data, 3)?.chunks_exact(3).map(|xyz| [xyz[0], xyz[1], xyz[2]]).collect())
 }

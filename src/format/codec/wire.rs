@@ -1,5 +1,5 @@
-//! The few pieces of the protobuf wire format that our records need, written straight into the output: tag order,
-//! zero scalars and empty bytes left out, the same bytes as the generated encoder (a test compares them).
+//! The parts of the protobuf wire format that our records need, written directly to the output: in tag order, without zero
+//! scalars and empty bytes, with the same bytes as the generated encoder (a test compares them).
 
 use kernel::{
     geom::{Axis, GridPlacement, Intrinsics},
@@ -56,7 +56,7 @@ pub(crate) fn bytes(out: &mut Vec<u8>, field: u32, value: &[u8]) {
     }
 }
 
-/// [`bytes`] of values that are no slice of bytes.
+/// [`bytes`] of values that are not a slice of bytes.
 pub(crate) fn bytes_of(out: &mut Vec<u8>, field: u32, values: impl ExactSizeIterator<Item = u8>) {
     if values.len() > 0 {
         bytes_header(out, field, values.len());
@@ -174,7 +174,7 @@ pub(crate) fn axis(out: &mut Vec<u8>, field: u32, axis: &Axis, unit: &str) {
     });
 }
 
-/// [`floats`] with every NaN written as the same bits: which NaN an operation makes is not settled by IEEE 754.
+/// [`floats`] with every NaN written as the same bits: IEEE 754 does not define which NaN an operation returns.
 pub(crate) fn floats_one_nan(out: &mut Vec<u8>, field: u32, values: &[f32]) {
     if !values.is_empty() {
         bytes_header(out, field, 4 * values.len());

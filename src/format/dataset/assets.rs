@@ -1,4 +1,4 @@
-//! The asset table of a finished dataset, and its job, as they stand on disk.
+//! The asset table of a finished dataset, and its job, as stored on disk.
 
 use serde::Deserialize;
 
@@ -13,23 +13,23 @@ use kernel::{files::Bound, ids::ObjectId};
 pub struct AssetTable {
     /// One row per object.
     pub objects: Vec<AssetRow>,
-    /// One row per subject that is no object, such as the scenes of a split; empty where the objects are the subjects.
+    /// One row per subject that is not an object, such as the scenes of a split; empty where the objects are the subjects.
     #[serde(default)]
     pub subjects: Vec<AssetRow>,
     /// One row per hand; empty without touch by hands.
     #[serde(default)]
     pub hands: Vec<AssetRow>,
-    /// One row per container of scenes that is a mesh; empty without.
+    /// One row per container of scenes that is a mesh; may be empty.
     #[serde(default)]
     pub containers: Vec<AssetRow>,
     /// Refused meshes, in any form.
     pub refused: Vec<serde_json::Value>,
 }
 
-/// One object, hand or container: what every row has, and whatever else is known about it.
+/// One object, hand or container: the fields that every row has, and further fields.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct AssetRow {
-    /// The object, hand or container by content.
+    /// Digest of the object, hand or container.
     pub object: ObjectId,
     /// Name in the job.
     pub name: String,
@@ -39,7 +39,7 @@ pub struct AssetRow {
 }
 
 impl AssetRow {
-    /// The row as it stands in the file.
+    /// The row as it is in the file.
     pub fn whole(&self) -> serde_json::Value {
         let mut row = self.facts.clone();
         row.insert("object".to_owned(), self.object.to_string().into());
@@ -66,7 +66,7 @@ impl DatasetReader {
     /// Reads the resolved job, as text.
     ///
     /// # Errors
-    /// When it is missing or no text.
+    /// When it is missing or not text.
     pub fn job_text(&self) -> Result<String, DatasetError> {
         let text = self.folder().read_text(JOB, Bound::JOB);
         text.map_err(DatasetError::io("reading", &self.folder().path_of(JOB)))

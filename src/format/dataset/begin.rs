@@ -1,4 +1,4 @@
-//! The begin of a run: whose a folder is, before any shard.
+//! Start of a run: the job that a folder belongs to, before any shard is written.
 
 use super::{
     DatasetError, Manifest, durable,
@@ -12,17 +12,17 @@ use kernel::files::{self, Folder};
 pub enum Begun {
     /// Empty or new: this run marked it.
     New,
-    /// Begun before by the same job: finished shards are kept.
+    /// Begun earlier by the same job: finished shards are kept.
     Again,
     /// The folder has a manifest: the dataset is finished.
     Finished,
 }
 
-/// Marks `folder` as this job's, or finds that it is; makes it and its `shards` where missing.
+/// Marks `folder` as this job's, or finds that it already is; creates it and its `shards` if missing.
 ///
 /// # Errors
-/// When it holds another job, the same job cut into other shards, or something that is no dataset; when a part of it is a link,
-/// or can't be made or written.
+/// When it holds another job, the same job cut into other shards, or something that is not a dataset; when a part of it is a
+/// link, or can't be created or written.
 pub fn begin_run(folder: &Folder, mark: &RunMark) -> Result<Begun, DatasetError> {
     let (path, shards) = (folder.path(), folder.subfolder(SHARDS));
     if let Some(found) = read_mark(folder)? {
@@ -42,7 +42,7 @@ pub fn begin_run(folder: &Folder, mark: &RunMark) -> Result<Begun, DatasetError>
         shards.create().map_err(DatasetError::io("creating", shards.path()))?;
         return Ok(if folder.contains(MANIFEST) { Begun::Finished } else { Begun::Again });
     }
-    // The mark of a finished dataset was deleted, as the remedy for a damaged one is: its manifest says whose it is.
+    // The mark of a finished dataset was deleted, as the remedy for a damaged mark requires: its manifest names the job.
     if Manifest::read(folder).is_ok_and(|manifest| manifest.is_of(mark)) {
         durable::write_file(folder, RUN, mark_text(mark).as_bytes())?;
         return Ok(Begun::Finished);
@@ -50,11 +50,11 @@ pub fn begin_run(folder: &Folder, mark: &RunMark) -> Result<Begun, DatasetError>
     if folder.is_another_file() {
         return Err(DatasetError::NotAFolder { path: path.to_owned() });
     }
-    // What a first start that was killed, or another task of it, leaves behind is ours.
+    // Leftovers of a killed first start, or of another task of the job, are ours.
     let is_ours = |name: &String| [SHARDS, CLUSTER].contains(&name.as_str()) || files::is_temporary_name(name);
     let mut names = present_names(folder)?.into_iter();
     if let Some(entry) = names.find(|name| !is_ours(name)) {
-        // Another task has marked the folder since its mark was looked for.
+        // Another task has marked the folder in the meantime.
         if folder.contains(RUN) {
             return begin_run(folder, mark);
         }
@@ -69,9 +69,10 @@ pub fn begin_run(folder: &Folder, mark: &RunMark) -> Result<Begun, DatasetError>
     Ok(Begun::New)
 }
 
-/// Takes back what [`begin_run`] made of a new folder, so that it is free for another job. What else is there stays.
+/// Removes what [`begin_run`] created in a new folder, so that another job can use it. Anything else in it is kept.
 pub fn abandon_run(folder: &Folder) {
-    // A folder that does not go is found by the next run, which says so. One with shards is another run's, too, which needs the mark.
+    // The next run finds and reports a folder that cannot be removed. A folder with shards also belongs to another run, which
+    // needs the mark.
     if folder.remove_empty_folder(SHARDS).is_ok() {
         _ = folder.remove_file(RUN);
         _ = folder.remove_itself();

@@ -1,6 +1,5 @@
-//! Differences between two datasets, sample by sample and by channel, out of manifests, ledgers and tables alone: no
-//! payload is read, no mesh wanted. Whether a dataset is what its ledgers say is for [`verify`](super::verify()) to
-//! find.
+//! Differences between two datasets, sample by sample and by channel, computed from manifests, ledgers and tables only: no
+//! payload is read, and no mesh is needed. [`verify`](super::verify()) checks whether a dataset matches its ledgers.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -13,7 +12,7 @@ use kernel::{
     ids::{Digest, ObjectId, SampleIndex},
 };
 
-/// Ledgers of the second dataset in memory at a time: objects stand in both in about one order, shards may not.
+/// Ledgers of the second dataset in memory at a time: objects have about the same order in both, shards may not.
 const LEDGERS: usize = 4;
 
 /// Differences between two datasets, the first called `a`, the second `b`.
@@ -27,11 +26,11 @@ pub struct DatasetDifference {
     pub roots: [Digest; 2],
     /// Sample indices of each.
     pub samples: [u64; 2],
-    /// Samples of both, by what became of them.
+    /// Samples in both, by outcome.
     pub both: SampleCounts,
-    /// Samples of `b` alone.
+    /// Samples only in `b`.
     pub appeared: u64,
-    /// Samples of `a` alone.
+    /// Samples only in `a`.
     pub vanished: u64,
     /// Payloads of samples kept in both, by topic.
     pub channels: BTreeMap<String, ChannelCounts>,
@@ -39,7 +38,7 @@ pub struct DatasetDifference {
     pub objects: BTreeMap<String, ObjectDifference>,
     /// Some of the samples that differ, by id, at most [`DatasetDifference::MAX`].
     pub examples: Vec<String>,
-    /// Why: what the two say of themselves.
+    /// Reasons, from the manifests of the two.
     pub reasons: Vec<Reason>,
     /// Differences in files that change no sample.
     pub packaging: Vec<String>,
@@ -53,15 +52,15 @@ impl DatasetDifference {
 /// Samples that both datasets have.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct SampleCounts {
-    /// Identical payloads on every topic that both store, or rejected for the same reason and numbers.
+    /// Identical payloads on every topic that both store, or rejected for the same reason with the same numbers.
     pub same: u64,
-    /// Kept by both, with other payloads on a topic that both store.
+    /// Kept by both, with different payloads on a topic that both store.
     pub changed: u64,
     /// Kept by `a`, rejected by `b`.
     pub now_rejected: u64,
     /// Rejected by `a`, kept by `b`.
     pub now_kept: u64,
-    /// Rejected by both, for another reason or with other numbers.
+    /// Rejected by both, for different reasons or with different numbers.
     pub other_reason: u64,
 }
 
@@ -70,11 +69,11 @@ pub struct SampleCounts {
 pub struct ChannelCounts {
     /// Payloads with equal digests.
     pub same: u64,
-    /// Payloads with other digests.
+    /// Payloads with different digests.
     pub changed: u64,
-    /// Stored by `a` alone.
+    /// Stored only by `a`.
     pub only_a: u64,
-    /// Stored by `b` alone.
+    /// Stored only by `b`.
     pub only_b: u64,
 }
 
@@ -95,7 +94,7 @@ pub struct ObjectDifference {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "what", rename_all = "snake_case")]
 pub enum Reason {
-    /// The resolved jobs differ; which settings, the job files say.
+    /// The resolved jobs differ; compare the job files to find the settings.
     Job {
         /// Job of `a`.
         a: Digest,
@@ -109,7 +108,7 @@ pub enum Reason {
         /// Program of `b`.
         b: String,
     },
-    /// Numbers of class physics or colour were made on something else.
+    /// Numbers of class physics or colour were made on different platforms.
     Platform {
         /// Key of the platform's table.
         key: String,
@@ -123,7 +122,7 @@ pub enum Reason {
         /// Name of the class.
         class: &'static str,
     },
-    /// Objects, hands or robots of one name have other content, or are in one dataset alone.
+    /// Objects, hands or robots of one name have different content, or are in only one dataset.
     Assets {
         /// Their names.
         names: Vec<String>,
@@ -195,7 +194,7 @@ fn objects_of(a: &DatasetReader, b: &DatasetReader) -> Result<BTreeMap<String, O
     let (a, b) = (a.assets()?, b.assets()?);
     let mut found: BTreeMap<String, ObjectDifference> = BTreeMap::new();
     for (a, b) in [(&a.objects, &b.objects), (&a.hands, &b.hands), (&a.containers, &b.containers)] {
-        // A hand may have the name of an object: the first row of a name speaks for it.
+        // A hand can have the name of an object: the first row with a name counts.
         let named = |rows: &[super::AssetRow]| {
             rows.iter().rev().map(|row| (row.name.clone(), row.clone())).collect::<BTreeMap<_, _>>()
         };
@@ -319,10 +318,10 @@ impl Pass<'_> {
     }
 }
 
-/// The last few ledgers that were asked for.
+/// The most recently used ledgers.
 struct Ledgers<'a> {
     reader: &'a DatasetReader,
-    /// By index among the shards, the last one asked for at the end.
+    /// By index among the shards; the most recently used one is last.
     kept: VecDeque<(usize, Ledger)>,
 }
 
@@ -350,12 +349,12 @@ impl Ledgers<'_> {
 fn unknown(reader: &DatasetReader, index: SampleIndex) -> DatasetError {
     DatasetError::Invalid {
         path: reader.folder().path().to_owned(),
-        problem: format!("sample {index} stands in the index and in no ledger"),
-        remedy: "`graspmill verify` says what is wrong",
+        problem: format!("sample {index} is in the index but in no ledger"),
+        remedy: "run `graspmill verify` to find the damage",
     }
 }
 
-/// Reasons why the two can differ, out of what they say of themselves.
+/// Reasons why the two can differ, from their manifests.
 fn reasons(
     a: &DatasetReader,
     b: &DatasetReader,
@@ -392,7 +391,7 @@ fn reasons(
     Ok(reasons)
 }
 
-/// Facts that two platforms do not share, by key as each of them has them.
+/// Platform facts that differ, by key, with the value of each platform.
 pub fn other_platform(
     a: &BTreeMap<String, String>,
     b: &BTreeMap<String, String>,

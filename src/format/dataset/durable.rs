@@ -1,4 +1,4 @@
-//! Files of a dataset that are there whole or not at all.
+//! Files of a dataset that are either complete or absent.
 
 use std::{fs::File, path::PathBuf};
 
@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::DatasetError;
 use kernel::files::{self, Folder};
 
-/// A unique temporary name in the folder of a final one; the file goes when this does, unless it was published
+/// A file under a unique temporary name next to its final one; dropping this removes the file unless it was published
 /// ([`files::Temporary`]).
 pub struct Temporary {
     folder: Folder,
@@ -15,7 +15,7 @@ pub struct Temporary {
 }
 
 impl Temporary {
-    /// Creates a file under a temporary name of `name`; the folder must be there.
+    /// Creates a file under a temporary name of `name`; the folder must exist.
     ///
     /// # Errors
     /// When it cannot be made.
@@ -33,7 +33,7 @@ impl Temporary {
     /// Syncs, renames to `name` and syncs the folder. Returns the new path.
     ///
     /// # Errors
-    /// When the disk refuses, or what is no file stands under that name.
+    /// When the disk fails, or the name belongs to something that is not a file.
     pub fn publish(self, file: &File, name: &str) -> Result<PathBuf, DatasetError> {
         let path = self.folder.path_of(name);
         self.temporary.publish(file, name).map_err(DatasetError::io("renaming to", &path))?;

@@ -20,7 +20,7 @@ pub enum DatasetError {
     Io {
         /// Action that failed: "writing", "reading", ...
         action: &'static str,
-        /// On which file.
+        /// File.
         path: PathBuf,
         /// Why not.
         source: io::Error,
@@ -28,7 +28,7 @@ pub enum DatasetError {
     /// The MCAP library refused.
     #[error("{}: {source}", path.shown())]
     Mcap {
-        /// On which file.
+        /// File.
         path: PathBuf,
         /// Why.
         source: mcap::McapError,
@@ -48,7 +48,7 @@ pub enum DatasetError {
     },
     /// The folder holds the same job, cut into other shards.
     #[error(
-        "{} was begun with {found}, this run wants {expected}; use the same shard size, or another --out",
+        "{} was begun with {found}, this run needs {expected}; use the same shard size, or another --out",
         folder.shown()
     )]
     OtherShards {
@@ -69,15 +69,15 @@ pub enum DatasetError {
         /// Datasets of this set.
         expected: String,
     },
-    /// The folder holds something that is no dataset.
+    /// The folder holds something that is not a dataset.
     #[error("{} is not empty and no dataset ('{}' is in it); give an empty or new folder", folder.shown(), entry.shown())]
     NotADataset {
         /// The folder.
         folder: PathBuf,
-        /// One thing that stands in it.
+        /// One thing in it.
         entry: String,
     },
-    /// A folder that is to be filled holds something.
+    /// A folder to be filled is not empty.
     #[error("{} is not empty ('{}' is in it); give a new or empty folder", folder.shown(), entry.shown())]
     Occupied {
         /// The folder.
@@ -85,13 +85,13 @@ pub enum DatasetError {
         /// One thing in it.
         entry: String,
     },
-    /// A folder that is to be read or filled is a file.
+    /// A folder to be read or filled is a file.
     #[error("{} is a file; give a folder", path.shown())]
     NotAFolder {
         /// The file.
         path: PathBuf,
     },
-    /// The path names nothing.
+    /// The path does not exist.
     #[error("{}: no such folder; give the folder that `run --out` made", folder.shown())]
     NoFolder {
         /// The path.
@@ -122,14 +122,14 @@ pub enum DatasetError {
     /// The dataset was written in another format.
     #[error("{} has format version {found}, this program reads {expected}; {}", path.shown(), version_remedy(*found, *expected))]
     Version {
-        /// The file that says so.
+        /// The file with the version.
         path: PathBuf,
         /// Version found.
         found: u32,
         /// Ours.
         expected: u32,
     },
-    /// A file of the dataset does not say what it must.
+    /// The content of a file of the dataset is invalid.
     #[error("{}: {problem}; {remedy}", path.shown())]
     Invalid {
         /// The file.
@@ -139,7 +139,7 @@ pub enum DatasetError {
         /// Remedy.
         remedy: &'static str,
     },
-    /// A file's content is not what its name or the manifest says.
+    /// The content of a file does not match its name or the manifest.
     #[error(
         "{} has changed: saved digest {}, calculated {}; {remedy}", path.shown(), saved.short(), calculated.short()
     )]
@@ -153,7 +153,7 @@ pub enum DatasetError {
         /// Remedy.
         remedy: &'static str,
     },
-    /// A payload is no valid record.
+    /// A payload is not a valid record.
     #[error("{}: sample {index}: {source}; {REMAKE}", path.shown())]
     Record {
         /// The shard.
@@ -175,7 +175,7 @@ pub enum DatasetError {
         /// Products whose samples have the record.
         of: Vec<&'static str>,
     },
-    /// Shards of the plan are not there.
+    /// Shards of the plan are missing.
     #[error("{} of {shards} shards are missing ({}); `run` the job again: only they are made", missing.len(), list(missing))]
     MissingShards {
         /// Number of shards in the plan.
@@ -188,9 +188,9 @@ pub enum DatasetError {
     Sequence {
         /// The shard's name.
         shard: String,
-        /// Item that had to come.
+        /// Expected item.
         expected: String,
-        /// Item that came.
+        /// Item that came instead.
         found: String,
     },
     /// Two sample indices have the same id.
@@ -206,11 +206,11 @@ pub enum DatasetError {
 }
 
 /// The remedy for a shard that is damaged.
-pub const REMAKE: &str = "`run` the job again, after deleting this shard where it is there: only it is made anew";
+pub const REMAKE: &str = "delete this shard if it exists, and `run` the job again: only this shard is made again";
 
 /// The remedy for a table that is damaged.
 pub const REWRITE: &str =
-    "delete manifest.json and `run` the job again: the shards are kept, the tables are written anew";
+    "delete manifest.json and `run` the job again: the shards are kept, the tables are written again";
 
 impl DatasetError {
     /// Wraps an I/O error with what was tried on which file.
@@ -226,8 +226,8 @@ impl DatasetError {
         }
     }
 
-    /// Whether the folder is another job's, no dataset, a dataset of another product, or holds something: exit code 2, give another
-    /// one.
+    /// Whether the folder belongs to another job, is not a dataset, is a dataset of another product, or is not empty: exit code
+    /// 2; another folder must be given.
     pub fn is_foreign(&self) -> bool {
         matches!(
             self,
@@ -268,16 +268,18 @@ const READING: [&str; 3] = ["reading", "opening", "measuring"];
 fn io_remedy(action: &str, error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            "make room and run again: finished shards are kept"
+            "free some space and run again: finished shards are kept"
         }
         io::ErrorKind::FileTooLarge => {
-            "files may not grow so large here (`ulimit -f`): lift the limit and run again, finished shards are kept"
+            "files cannot grow this large here (`ulimit -f`): raise the limit and run again; finished shards are kept"
         }
         io::ErrorKind::ReadOnlyFilesystem => "give a folder that can be written",
         io::ErrorKind::PermissionDenied if !READING.contains(&action) => {
             "give a folder that can be written, or change its permissions"
         }
-        io::ErrorKind::NotFound if action == "reading" => "`graspmill verify` of the dataset tells how to get it back",
+        io::ErrorKind::NotFound if action == "reading" => {
+            "`graspmill verify` of the dataset explains how to restore it"
+        }
         _ => remedy::for_reading(error),
     }
 }

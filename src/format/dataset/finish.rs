@@ -28,7 +28,7 @@ use kernel::{
     words::{NumberClass, Split, SplitTable},
 };
 
-/// Content of a dataset's files beside its samples; plain data, so that this room knows no job.
+/// Content of a dataset's files other than its samples; plain data, independent of jobs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DatasetHeader {
     /// Product of the samples.
@@ -37,16 +37,16 @@ pub struct DatasetHeader {
     pub generator: String,
     /// The job.
     pub job: JobDigest,
-    /// The resolved job, as it will stand in `job.toml`.
+    /// The resolved job, the text of `job.toml`.
     pub job_text: String,
-    /// Class of its channels' numbers: how equal they are on two machines.
+    /// Class of its channels' numbers: on which machines they are equal.
     pub class: NumberClass,
     /// Channels whose numbers are of another class, where they are stored.
     pub channel_classes: BTreeMap<Channel, NumberClass>,
     /// Facts of the machine that numbers of class physics and colour depend on; empty for exact ones.
     pub platform: BTreeMap<String, String>,
-    /// The asset table: one JSON object per row, each with at least `object` (64 hexadecimal digits) and `name`. Paths
-    /// and clocks must not stand in it: it is part of the root digest.
+    /// The asset table: one JSON object per row, each with at least `object` (64 hexadecimal digits) and `name`. It must not
+    /// contain paths or clocks: it is part of the root digest.
     pub assets: Vec<serde_json::Value>,
     /// Subjects that are not objects, in rows like those of the objects and part of the root digest like them; empty where the
     /// objects are the subjects.
@@ -59,7 +59,7 @@ pub struct DatasetHeader {
     pub refused: Vec<serde_json::Value>,
     /// Splits, of a product that has them; one row per subject.
     pub splits: Option<SplitTable>,
-    /// Things a user should know.
+    /// Warnings for users.
     pub warnings: Vec<String>,
 }
 
@@ -77,8 +77,8 @@ impl DatasetHeader {
 /// Equal shards and headers give equal files. A dataset that is already closed is closed again.
 ///
 /// # Errors
-/// When shards or files are missing or contradict each other, a subject is unknown, a sample stands twice, or a file can't
-/// be written.
+/// When shards or files are missing or contradict each other, a subject is unknown, a sample is listed twice, or a file can't be
+/// written.
 pub fn finish_dataset(
     folder: &Folder,
     header: &DatasetHeader,
@@ -187,7 +187,7 @@ pub(super) fn table_texts(header: &DatasetHeader, splits: Option<&SplitTable>) -
         "objects": sorted(&header.assets),
         "refused": header.refused,
     });
-    // Tables without subjects of their own, hands or containers keep the text that they had before there were any.
+    // Tables without separate subjects, hands or containers keep the text of earlier versions.
     let more = [("subjects", &header.subjects), ("hands", &header.hands), ("containers", &header.containers)];
     for (name, rows) in more.into_iter().filter(|(_, rows)| !rows.is_empty()) {
         assets[name] = sorted(rows).into();
@@ -276,7 +276,7 @@ impl<'a> Pass<'a> {
         Ok(())
     }
 
-    /// Whether a ledger is the next one of this run; `Err` says in words why not.
+    /// Whether a ledger is the next one of this run; `Err` has the reason in words.
     fn belongs(&self, ledger: &Ledger) -> Result<(), String> {
         let RunMark { product, job, samples, shards, shard_samples, .. } = self.mark;
         if ledger.job != *job {
@@ -285,7 +285,7 @@ impl<'a> Pass<'a> {
         let number = self.sums.shards.len() as u32;
         if (&ledger.product, ledger.shard.0, ledger.shards) != (product, number, *shards) {
             let Ledger { product, shard, shards, .. } = ledger;
-            return Err(format!("its ledger is of {product} shard {shard} of {shards}, its name says {number}"));
+            return Err(format!("its ledger is of {product} shard {shard} of {shards}, its name is of shard {number}"));
         }
         let first = self.sums.counts.samples;
         let max = u64::from(*shard_samples).min(samples.saturating_sub(first));
@@ -309,11 +309,11 @@ impl<'a> Pass<'a> {
         Err(DatasetError::Invalid { path: self.folder.path_of(SHARDS), problem, remedy: REMAKE })
     }
 
-    /// Takes a row; whether it was kept.
+    /// Takes a row; returns whether it was kept.
     fn row(&mut self, shard: &ShardFile, number: u32, row: &LedgerRow) -> Result<bool, DatasetError> {
         let unknown = |table: &str| {
             let LedgerRow { index, sample, .. } = row;
-            invalid(&shard.path, format!("sample {index} is {sample}, whose subject stands in no row of the {table}"))
+            invalid(&shard.path, format!("sample {index} is {sample}, whose subject is in no row of the {table}"))
         };
         let (rank, name, id) = self.subjects.get(&row.sample.subject).ok_or_else(|| unknown("asset table"))?;
         let split = self.splits.map(|splits| splits.of(&row.sample).ok_or_else(|| unknown("split table")));

@@ -1,4 +1,4 @@
-//! A dataset's folder while it is being filled: whose it is, and which shards are done.
+//! A dataset's folder while it is being filled: the job that it belongs to, and which shards are done.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -69,10 +69,10 @@ pub fn shards_folder(folder: &Folder) -> Folder {
     folder.subfolder(SHARDS)
 }
 
-/// Reads the mark that states what a folder was begun for; `None` when it has no `run.json`.
+/// Reads the mark of the job that a folder belongs to; `None` when it has no `run.json`.
 ///
 /// # Errors
-/// When the file can't be read, is no run mark, or is of another format version.
+/// When the file can't be read, is not a run mark, or is of another format version.
 pub fn read_mark(folder: &Folder) -> Result<Option<RunMark>, DatasetError> {
     #[derive(Deserialize)]
     struct Version {
@@ -99,20 +99,20 @@ pub fn read_mark(folder: &Folder) -> Result<Option<RunMark>, DatasetError> {
 /// Which shards of a folder are done.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ShardScan {
-    /// Shards whose file has the content that its name says, by number.
+    /// Shards whose file name matches the content, by number.
     pub done: BTreeMap<ShardId, DoneShard>,
-    /// Files under names of shards that must not stay: damaged, foreign, a second one of a shard, or no file at all.
+    /// Entries with names of shards that must be set aside: damaged, foreign, a second file of a shard, or not a file.
     pub bad: Vec<BadShard>,
-    /// Names among the shards that no run of graspmill gives. They stay.
+    /// Names among the shards that graspmill never uses. They are kept.
     pub strange: Vec<String>,
-    /// Temporary files that nobody is writing any more, by their paths inside the dataset's folder.
+    /// Temporary files that no program writes any more, by their paths inside the dataset's folder.
     pub leftovers: Vec<String>,
-    /// Temporary files that somebody is writing, by their paths inside the dataset's folder.
+    /// Temporary files that a program is writing, by their paths inside the dataset's folder.
     pub at_work: Vec<String>,
 }
 
 impl ShardScan {
-    /// Numbers of the shards that are not done, of so many, in order.
+    /// Numbers of the shards that are not done, out of `shards`, in order.
     pub fn missing(&self, shards: u32) -> Vec<u32> {
         (0..shards).filter(|shard| !self.done.contains_key(&ShardId(*shard))).collect()
     }
@@ -129,7 +129,7 @@ pub struct DoneShard {
     pub bytes: u64,
 }
 
-/// A file under the name of a shard that is no shard of this run.
+/// A file with the name of a shard that is not a shard of this run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BadShard {
     /// Name of the file among the shards.
@@ -146,7 +146,7 @@ impl fmt::Display for BadShard {
     }
 }
 
-/// Reads every file of the folder's `shards` (about 2 GB/s) and says which shards are done; changes nothing.
+/// Reads every file of the folder's `shards` (about 2 GB/s) and returns which shards are done; changes nothing.
 ///
 /// # Errors
 /// When the folder or a file can't be read.
@@ -154,7 +154,7 @@ pub fn scan_shards(folder: &Folder, mark: &RunMark) -> Result<ShardScan, Dataset
     scan_some_shards(folder, mark, &|_| true)
 }
 
-/// Scans the wanted shards alone.
+/// Scans only the wanted shards.
 ///
 /// # Errors
 /// When the folder or a file can't be read.
@@ -191,10 +191,10 @@ pub fn scan_some_shards(
         let (digest, bytes) = match hash_shard(&shards, &name) {
             Ok(Some(found)) => found,
             Ok(None) => {
-                bad(format!("its name says digest {}, and it is no whole MCAP file", parsed.short));
+                bad(format!("its name has digest {}, but it is not a complete MCAP file", parsed.short));
                 continue;
             }
-            // What is no file is no shard.
+            // Only files can be shards.
             Err(DatasetError::Io { source, .. }) if FileRefusal::of(&source).is_some() => {
                 bad(source.to_string());
                 continue;
@@ -202,11 +202,11 @@ pub fn scan_some_shards(
             Err(error) => return Err(error),
         };
         if digest.short() != parsed.short {
-            bad(format!("its name says digest {}, its {bytes} bytes have {}", parsed.short, digest.short()));
+            bad(format!("its name has digest {}, but its {bytes} bytes have {}", parsed.short, digest.short()));
             continue;
         }
         if let Some(other) = scan.done.get(&shard) {
-            bad(format!("a second file of shard {shard}, beside {}", other.name));
+            bad(format!("a second file of shard {shard}, in addition to {}", other.name));
             continue;
         }
         scan.done.insert(shard, DoneShard { name, digest, bytes });
@@ -214,7 +214,7 @@ pub fn scan_some_shards(
     Ok(scan)
 }
 
-/// Numbers of the shards that have a file, by the files' names alone: quick, and no proof.
+/// Numbers of the shards that have a file, by the files' names only: fast, but not a proof.
 ///
 /// # Errors
 /// When the folder can't be read.
@@ -223,9 +223,9 @@ pub fn listed_shards(folder: &Folder) -> Result<BTreeSet<u32>, DatasetError> {
     Ok(names.iter().filter_map(|name| ShardName::parse(name)).map(|name| name.shard.0).collect())
 }
 
-/// Clears the way for a run: removes leftovers of killed writers and renames bad files to `<name>.bad`, so that nothing
-/// of them is taken for a shard and nothing is lost. Returns the new names of the bad files. Another run in the folder may have
-/// cleared some of it away already.
+/// Prepares the folder for a run: removes leftovers of killed writers and renames bad files to `<name>.bad`, so that they do not
+/// count as shards and nothing is lost. Returns the new names of the bad files. Another run in the folder may have cleared some
+/// of it away already.
 ///
 /// # Errors
 /// When a file can't be removed or renamed.
@@ -256,7 +256,7 @@ pub(super) fn sorted_names(folder: &Folder) -> Result<Vec<String>, DatasetError>
     Ok(names.into_iter().map(|name| name.to_string_lossy().into_owned()).collect())
 }
 
-/// [`hash_file`] of a shard; `None` of one that does not begin and end as MCAP files do, which need not be read.
+/// [`hash_file`] of a shard; `None` for a file that does not begin and end like an MCAP file, which is not read.
 fn hash_shard(shards: &Folder, name: &str) -> Result<Option<(Digest, u64)>, DatasetError> {
     let file = shards.open(name).map_err(DatasetError::io("reading", &shards.path_of(name)))?;
     match has_magic(&file) {

@@ -1,8 +1,7 @@
 //! `index.parquet`: one row per sample index, kept or rejected, for pandas and other readers of tables.
 //!
-//! Its columns follow from the tables of products and channels. Our own readers take what they need from the ledgers and
-//! never read it back; the format itself knows no Parquet: whoever closes or verifies a dataset hands in an
-//! [`IndexFormat`].
+//! Its columns follow from the tables of products and channels. Our own readers use the ledgers and never read it back. This
+//! crate does not depend on Parquet: callers that close or verify a dataset pass an [`IndexFormat`].
 
 use std::io;
 
@@ -17,7 +16,7 @@ pub struct IndexColumn {
     pub name: String,
     /// Kind of its cells.
     pub kind: ColumnKind,
-    /// Whether some rows have no cell: rejected ones no digests, kept ones no reason.
+    /// Whether cells can be missing: rejected rows have no digests, kept rows no reason.
     pub optional: bool,
     /// Meaning, a sentence.
     pub meaning: String,

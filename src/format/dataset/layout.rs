@@ -1,11 +1,11 @@
-//! Where things stand in a dataset's folder.
+//! Names of the files in a dataset's folder.
 
 use crate::Product;
 use kernel::ids::{Digest, ShardId};
 
-/// Mark of what the folder was begun for: written first.
+/// Mark of the job that the folder belongs to; written first.
 pub const RUN: &str = "run.json";
-/// Manifest of what it holds: written last.
+/// Manifest of its content; written last.
 pub const MANIFEST: &str = "manifest.json";
 /// Table of a set of datasets, in the folder above theirs.
 pub const SET: &str = "set.json";
@@ -13,23 +13,23 @@ pub const SET: &str = "set.json";
 pub const INDEX: &str = "index.parquet";
 /// One row per object, and the refused meshes.
 pub const ASSETS: &str = "assets.json";
-/// Splits: who trains and who tests.
+/// Splits into training, validation and test.
 pub const SPLITS: &str = "splits.json";
-/// One line a rejected sample.
+/// One line per rejected sample.
 pub const REJECTS: &str = "rejects.jsonl";
 /// The resolved job.
 pub const JOB: &str = "job.toml";
 /// Record of tasks for the merge that closes the dataset; gone when it is closed.
 pub const PENDING: &str = "pending.json";
-/// Scripts and logs of a cluster's tasks; no part of the dataset.
+/// Scripts and logs of a cluster's tasks; not part of the dataset.
 pub const CLUSTER: &str = "cluster";
 
-/// A few samples, or a map, for viewers; no part of the dataset.
+/// A few samples, or a map, for viewers; not part of the dataset.
 pub const PREVIEW: &str = "preview.mcap";
-/// A page for people, of a dataset or of a set; no part of either.
+/// Report page of a dataset or of a set; not part of either.
 pub const REPORT: &str = "report.html";
 
-/// The files of a finished dataset beside run mark, manifest and shards, sorted by name.
+/// The files of a finished dataset in addition to run mark, manifest and shards, sorted by name.
 pub(super) fn files_of(product: Product) -> Vec<&'static str> {
     let mut files = vec![ASSETS, INDEX, JOB, REJECTS];
     files.extend(product.has_splits.then_some(SPLITS));
@@ -74,11 +74,11 @@ impl ShardName {
             shards: number(shards)?.ok()?,
             short: short.to_owned(),
         };
-        // Only the one spelling passes: no second name for the same shard.
+        // Only one spelling is allowed, so that a shard has a single name.
         (short.len() == 16 && parsed.to_string() == name && parsed.shard.0 < parsed.shards).then_some(parsed)
     }
 
-    /// The part that a shard has before its content is known.
+    /// The part of a shard's name that is known before its content.
     pub fn stem(product: Product, shard: ShardId, shards: u32) -> String {
         format!("{product}-{:05}-of-{shards:05}", shard.0)
     }

@@ -1,6 +1,6 @@
-//! The ledger that each shard carries: the identity, the facts and the fate of every sample index of its range.
+//! The ledger of a shard: identity, facts and fate of every sample index in its range.
 //!
-//! It stands in three attachments, so that a reader takes what it needs: `ledger` (identity and fate, a few bytes per run
+//! It consists of three attachments, so that a reader loads only what it needs: `ledger` (identity and fate, a few bytes per run
 //! of items), `facts` (one column per fact) and `digests` (32 bytes per kept sample and channel).
 
 use std::collections::BTreeMap;
@@ -95,16 +95,16 @@ pub(super) const LEDGER_MESSAGE: &str = "graspmill.Ledger";
 /// Full name of the protobuf message of the attachment `facts`.
 pub(super) const FACTS_MESSAGE: &str = "graspmill.FactTable";
 
-/// Rows that memory may be taken for before any was seen: a ledger may lie.
+/// Rows to allocate memory for before any is read, at most: a damaged ledger can state any number.
 const MAX_FORESEEN: usize = 1 << 16;
 /// Rows of a shard, at most.
 const MAX_ROWS: u64 = 1 << 24;
 
-/// Reasons why bytes are no ledger.
+/// Reasons why bytes are not a ledger.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum InvalidLedger {
     /// Not a message of this type.
-    #[error("the {attachment} is no {attachment}: {source}")]
+    #[error("the attachment {attachment} cannot be decoded: {source}")]
     Protobuf { attachment: &'static str, source: prost::DecodeError },
     /// Another version of the format.
     #[error("the ledger has format version {found}, this program reads {FORMAT_VERSION}")]
@@ -124,7 +124,7 @@ pub(crate) enum InvalidLedger {
     /// Items beyond the largest number, or more rows than a shard may have.
     #[error("run {run}: its items or rows are too many")]
     TooMany { run: usize },
-    /// A reject that is no row, out of order, or without a reason.
+    /// A reject that is not a row, out of order, or without a reason.
     #[error("reject {reject}: row {row} of {rows}, reason '{reason}'")]
     Reject { reject: usize, row: u32, rows: u32, reason: String },
     /// A column of facts is missing, unknown or short.

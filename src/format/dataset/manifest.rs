@@ -40,7 +40,7 @@ pub fn without_manifest(folder: &Folder) -> DatasetError {
     DatasetError::NoDataset { folder: path, inside }
 }
 
-/// `manifest.json`, checked. Everything a dataset holds hangs on it by digests.
+/// `manifest.json`, checked. Its digests cover everything in the dataset.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
@@ -50,11 +50,11 @@ pub struct Manifest {
     pub generator: String,
     /// Product of the dataset.
     pub product: Product,
-    /// The digest that names the dataset, whatever its shards, threads, paths and clock.
+    /// The digest that names the dataset, independent of shards, threads, paths and clock.
     pub root: Digest,
     /// Digest of the samples of each class of numbers.
     pub classes: BTreeMap<NumberClass, Digest>,
-    /// Topics of each class; empty where there is one class alone.
+    /// Topics of each class; empty if there is only one class.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub class_topics: BTreeMap<NumberClass, Vec<String>>,
     /// Platform that the numbers of class physics and colour depend on; empty for exact ones.
@@ -69,7 +69,7 @@ pub struct Manifest {
     pub shards: Vec<ShardEntry>,
     /// The other files, by name.
     pub files: BTreeMap<String, FileEntry>,
-    /// Things a user should know.
+    /// Warnings for users.
     pub warnings: Vec<String>,
 }
 
@@ -124,8 +124,8 @@ impl ShardEntry {
         format!("{}/{}", super::layout::SHARDS, self.file)
     }
 
-    /// Fewest bytes that a shard of so many samples has: a digest per kept sample and topic, a reason per rejected one.
-    /// `None` past all numbers.
+    /// Smallest size of a shard with these samples [bytes]: a digest per kept sample and topic, a reason per rejected one. `None`
+    /// on overflow.
     fn least_bytes(&self, topics: usize) -> Option<u64> {
         let digests = self.kept.checked_mul((size_of::<Digest>() * topics) as u64)?;
         digests.checked_add(self.samples.checked_sub(self.kept)?)
@@ -173,7 +173,7 @@ impl Manifest {
         self.topics.iter().filter_map(|topic| Channel::from_topic(topic)).collect()
     }
 
-    /// The class of a channel's numbers; `None` of one that is not stored.
+    /// The class of a channel's numbers; `None` for a channel that is not stored.
     pub fn class_of(&self, channel: Channel) -> Option<NumberClass> {
         let of = |(class, topics): (&NumberClass, &Vec<String>)| {
             topics.iter().any(|topic| topic == channel.topic).then_some(*class)
@@ -184,8 +184,8 @@ impl Manifest {
         }
     }
 
-    /// Whether the dataset is the one that a folder was begun for. A dataset of one shard does not show the size of shards, nor does
-    /// one whose shards end where the samples of an item end.
+    /// Whether the dataset is the one that a folder was begun for. A dataset of one shard does not show the size of shards, nor
+    /// does one whose shards end where the samples of an item end.
     pub(super) fn is_of(&self, mark: &RunMark) -> bool {
         let largest = self.shards.iter().map(|shard| shard.samples).max().unwrap_or(0);
         let size = match &self.shards[..] {
@@ -212,7 +212,7 @@ impl Manifest {
         shards.chain(tables).collect()
     }
 
-    /// Samples that memory may be taken for before any was read: a manifest may lie.
+    /// Samples to allocate memory for before any is read, at most: a damaged manifest can state any number.
     pub(crate) fn foreseen(&self) -> usize {
         self.counts.samples.min(1 << 24) as usize
     }
@@ -261,7 +261,7 @@ impl Manifest {
             if shard.first_sample != next || shard.samples == 0 || shard.kept > shard.samples {
                 return refuse(format!("shard {number} begins at sample {}, expected {next}", shard.first_sample));
             }
-            // Memory is taken by the sample: a small file that claims many is refused before.
+            // Memory is allocated per sample: refuse a small file that states many samples before that.
             let least = shard.least_bytes(self.topics.len());
             let (Some(end), Some(true)) =
                 (shard.first_sample.checked_add(shard.samples), least.map(|least| least <= shard.bytes))
@@ -301,7 +301,7 @@ impl Manifest {
         Ok(())
     }
 
-    /// Each topic is of one class; `Err` says in words which is not.
+    /// Checks that each topic has one class; `Err` has the problem in words.
     fn check_classes(&self) -> Result<(), String> {
         let named: Vec<&NumberClass> = self.class_topics.keys().collect();
         let classes: Vec<&NumberClass> = self.classes.keys().collect();
@@ -322,7 +322,7 @@ impl Manifest {
     }
 }
 
-/// Sum of counts; the largest number where it does not fit, which no dataset has.
+/// Sum of counts, saturating; no dataset is that large.
 fn sum(mut counts: impl Iterator<Item = u64>) -> u64 {
     counts.try_fold(0u64, u64::checked_add).unwrap_or(u64::MAX)
 }

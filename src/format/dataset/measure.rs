@@ -32,7 +32,7 @@ impl Clock {
     }
 }
 
-/// Points over the triangles of a binary STL, about one a millimetre.
+/// Points over the triangles of a binary STL, about one per millimetre.
 fn surface(path: &Path) -> Vec<Point3<f64>> {
     let bytes = fs::read(path).unwrap();
     let mut points = Vec::new();
@@ -52,7 +52,7 @@ fn surface(path: &Path) -> Vec<Point3<f64>> {
     points
 }
 
-/// A pair as a camera along +z would make it: nearest point a pixel, solid filled from first to last surface.
+/// A pair as a camera along +z would make it: nearest point per pixel, solid filled from first to last surface.
 fn pair(points: &[Point3<f64>], sample: SampleId, view: u32) -> (VoxelPair, OccupancyGrid) {
     let angle = |k: u32, n: u32| f64::from(k) / f64::from(n) * std::f64::consts::TAU;
     let rotation = rotation_from_rpy(angle(view % 11, 11), angle(view / 11 % 6, 12) - 1.3, angle(view / 66, 11));

@@ -1,4 +1,4 @@
-//! Root digests: what makes two datasets the same, whatever their shards, threads, paths or clocks.
+//! Root digests: two datasets with equal roots are the same, regardless of shards, threads, paths or clocks.
 //!
 //! `parts(a, b, ...)` is BLAKE3 over the parts, each prefixed by its length as a little-endian u64. A tree's node is
 //! `parts("node", left, right)`; levels pair from the left and an odd last one moves up unchanged; a tree of one leaf is
@@ -6,7 +6,7 @@
 
 use kernel::ids::{Digest, JobDigest, SampleId};
 
-/// A Merkle tree that forgets its leaves: one digest a level.
+/// A Merkle tree that does not keep its leaves: one digest per level.
 #[derive(Default)]
 pub(super) struct Tree {
     /// Complete subtrees, largest first, with their count of leaves (a power of two).
@@ -54,7 +54,7 @@ pub(super) fn asset_leaf(canonical: &str) -> Digest {
     Digest::of_parts([b"asset".as_slice(), canonical.as_bytes()])
 }
 
-/// The digest of a dataset out of its parts; classes by name, sorted.
+/// The digest of a dataset from its parts; classes by name, sorted.
 /// `files` are the words and digests of files that only its product has.
 pub(super) fn dataset_root(
     classes: &[(&str, Digest)],

@@ -1,9 +1,9 @@
 //! Datasets: MCAP shards, manifest, index, reader, verification.
 //!
-//! A dataset is a folder (docs/format.md says every byte of it):
+//! A dataset is a folder (docs/format.md specifies every byte):
 //!
 //! ```text
-//! run.json       what the folder was begun for; written first
+//! run.json       identity of the job that the folder belongs to; written first
 //! shards/        completion-00003-of-00152-<16 hex digits of its BLAKE3>.mcap
 //! index.parquet  one row per sample, kept or rejected; for other readers
 //! assets.json    one row per object, and the refused meshes
@@ -14,11 +14,11 @@
 //! manifest.json  digests of all of these; written last
 //! ```
 //!
-//! A set is a folder of datasets, with `set.json` beside them ([`SetTable`]).
+//! A set is a folder of datasets, with `set.json` next to them ([`SetTable`]).
 //!
-//! A shard proves itself: it is done when a file of its name has the content that the name says. [`begin_run`],
-//! [`scan_shards`] and [`ShardWriter`] fill a folder, [`finish_dataset`] closes it. This room takes plain data: it
-//! knows no job, plan, simulator or producer.
+//! A shard verifies itself: it is done when the digest in its file name matches the content. [`begin_run`], [`scan_shards`] and
+//! [`ShardWriter`] fill a folder, [`finish_dataset`] closes it. This module takes plain data: it does not depend on jobs, plans,
+//! simulators or producers.
 
 mod assets;
 mod begin;

@@ -1,4 +1,4 @@
-//! A folder that is there whole or not at all.
+//! A folder that is either complete or absent.
 
 use std::{
     ffi::OsStr,
@@ -11,11 +11,11 @@ use std::{
 use super::DatasetError;
 use kernel::files::{self, Folder};
 
-/// Names that are tried before another program that takes each is an error.
+/// Names to try before it is an error that another program removes each.
 const TRIES: u32 = 64;
 
-/// A folder in work: filled under a temporary name beside its own, then renamed. It goes when this does, unless it was
-/// published.
+/// A folder under construction: filled under a temporary name next to its own, then renamed. Dropping this removes it unless it
+/// was published.
 pub struct NewFolder {
     /// The folder that holds it.
     parent: Folder,
@@ -23,7 +23,7 @@ pub struct NewFolder {
     name: String,
     temporary: String,
     folder: Folder,
-    /// Locked, which distinguishes a folder in work from the leftovers of a killed program.
+    /// Locked, which distinguishes a folder under construction from the leftovers of a killed program.
     _lock: File,
     /// Whether it was not there before.
     created: bool,
@@ -31,7 +31,7 @@ pub struct NewFolder {
 }
 
 impl NewFolder {
-    /// Begins a folder that will be `out`, which must not exist or be empty. What killed programs left of it goes.
+    /// Begins a folder that will become `out`, which must be empty or not exist. Removes leftovers of killed programs.
     ///
     /// # Errors
     /// When `out` is a file or holds something, or the folder can't be made.
@@ -49,7 +49,7 @@ impl NewFolder {
             Err(error) if error.kind() == io::ErrorKind::NotFound => true,
             Err(error) => return Err(DatasetError::io("reading", out)(error)),
         };
-        // A folder that exists has a place: "out", "a/out", "out/" and ".".
+        // Only a folder that exists has a canonical path: "out", "a/out", "out/" and ".".
         target.create().map_err(DatasetError::io("creating", out))?;
         let out = files::canonical(out).map_err(DatasetError::io("reading", out))?;
         let name = out.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -86,7 +86,7 @@ impl NewFolder {
 impl Drop for NewFolder {
     fn drop(&mut self) {
         if !self.published {
-            // The first error is the one to report; what can't be removed bears a temporary name.
+            // The first error is the one to report; anything that can't be removed keeps its temporary name.
             let _ = self.parent.remove_tree(&self.temporary);
             if self.created {
                 let _ = self.parent.remove_empty_folder(&self.name);
@@ -100,9 +100,9 @@ fn create(parent: &Folder, name: &str) -> io::Result<(String, File)> {
     for _ in 0..TRIES {
         let temporary = files::unique_name(name);
         parent.subfolder(&temporary).create()?;
-        // Before it has the lock, another program may take it for a leftover and remove it: one that is removed has no name.
+        // Before it is locked, another program may remove it as a leftover: a removed folder has no links.
         let Ok(lock) = parent.subfolder(&temporary).open_itself() else { continue };
-        // A file system without locks still works; its leftovers are then taken for folders in work and stay.
+        // A file system without locks still works; leftovers then count as folders under construction and are kept.
         let is_taken = matches!(lock.try_lock(), Err(TryLockError::WouldBlock));
         if !is_taken && lock.metadata()?.nlink() > 0 {
             return Ok((temporary, lock));
@@ -111,7 +111,7 @@ fn create(parent: &Folder, name: &str) -> io::Result<(String, File)> {
     Err(io::Error::new(io::ErrorKind::ResourceBusy, "another program removes every new folder here"))
 }
 
-/// Whether this is a temporary folder of that name, `.<name>.<process>-<time>-<count>.tmp`, that nobody is filling any more.
+/// Whether this is a temporary folder of that name, `.<name>.<process>-<time>-<count>.tmp`, that no program fills any more.
 fn is_leftover(parent: &Folder, left: &OsStr, name: &str) -> bool {
     let left = left.to_string_lossy();
     files::name_of_temporary(&left) == Some(name)

@@ -1,4 +1,4 @@
-//! Facts of an object, what it weighs and is, as its row of the asset table says them.
+//! Physical facts of an object, as listed in its row of the asset table.
 
 use nalgebra::{Matrix3, Point3};
 use serde_json::{Map, Value, json};
@@ -9,13 +9,13 @@ use kernel::geom::{MassProperties, Symmetries};
 /// Weight and kind of an object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObjectFacts {
-    /// Kind of thing, where the job says it.
+    /// Kind of object, if the job gives it.
     pub category: Option<String>,
-    /// Class of material, where the job says it.
+    /// Class of material, if the job gives it.
     pub material: Option<String>,
     /// Mass [kg].
     pub mass: f64,
-    /// Way in which it is known: `job`, `table`, `material` or `hull`.
+    /// Origin of the mass: `job`, `table`, `material` or `hull`.
     pub mass_from: String,
     /// Source of the figure in words; may be empty.
     pub mass_source: String,
@@ -25,9 +25,11 @@ pub struct ObjectFacts {
     pub solid: Option<MassProperties>,
 }
 
-/// A row whose facts make no sense.
+/// A row with invalid facts.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("what {name} weighs is no mass above 0 with its source, and with a centre and an inertia of finite numbers")]
+#[error(
+    "the mass of {name} is invalid: it must be a mass above 0 with its source, and with a centre and an inertia of finite numbers"
+)]
 pub struct InvalidObjectFacts {
     /// Name of the object.
     pub name: String,
@@ -60,10 +62,10 @@ impl ObjectFacts {
 }
 
 impl AssetRow {
-    /// Weight and kind of the object; `None` when the row says nothing of it.
+    /// Weight and kind of the object; `None` when the row does not list them.
     ///
     /// # Errors
-    /// When the row says something else under these keys.
+    /// When the row has invalid values under these keys.
     pub fn object_facts(&self) -> Result<Option<ObjectFacts>, InvalidObjectFacts> {
         let facts = &self.facts;
         if !facts.contains_key("mass") {
@@ -126,7 +128,7 @@ fn rows_of(matrix: &Matrix3<f64>) -> Value {
     json!(matrix.transpose().as_slice())
 }
 
-/// A list of so many finite numbers.
+/// A list of `N` finite numbers.
 fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
     let read: Vec<f64> = value.as_array()?.iter().map(Value::as_f64).collect::<Option<_>>()?;
     read.try_into().ok()

@@ -1,4 +1,4 @@
-//! Record of tasks for the merge that closes their dataset: the resolved job, and what it does not say.
+//! Record of tasks for the merge that closes their dataset: the resolved job, and data that it does not contain.
 
 use std::io;
 
@@ -10,18 +10,17 @@ use super::{
 };
 use kernel::files::{Bound, Folder};
 
-/// `pending.json`: what the tables of a dataset will say that does not follow from its `job.toml`, which names usable meshes
-/// alone.
+/// `pending.json`: content of a dataset's tables that does not follow from its `job.toml`, which names only usable meshes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pending {
     /// Meshes that could not be used.
     pub refused: Vec<serde_json::Value>,
-    /// Things a user should know.
+    /// Warnings for users.
     pub warnings: Vec<String>,
 }
 
-/// Writes `job.toml` and `pending.json`, where they do not stand there yet. Every task of a job writes the same.
+/// Writes `job.toml` and `pending.json` if they do not exist yet. Every task of a job writes the same.
 ///
 /// # Errors
 /// When they can't be read or written.
@@ -46,7 +45,7 @@ pub fn write_pending(folder: &Folder, header: &DatasetHeader) -> Result<(), Data
 /// Reads what tasks left in a folder; `None` where there is no `pending.json`.
 ///
 /// # Errors
-/// When the file can't be read, or is none of ours.
+/// When the file can't be read or is invalid.
 pub fn read_pending(folder: &Folder) -> Result<Option<Pending>, DatasetError> {
     let path = folder.path_of(PENDING);
     let text = match folder.read(PENDING, Bound::DATASET_TABLE) {
@@ -57,7 +56,7 @@ pub fn read_pending(folder: &Folder) -> Result<Option<Pending>, DatasetError> {
     serde_json::from_slice(&text).map(Some).map_err(|error| DatasetError::Invalid {
         path,
         problem: error.to_string(),
-        remedy: "delete it and run one task again, which writes it anew",
+        remedy: "delete it and run one task again, which writes it again",
     })
 }
 

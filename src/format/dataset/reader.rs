@@ -37,9 +37,9 @@ pub struct DatasetReader {
 /// Which samples to read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Selection {
-    /// Selects this split alone.
+    /// Selects only this split.
     pub split: Option<Split>,
-    /// Selects the models of this nested training subset (an index into [`SplitTable::training_subsets`]) alone.
+    /// Selects only the objects of this nested training subset (an index into [`SplitTable::training_subsets`]).
     pub subset: Option<u32>,
 }
 
@@ -59,7 +59,7 @@ impl DatasetReader {
     /// Opens a finished dataset: reads manifest, splits, and the identities out of the shards' ledgers.
     ///
     /// # Errors
-    /// When the dataset is not finished, a table or shard is missing or damaged, or the version is another.
+    /// When the dataset is not finished, a table or shard is missing or damaged, or the format version is another one.
     pub fn open(folder: &Folder) -> Result<Self, DatasetError> {
         let manifest = Manifest::read(folder)?;
         let splits = if manifest.product.has_splits { read_splits(folder)? } else { SplitTable::default() };
@@ -83,12 +83,12 @@ impl DatasetReader {
         if found != (first_sample, samples, kept) {
             let words = |(first, samples, kept)| format!("{samples} samples from {first}, {kept} kept");
             let problem =
-                format!("its ledger says {}, the manifest {}", words(found), words((first_sample, samples, kept)));
+                format!("its ledger has {}, the manifest {}", words(found), words((first_sample, samples, kept)));
             return Err(invalid(&file.path, problem));
         }
         let split_of = |subject: &ObjectId| {
             let known = self.splits.object(subject);
-            let problem = || format!("its ledger names subject {subject}, which splits.json does not know");
+            let problem = || format!("its ledger names subject {subject}, which is not in splits.json");
             if self.manifest.product.has_splits && known.is_none() {
                 Err(invalid(&file.path, problem()))
             } else {
@@ -116,7 +116,7 @@ impl DatasetReader {
         &self.folder
     }
 
-    /// The ledger of a shard (an index in [`Manifest::shards`]): what became of each of its samples, with digests.
+    /// The ledger of a shard (an index in [`Manifest::shards`]): outcome of each of its samples, with digests.
     ///
     /// # Errors
     /// When the shard is missing or damaged.
@@ -124,7 +124,7 @@ impl DatasetReader {
         self.shard(shard)?.ledger()
     }
 
-    /// Index of a sample in the dataset, kept or rejected; `None` when the dataset does not know it.
+    /// Index of a sample in the dataset, kept or rejected; `None` when the dataset does not contain it.
     pub fn find(&self, sample: &SampleId) -> Option<SampleIndex> {
         self.table.find(sample)
     }
@@ -149,7 +149,7 @@ impl DatasetReader {
         (0..self.manifest.counts.samples).map(SampleIndex).filter(move |index| self.selected(*index, selection))
     }
 
-    /// Reads one sample with all its channels; `None` when it was rejected or lies past the end.
+    /// Reads one sample with all its channels; `None` when it was rejected or is past the end.
     ///
     /// # Errors
     /// When its shard is missing or damaged.
@@ -161,8 +161,8 @@ impl DatasetReader {
         Ok(self.samples_of(shard, chunk, |other| other == index)?.into_iter().next())
     }
 
-    /// Reads the sample of an id, as [`DatasetReader::sample`]; `None` also when the dataset does not know it. Samples of
-    /// one id in two datasets, say pairs here and another kind of touch there, are joined so.
+    /// Reads the sample of an id, as [`DatasetReader::sample`]; also `None` when the dataset does not contain it. Use it to join
+    /// the samples of one id in two datasets, such as pairs and another kind of touch.
     ///
     /// # Errors
     /// When its shard is missing or damaged.
@@ -177,9 +177,9 @@ impl DatasetReader {
         Samples { reader: self, selection, chunks: chunks.into_iter(), ready: VecDeque::new(), failed, shuffle: None }
     }
 
-    /// Reads a selection in an order drawn from `seed` (and, say, the epoch): chunks in random order, the few samples of
-    /// a chunk in random order. One chunk is in memory at a time; neighbours of a chunk stay neighbours, so mix them in
-    /// a buffer where that matters.
+    /// Reads a selection in an order drawn from `seed` (which can include the epoch): chunks in random order, the few samples of
+    /// a chunk in random order. One chunk is in memory at a time; samples of a chunk stay together, so mix them in a buffer where
+    /// that matters.
     pub fn shuffled(&self, selection: Selection, seed: u64) -> Samples<'_> {
         let mut samples = self.iter(selection);
         let mut shuffle = Shuffle::new(seed);
@@ -200,7 +200,7 @@ impl DatasetReader {
             })
     }
 
-    /// Every chunk of every shard; an error where a kept sample stands in none.
+    /// Every chunk of every shard; an error if a kept sample is in none.
     fn all_chunks(&self, chunks: &mut Vec<(usize, usize)>) -> Result<(), DatasetError> {
         for (shard, entry) in self.manifest.shards.iter().enumerate() {
             let file = self.shard(shard)?;
@@ -222,7 +222,7 @@ impl DatasetReader {
         let (folder, path) = (shards_folder(&self.folder), self.manifest.shard_path(self.folder.path(), shard));
         match folder.size(name) {
             Ok(found) if found != *saved => {
-                return Err(invalid(&path, format!("it has {found} bytes, the manifest says {saved}")));
+                return Err(invalid(&path, format!("it has {found} bytes, the manifest lists {saved}")));
             }
             _ => {}
         }
@@ -232,7 +232,7 @@ impl DatasetReader {
             && (first < *first_sample || last >= end)
         {
             let problem = format!(
-                "its chunks hold samples {first} to {last}, the manifest says {first_sample} to {end}, exclusive"
+                "its chunks hold samples {first} to {last}, the manifest lists {first_sample} to {end}, exclusive"
             );
             return Err(invalid(&path, problem));
         }
@@ -282,19 +282,19 @@ impl DatasetReader {
         }
         match found.next() {
             Some(Sample { index, .. }) => {
-                Err(invalid(&file.path, format!("sample {index} stands out of order in chunk {chunk}")))
+                Err(invalid(&file.path, format!("sample {index} is out of order in chunk {chunk}")))
             }
             None => Ok(samples),
         }
     }
 }
 
-/// The error of a kept sample whose messages are not where the shard's own index says.
+/// The error for a kept sample whose messages are not where the shard's index locates them.
 fn not_stored(file: &ShardFile, index: SampleIndex) -> DatasetError {
     invalid(&file.path, format!("sample {index} is in the ledger, not in a chunk"))
 }
 
-/// One stored sample, all channels joined; channels are decoded when they are asked for.
+/// One stored sample, all channels joined; channels are decoded on demand.
 #[derive(Clone, Debug)]
 pub struct Sample {
     /// Index in the dataset.
@@ -316,8 +316,8 @@ impl Sample {
         self.payloads.iter().map(|(channel, _)| *channel)
     }
 
-    /// The stored channel of the same name and message as another: products with one kind of record have a topic each for it.
-    /// The other itself where there is none.
+    /// The stored channel with the same name and message as another channel: products that share a kind of record have separate
+    /// topics for it. Returns the other channel itself if there is none.
     pub fn alike(&self, channel: Channel) -> Channel {
         let is_alike = |stored: &Channel| stored.name() == channel.name() && stored.message == channel.message;
         self.channels().find(is_alike).unwrap_or(channel)
@@ -326,7 +326,7 @@ impl Sample {
     /// The record of a channel; `None` when the dataset does not store it.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn decoded<T>(
         &self,
         channel: Channel,
@@ -338,7 +338,7 @@ impl Sample {
     /// The record of a product's leading channel, which each of its samples has.
     ///
     /// # Errors
-    /// When the sample is of another product, or the payload is no valid record.
+    /// When the sample is of another product, or the payload is not a valid record.
     pub fn leading<T>(
         &self,
         channel: Channel,
@@ -449,7 +449,7 @@ fn run_key(run: &Run) -> (ObjectId, u32, u32, u32) {
 }
 
 const KEPT: u8 = 0x80;
-/// Instead of a split.
+/// Marks a sample without a split.
 const NO_SPLIT: u8 = 0x7f;
 
 pub(super) fn read_splits(folder: &Folder) -> Result<SplitTable, DatasetError> {
@@ -481,7 +481,7 @@ impl SampleTable {
             let split_of = |item: u32| split.map_or(NO_SPLIT, |row| row.split_of(item) as u8);
             self.flags.extend((run.first_item..=run.first_item + (run.rows - 1)).map(|item| split_of(item) | KEPT));
             match self.runs.last_mut() {
-                // An object that goes on in the next shard is one run.
+                // An object that continues in the next shard is one run.
                 Some((_, last))
                     if (last.subject, last.instance, last.camera) == (run.subject, run.instance, run.camera)
                         && last.first_item.checked_add(last.rows) == Some(run.first_item) =>

@@ -1,4 +1,4 @@
-//! Roots of a dataset out of its shards' ledgers: one per class of numbers, one of the rejects, and one over all.
+//! Roots of a dataset from its shards' ledgers: one per class of numbers, one of the rejects, and one over all.
 
 use std::collections::BTreeMap;
 
@@ -13,11 +13,11 @@ use kernel::{
     words::NumberClass,
 };
 
-/// The channels of each class, sorted by topic as leaves want them: indices among the shards' channels.
+/// The channels of each class, sorted by topic as leaves require: indices among the shards' channels.
 pub(super) struct ClassChannels(BTreeMap<NumberClass, Vec<(&'static str, usize)>>);
 
 impl ClassChannels {
-    /// `main` is there even when no channel is of it, or no shard has named the channels.
+    /// `main` is included even when no channel has it, or no shard has named the channels.
     pub fn new(channels: &[Channel], main: NumberClass, class_of: impl Fn(Channel) -> NumberClass) -> Self {
         let mut classes = BTreeMap::from([(main, Vec::new())]);
         for (index, channel) in channels.iter().enumerate() {
@@ -27,7 +27,7 @@ impl ClassChannels {
         Self(classes)
     }
 
-    /// Topics of each class, in the order of the shards; empty where all are of one class, since that goes without saying.
+    /// Topics of each class, in the order of the shards; empty if all have the same class, which needs no list.
     pub fn topics(&self) -> BTreeMap<NumberClass, Vec<String>> {
         if self.0.len() == 1 {
             return BTreeMap::new();
@@ -55,7 +55,7 @@ pub(super) struct Leaf {
 }
 
 impl Leaf {
-    /// One leaf per class of a kept sample, one of a rejected.
+    /// One leaf per class for a kept sample, one leaf for a rejected sample.
     pub fn of_row(rank: u32, row: &LedgerRow, channels: &ClassChannels) -> impl Iterator<Item = Self> {
         let SampleId { item, instance, camera, .. } = row.sample;
         let leaf = move |class, digest| Self {
@@ -81,9 +81,9 @@ impl Leaf {
     }
 }
 
-/// Digests that the root of a dataset is made of, beside those of its tables.
+/// Digests from which the root of a dataset is made, in addition to those of its tables.
 pub(super) struct Roots {
-    /// Over the kept samples, a class each.
+    /// Over the kept samples, one per class.
     pub classes: BTreeMap<NumberClass, Digest>,
     /// Over the rejects.
     pub rejects: Digest,
@@ -93,7 +93,7 @@ impl Roots {
     /// Computes the roots over all samples.
     ///
     /// # Errors
-    /// When a sample stands at two indices.
+    /// When a sample has two indices.
     pub fn new(mut leaves: Vec<Leaf>, channels: &ClassChannels, subjects: &Subjects) -> Result<Self, DatasetError> {
         leaves.sort_unstable();
         let key = |leaf: &Leaf| (leaf.subject, leaf.item, leaf.instance, leaf.camera);

@@ -1,4 +1,4 @@
-//! A line at the end of a JSON table that holds the digest of the rest: whatever bit of the table changes, its reader sees it.
+//! A line at the end of a JSON table that holds the digest of the rest: a reader detects any changed bit of the table.
 //!
 //! The seal is the table's last key, `"seal": "<64 hex digits>"`. Its digest is that of the file without that line and
 //! without the comma before it. Tables written before there were seals have none.
@@ -18,7 +18,7 @@ pub(super) fn sealed(text: &str) -> String {
     format!("{keys}{HEAD}{}{TAIL}", Digest::of(text.as_bytes()))
 }
 
-/// The table without its seal; `Err` says in words what is wrong with it. A table without one is taken as it is.
+/// The table without its seal; `Err` describes what is wrong with it. A table without a seal is returned unchanged.
 pub(super) fn unsealed(bytes: &[u8]) -> Result<Vec<u8>, String> {
     let split = bytes.strip_suffix(TAIL.as_bytes()).and_then(|rest| rest.split_last_chunk::<64>());
     let Some((keys, digits)) = split.and_then(|(keys, digits)| Some((keys.strip_suffix(HEAD.as_bytes())?, digits)))
@@ -29,7 +29,7 @@ pub(super) fn unsealed(bytes: &[u8]) -> Result<Vec<u8>, String> {
     let calculated = Digest::of(&text);
     if calculated.hex().as_bytes() != digits {
         let saved = String::from_utf8_lossy(&digits[..16]).into_owned();
-        return Err(format!("it has changed: its seal says {saved}, calculated {}", calculated.short()));
+        return Err(format!("it has changed: its seal has {saved}, calculated {}", calculated.short()));
     }
     Ok(text)
 }
@@ -48,7 +48,7 @@ mod tests {
         for bit in 0..8 * whole.len() {
             let mut bytes = whole.clone().into_bytes();
             bytes[bit / 8] ^= 1 << (bit % 8);
-            // What is no seal any more is a key that no table has.
+            // A damaged seal is a key that no table has.
             let seen = match unsealed(&bytes) {
                 Err(_) => true,
                 Ok(rest) => rest == bytes,

@@ -1,4 +1,4 @@
-//! Several datasets in one folder, made of the same objects: `set.json` says which, and what each knows of an object.
+//! Several datasets in one folder, made from the same objects: `set.json` lists them, and the samples of each object.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,7 +17,7 @@ use kernel::{
     words::NumberClass,
 };
 
-/// `set.json`: what the folder was begun for, and, once all its datasets are finished, what they hold.
+/// `set.json`: the datasets to make, and, once all of them are finished, their content.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SetTable {
@@ -25,7 +25,7 @@ pub struct SetTable {
     pub format_version: u32,
     /// Name, for people.
     pub name: String,
-    /// The datasets, in the order in which they are made; each stands in the folder of its name.
+    /// The datasets, in the order in which they are made; each is in the folder of its name.
     pub jobs: Vec<SetEntry>,
     /// Content of the finished datasets.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -52,9 +52,9 @@ pub struct SetContent {
     pub roots: BTreeMap<String, Digest>,
     /// Roots of its classes of numbers.
     pub classes: BTreeMap<String, BTreeMap<NumberClass, Digest>>,
-    /// The objects, by name and content. Robots are none.
+    /// The objects, by name and content, without robots.
     pub objects: Vec<SetObject>,
-    /// Names that stand for several contents: what their samples say is not of one object.
+    /// Names with more than one content: their samples are not of one object.
     pub differing: BTreeSet<String>,
 }
 
@@ -64,9 +64,9 @@ pub struct SetContent {
 pub struct SetObject {
     /// Name of the object.
     pub name: String,
-    /// By content: what `SampleId.subject` is in every dataset.
+    /// Digest of the object: `SampleId.subject` in every dataset.
     pub object: ObjectId,
-    /// Samples that each dataset has kept of it. One that does not know the object is not named.
+    /// Kept samples of the object, by dataset. Datasets without the object are omitted.
     pub samples: BTreeMap<String, u64>,
 }
 
@@ -79,7 +79,7 @@ impl SetEntry {
 }
 
 impl SetTable {
-    /// A set of which nothing is made.
+    /// A set without finished datasets.
     pub fn new(name: &str, jobs: Vec<SetEntry>) -> Self {
         Self { format_version: FORMAT_VERSION, name: name.to_owned(), jobs, made: None }
     }
@@ -87,7 +87,7 @@ impl SetTable {
     /// Reads the `set.json` of a folder; `None` when it has none.
     ///
     /// # Errors
-    /// When the file can't be read, is no such JSON, names a folder elsewhere, or is of another format version.
+    /// When the file can't be read, is not such JSON, names a folder elsewhere, or is of another format version.
     pub fn read(folder: &Folder) -> Result<Option<Self>, DatasetError> {
         let path = folder.path_of(SET);
         let text = match folder.read(SET, Bound::DATASET_TABLE) {
@@ -107,13 +107,13 @@ impl SetTable {
         }
         // Reports are written into the folders of these names.
         if let Some(job) = table.jobs.iter().find(|job| !SetEntry::is_name(&job.name)) {
-            return Err(invalid(format!("'{}' is no name of a dataset in it", job.name)));
+            return Err(invalid(format!("'{}' is not the name of a dataset in it", job.name)));
         }
         Ok(Some(table))
     }
 
-    /// Marks `folder` as this set's, or finds that it is; makes it where missing. `set.json` may have been lost: folders of
-    /// this set's datasets and its report are no strangers.
+    /// Marks `folder` as this set's, or finds that it is; makes it where missing. `set.json` may have been lost: folders of this
+    /// set's datasets and its report are accepted.
     ///
     /// # Errors
     /// When it holds another set, or something else; when it can't be made or written.
@@ -138,7 +138,7 @@ impl SetTable {
         self.write(folder)
     }
 
-    /// Content of the datasets as they are now, whatever `set.json` says.
+    /// Content of the datasets as they are now, regardless of `set.json`.
     ///
     /// # Errors
     /// When some are not finished: all of these are named. When one can't be read.
@@ -157,7 +157,7 @@ impl SetTable {
         Err(DatasetError::UnfinishedSet { folder: folder.path().to_owned(), missing })
     }
 
-    /// Says what the datasets hold and writes it.
+    /// Gathers the content of the datasets and writes it.
     ///
     /// # Errors
     /// When one is not finished or can't be read, or the file can't be written.

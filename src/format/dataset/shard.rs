@@ -32,14 +32,14 @@ pub const CHUNK_BYTES: usize = 64 << 10;
 /// zstd level of the chunks: in the same measurement level 3 makes files 2.5 % smaller, writing with two channels a third
 /// slower (12,000 instead of 18,000/s) and reading at random a fifth slower.
 pub(crate) const ZSTD_LEVEL: u32 = 1;
-/// Written into each shard's header instead of the MCAP crate's name and version, which would move bytes.
+/// Written into each shard's header instead of the MCAP crate's name and version, which would change bytes.
 pub(crate) const LIBRARY: &str = "graspmill format 3";
 /// Beginning of that text, without the number of the format.
 pub(super) const LIBRARY_PREFIX: &str = "graspmill format ";
 /// Names of the attachments that hold the ledger: identity and fate, facts, digests.
 pub(super) const LEDGER: [&str; 3] = ["ledger", "facts", "digests"];
 
-/// Facts of a shard before any sample stands in it.
+/// Facts of a shard before any sample is written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShardHeader {
     /// Product of the shard; part of the file name.
@@ -56,12 +56,12 @@ pub struct ShardHeader {
     pub channels: Vec<Channel>,
 }
 
-/// A shard that is on disk for good.
+/// A finished shard on disk.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FinishedShard {
     /// Which shard.
     pub shard: ShardId,
-    /// Where it stands.
+    /// Path of the file.
     pub path: PathBuf,
     /// BLAKE3 of the file.
     pub digest: Digest,
@@ -82,12 +82,12 @@ impl FinishedShard {
 
 /// Writes one shard under a temporary name; [`ShardWriter::finish`] makes it appear.
 ///
-/// Calls come in sample order: for each index of the range one [`ShardWriter::write`] a channel and then
+/// Calls come in sample order: for each index of the range one [`ShardWriter::write`] per channel and then
 /// [`ShardWriter::keep`], or [`ShardWriter::reject`] alone. A writer that is dropped leaves nothing behind. The bytes
 /// depend on the header and the calls alone: one chunk holds whole samples; no clock, thread or crate version enters.
 pub struct ShardWriter {
     header: ShardHeader,
-    /// Final path but for the digest, for messages.
+    /// Final path without the digest, for messages.
     name: PathBuf,
     temporary: Option<Temporary>,
     /// `None` once it is finished or given up.
@@ -106,7 +106,7 @@ impl ShardWriter {
     /// Opens a temporary file in `folder` (the dataset's `shards`).
     ///
     /// # Errors
-    /// When the file can't be made or the header makes no sense.
+    /// When the file can't be made or the header is invalid.
     pub fn create(folder: &Folder, header: &ShardHeader) -> Result<Self, DatasetError> {
         Self::create_packed(folder, header, CHUNK_BYTES, ZSTD_LEVEL)
     }
@@ -381,7 +381,7 @@ impl Write for HashingFile {
         Ok(written)
     }
 
-    /// Nothing: the MCAP writer flushes after each chunk, the disk is asked once at the end.
+    /// Does nothing: the MCAP writer flushes after each chunk, but the file is synced once, at the end.
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
     }

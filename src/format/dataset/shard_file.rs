@@ -30,15 +30,15 @@ use kernel::{
 const FOOTER_BYTES: u64 = 1 + 8 + 8 + 8 + 4 + 8;
 /// Channel id, sequence, log time, publish time.
 pub(crate) const MESSAGE_HEADER: usize = 2 + 4 + 8 + 8;
-/// No chunk of ours is larger: one that says so is damaged, and must not become an allocation.
+/// Largest chunk that graspmill writes: a larger stated size is damage, and must not become an allocation.
 pub(crate) const MAX_CHUNK_BYTES: u64 = Bound::CHUNK.bytes;
 
 thread_local! {
-    /// One context a thread: making it anew costs as much as unpacking half a chunk.
+    /// One context per thread: creating one costs as much as unpacking half a chunk.
     static UNPACKER: RefCell<Option<zstd::bulk::Decompressor<'static>>> = const { RefCell::new(None) };
 }
 
-/// Where a chunk stands and which samples it holds.
+/// Location of a chunk, and the samples in it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ChunkEntry {
     /// First and last sample index.
@@ -63,7 +63,7 @@ pub(crate) struct ShardFile {
     name: String,
     /// Both, for messages.
     pub path: PathBuf,
-    /// In order of their samples; chunks without messages left out.
+    /// In order of their samples; chunks without messages omitted.
     pub chunks: Vec<ChunkEntry>,
     /// Channel of each MCAP channel id.
     channels: Vec<(u16, Channel)>,
@@ -163,7 +163,7 @@ impl ShardFile {
         invalid(&self.path, error.to_string())
     }
 
-    /// First and last sample that its chunks say they hold; `None` without chunks.
+    /// First and last sample of its chunks, by their index; `None` without chunks.
     pub fn samples(&self) -> Option<(u64, u64)> {
         Some((self.chunks.first()?.samples.0, self.chunks.last()?.samples.1))
     }
@@ -278,8 +278,8 @@ pub(crate) fn records(mut bytes: &[u8]) -> impl Iterator<Item = Result<(u8, &[u8
     })
 }
 
-/// Parses a record once the lengths inside it fit it: the library takes memory for a text before it checks whether the text is
-/// there, up to 4 GiB for a length that four bytes say.
+/// Parses a record after checking that the lengths inside it fit: the library allocates memory for a text before it checks
+/// whether the text is present, up to 4 GiB for a length of four bytes.
 pub(crate) fn parse(opcode: u8, body: &[u8]) -> Result<Record<'_>, McapError> {
     // Bytes before the first length, then what follows: texts (or other runs of bytes) and bytes between them.
     let (first, lengths): (usize, &[usize]) = match opcode {
@@ -291,9 +291,9 @@ pub(crate) fn parse(opcode: u8, body: &[u8]) -> Result<Record<'_>, McapError> {
         op::METADATA_INDEX => (16, &[0]),
         op::STATISTICS => (42, &[0]),
         op::FOOTER | op::SUMMARY_OFFSET => (0, &[]),
-        // Records of others are passed over.
+        // Records of other writers are skipped.
         other if other > op::DATA_END => (0, &[]),
-        // Nothing else stands in a summary.
+        // A summary has no other records.
         _ => return Err(McapError::BadIndex),
     };
     let mut rest = body.get(first..).ok_or(McapError::UnexpectedEoc)?;
@@ -345,7 +345,7 @@ pub(crate) fn read_at(folder: &Folder, name: &str, offset: u64, length: u64) -> 
     let (file, path) = (open(folder, name)?, &folder.path_of(name));
     let bytes = file.metadata().map_err(DatasetError::io("reading", path))?.len();
     if offset.checked_add(length).is_none_or(|end| end > bytes) {
-        return Err(invalid(path, format!("it ends at byte {bytes}, bytes {offset} + {length} were asked for")));
+        return Err(invalid(path, format!("it ends at byte {bytes}, before the end of bytes {offset} + {length}")));
     }
     if length > Bound::CHUNK.bytes {
         let problem = format!("a part of it has {length} bytes, at most {} are read", Bound::CHUNK.bytes);

@@ -16,7 +16,7 @@ use kernel::{
     ids::{Digest, SampleIndex},
 };
 
-/// Bytes of a dataset beside its shards and the files that only its product has.
+/// Bytes of a dataset in addition to its shards and the files that only its product has.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TableSizes {
     /// Bytes that do not depend on the samples: objects, splits, job, the head of the index.
@@ -80,7 +80,7 @@ impl TableSizes {
                 format!("sample {} is of a subject that the asset table lacks", row.sample),
             ));
         }
-        // What the first row adds is the head of each column; a single row stands for the others.
+        // The first row also adds the head of each column; if it is the only row, its size serves for all rows.
         let head = index(rows.len().min(1))?;
         let per_row = match rows.len() {
             0 | 1 => head - index(0)?,

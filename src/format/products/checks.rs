@@ -1,5 +1,5 @@
-//! The table of checks: one row per product. They stand apart from the rows of the format, which every dataset needs,
-//! because a check reads whole datasets.
+//! The table of checks: one row per product. They are separate from the rows of the format, which every dataset needs, because a
+//! check reads whole datasets.
 
 use super::{amodal, completion, grasps, heatmaps, patches, picks, reachability, scenes, views, volumes};
 use crate::{Product, ProductChecks};

@@ -1,4 +1,4 @@
-//! The table of products: one row each. A new product is a new row here, and a folder of its own beside this file.
+//! The table of products: one row each. A new product is a new row in this table, and a folder next to this file.
 
 pub mod amodal;
 mod checks;
@@ -16,7 +16,7 @@ pub use checks::{CHECKS, checks_of};
 
 use super::ProductFormat;
 
-/// Every product, in the order in which people meet them.
+/// Every product, in the order of documents and help.
 pub static PRODUCTS: [&ProductFormat; 10] = [
     &completion::FORMAT,
     &reachability::FORMAT,

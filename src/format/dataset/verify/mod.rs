@@ -1,4 +1,4 @@
-//! Whether a dataset is what its manifest says; which shard, chunk and sample is not, and how to mend it.
+//! Verification of a dataset against its manifest: which shard, chunk and sample differs, and how to repair it.
 
 mod report;
 mod shards;
@@ -58,7 +58,7 @@ pub fn verify(
         tables::check_splits(splits, assets, &manifest, &mut problems, &mut notes);
     }
 
-    // Shards are checked on all threads; what their ledgers say is compared with the tables in order.
+    // Shards are checked on all threads; their ledgers are compared with the tables in order.
     let context = Context { folder, manifest: &manifest, options };
     let of_shards = manifest.shards.len() as u32;
     let mut checked = VerifyProgress { of_shards, ..VerifyProgress::default() };
@@ -106,7 +106,7 @@ pub fn verify(
         _ => None,
     };
     if calculated.is_none() && problems.is_empty() {
-        let what = "its root cannot be calculated: a table names a subject twice, or has none of a sample";
+        let what = "its root cannot be calculated: a table lists a subject twice, or lacks the subject of a sample";
         problems.push(whole(ASSETS, what.to_owned(), REWRITE));
     }
     let product = manifest.product;
@@ -140,7 +140,7 @@ fn check_extra_files(
     }
 }
 
-/// The roots out of the ledgers' rows, against the manifest's; `None` where a sample stands twice.
+/// The roots from the ledgers' rows, compared with the manifest's; `None` if a sample is listed twice.
 fn check_root(
     manifest: &Manifest,
     leaves: Vec<Leaf>,
@@ -164,7 +164,7 @@ fn check_root(
     }
 }
 
-/// The class of each of a ledger's channels, as the manifest says it.
+/// The class of each of a ledger's channels, from the manifest.
 fn classes_of(channels: &[Channel], manifest: &Manifest) -> ClassChannels {
     let main = manifest.class_of(manifest.product.leading()).unwrap_or(NumberClass::Exact);
     ClassChannels::new(channels, main, |channel| manifest.class_of(channel).unwrap_or(main))

@@ -22,7 +22,7 @@ pub struct VerifyOptions<'a> {
     pub level: VerifyLevel,
     /// Rules that the dataset's job makes its records obey.
     pub rules: &'a [&'static str],
-    /// Format of the index, to compare its file with the ledgers; `None` checks its digest alone.
+    /// Format of the index, to compare its file with the ledgers; `None` checks only its digest.
     pub index: Option<&'a dyn IndexFormat>,
     /// Threads, at least 1.
     pub threads: usize,
@@ -74,7 +74,7 @@ pub struct VerifyReport {
     pub product: Product,
     /// Root digest in the manifest.
     pub saved: Digest,
-    /// Root digest out of the ledgers and tables; `None` when one of them can't be read.
+    /// Root digest from the ledgers and tables; `None` when one of them can't be read.
     pub calculated: Option<Digest>,
     /// Shards, samples and bytes that were checked.
     pub checked: VerifyProgress,
@@ -82,9 +82,9 @@ pub struct VerifyReport {
     pub payloads: u64,
     /// Shards without a problem.
     pub intact_shards: u32,
-    /// Everything that is wrong, in order of files and locations; at most [`VerifyReport::MAX`] a shard.
+    /// Everything that is wrong, in order of files and locations; at most [`VerifyReport::MAX`] per shard.
     pub problems: Vec<Problem>,
-    /// Things that are no damage: leftovers of killed runs, files set aside.
+    /// Notes that are not damage: leftovers of killed runs, files set aside.
     pub notes: Vec<String>,
 }
 

@@ -41,7 +41,7 @@ pub(super) struct ShardCheck {
     pub payloads: u64,
 }
 
-/// Every shard, on as many threads as asked for; `done` is called as they end, the result is in order.
+/// Checks every shard, on the given number of threads; calls `done` as they end; the result is in order.
 pub(super) fn check_shards(context: &Context, mut done: impl FnMut(&ShardCheck)) -> Vec<ShardCheck> {
     let count = context.manifest.shards.len();
     let next = AtomicUsize::new(0);
@@ -83,12 +83,12 @@ fn check_shard(context: &Context, shard: usize) -> ShardCheck {
         Ok(Hashed::Grown(bytes)) => {
             check.bytes = bytes;
             changed = true;
-            findings.push(String::new(), format!("it has {bytes} bytes, the manifest says {}", entry.bytes));
+            findings.push(String::new(), format!("it has {bytes} bytes, the manifest lists {}", entry.bytes));
         }
         Ok(Hashed::Whole(digest, bytes)) => {
             check.bytes = bytes;
             if digest == entry.digest && bytes != entry.bytes {
-                findings.push(String::new(), format!("it has {bytes} bytes, the manifest says {}", entry.bytes));
+                findings.push(String::new(), format!("it has {bytes} bytes, the manifest lists {}", entry.bytes));
             }
             changed = digest != entry.digest;
             if changed {
@@ -161,13 +161,14 @@ fn check_ledger(context: &Context, entry: &ShardEntry, ledger: &Ledger, findings
     let saved = (entry.first_sample, entry.samples, entry.kept);
     if found != saved {
         let words = |(first, samples, kept)| format!("{samples} samples from {first}, {kept} kept");
-        findings.push("ledger".to_owned(), format!("it says {}, the manifest {}", words(found), words(saved)));
+        findings.push("ledger".to_owned(), format!("it has {}, the manifest {}", words(found), words(saved)));
     }
     let named = (ledger.product, ledger.shard, ledger.shards as usize);
     let expected = (context.manifest.product, findings.shard, context.manifest.shards.len());
     if named != expected {
         let words = |(product, shard, shards)| format!("{product} shard {shard} of {shards}");
-        findings.push("ledger".to_owned(), format!("it is of {}, the manifest says {}", words(named), words(expected)));
+        findings
+            .push("ledger".to_owned(), format!("it is of {}, the manifest lists {}", words(named), words(expected)));
     }
     if ledger.job != context.manifest.job {
         let (found, saved) = (ledger.job.0.short(), context.manifest.job.0.short());
@@ -196,8 +197,7 @@ fn check_chunks(context: &Context, file: &ShardFile, ledger: &Ledger, findings: 
             Ok(messages) => {
                 let indices = || messages.iter().map(|message| message.index.0);
                 if indices().min().zip(indices().max()) != Some((first, last)) {
-                    let what =
-                        format!("the shard's index says that it holds samples {first} to {last}, which it does not");
+                    let what = format!("it does not hold samples {first} to {last}, which the shard's index lists");
                     findings.push(format!("chunk {chunk}"), what);
                 }
                 for message in messages {
@@ -216,7 +216,7 @@ fn check_chunks(context: &Context, file: &ShardFile, ledger: &Ledger, findings: 
                         }
                         None => findings.push(
                             location(message.index, message.channel),
-                            "a message that the ledger does not know, or out of order".to_owned(),
+                            "a message that is not in the ledger, or out of order".to_owned(),
                         ),
                     }
                 }
@@ -259,11 +259,11 @@ fn check_payload(
                 let stated = row.facts.values()[index];
                 if value.to_bits() != stated.to_bits() {
                     let name = facts[index].name;
-                    findings.push(at(), format!("it says {name} = {value}, the ledger {stated}"));
+                    findings.push(at(), format!("it has {name} = {value}, the ledger {stated}"));
                 }
             }
             if checked.sample != row.sample {
-                findings.push(at(), format!("it is of sample {}, the ledger says {}", checked.sample, row.sample));
+                findings.push(at(), format!("it is of sample {}, the ledger lists {}", checked.sample, row.sample));
             }
             let applies = |rule: &str| context.options.rules.contains(&rule);
             for broken in checked.broken_rules.into_iter().filter(|broken| applies(broken.rule)) {

@@ -1,5 +1,4 @@
-//! Checks of everything beside the shards: the tables against the ledgers and each other, field and shapes, and what
-//! does not belong.
+//! Checks of everything except the shards: the tables against the ledgers and each other, field and shapes, and foreign files.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -55,7 +54,7 @@ pub(super) fn check_files(folder: &Folder, manifest: &Manifest) -> Vec<Problem> 
     problems
 }
 
-/// The rows of the asset table that stand in the root.
+/// The rows of the asset table that enter the root.
 #[derive(serde::Deserialize)]
 pub(super) struct AssetRows {
     format_version: u32,
@@ -74,7 +73,7 @@ pub(super) fn read_assets(folder: &Folder) -> Result<AssetRows, String> {
     let rows: AssetRows = serde_json::from_slice(&text).map_err(|error| error.to_string())?;
     match rows.format_version {
         FORMAT_VERSION => Ok(rows),
-        found => Err(format!("it has format version {found}, the manifest says {FORMAT_VERSION}")),
+        found => Err(format!("it has format version {found}, the manifest {FORMAT_VERSION}")),
     }
 }
 
@@ -91,11 +90,11 @@ pub(super) fn check_foreign(
     for name in sorted_names(&shards_folder(folder))? {
         let file = format!("{SHARDS}/{name}");
         if files::is_temporary_name(&name) {
-            notes.push(format!("{file} is a leftover of a run that was killed, or of one at work"));
+            notes.push(format!("{file} is a leftover of a run that was killed, or belongs to a run in progress"));
         } else if name.strip_suffix(SET_ASIDE).is_some_and(|name| ShardName::parse(name).is_some()) {
             notes.push(format!("{file} was set aside by a run; it can be deleted"));
         } else if !known.contains(name.as_str()) {
-            let what = "the manifest does not know this file".to_owned();
+            let what = "this file is not in the manifest".to_owned();
             problems.push(whole(&file, what, "delete it or move it away"));
         }
     }
@@ -112,7 +111,7 @@ pub(super) fn check_mark(folder: &Folder, manifest: &Manifest, problems: &mut Ve
     };
     if !manifest.is_of(&mark) {
         let what = format!(
-            "it was begun for job {}, {} samples in {} shards of {}; the manifest says job {}, {} samples in {} shards",
+            "it was begun for job {}, {} samples in {} shards of {}; the manifest lists job {}, {} samples in {} shards",
             mark.job.0.short(),
             mark.samples,
             mark.shards,
@@ -187,7 +186,7 @@ impl<'a> RowChecks<'a> {
     pub fn shard(&mut self, ledger: Option<&Ledger>) {
         let Some(ledger) = ledger else {
             self.whole = false;
-            // Nobody knows how many of its samples were rejected.
+            // The number of its rejected samples is unknown.
             (self.rejects, self.index) = (None, None);
             return;
         };
@@ -247,13 +246,13 @@ impl<'a> RowChecks<'a> {
         let calculated = self.index_digest.lock().ok().map(|hasher| hash(&hasher));
         let saved = self.manifest.files.get(INDEX).map(|entry| entry.digest);
         if calculated.is_some() && calculated != saved {
-            let what = "it is not the table that the ledgers make".to_owned();
+            let what = "it is not the table made from the ledgers".to_owned();
             self.push(INDEX, String::new(), what);
         }
     }
 }
 
-/// The splits against the objects, and what stands on two sides. A leak that the dataset announces is a note.
+/// Compares the splits with the objects, and finds shapes in two splits. A leak that the dataset announces is a note.
 pub(super) fn check_splits(
     splits: &SplitTable,
     assets: &AssetRows,
@@ -265,13 +264,13 @@ pub(super) fn check_splits(
     let divided: BTreeSet<ObjectId> = splits.objects.iter().map(|row| row.object).collect();
     if objects != divided {
         let (more, fewer) = (divided.difference(&objects).count(), objects.difference(&divided).count());
-        let what = format!("it has {more} objects that assets.json lacks and lacks {fewer} that stand there");
+        let what = format!("it has {more} objects that assets.json lacks, and lacks {fewer} that assets.json has");
         problems.push(whole(SPLITS, what, REWRITE));
     }
     for (subset, said) in (0u32..).zip(&splits.training_subsets) {
         let found = splits.objects.iter().filter(|row| row.subset.is_some_and(|of| of <= subset)).count();
         if found != *said as usize {
-            let what = format!("training subset {subset} has {found} objects, it says {said}");
+            let what = format!("training subset {subset} has {found} objects, it states {said}");
             problems.push(whole(SPLITS, what, REWRITE));
         }
     }
@@ -290,15 +289,15 @@ pub(super) fn check_splits(
         || manifest.warnings.iter().any(|warning| warning.starts_with("leak: ") && warning.contains("geometries"));
     for (found, names) in sides.into_values().filter(|(found, _)| found.len() > 1) {
         let found: Vec<&str> = found.into_iter().map(Split::name).collect();
-        let what = format!("leak: {} are of one shape and stand in {}", names.join(", "), found.join(" and "));
+        let what = format!("leak: {} have the same shape and are in {}", names.join(", "), found.join(" and "));
         match announced {
             true => notes.push(what),
-            false => problems.push(whole(SPLITS, what, "divide the objects anew: give them one group in the job")),
+            false => problems.push(whole(SPLITS, what, "divide the objects again: give them one group in the job")),
         }
     }
 }
 
-/// The preview, which is no part of the dataset: what is wrong with it is a note.
+/// Checks the preview, which is not part of the dataset: damage in it is a note.
 pub(super) fn check_preview(folder: &Folder, notes: &mut Vec<String>) {
     let read = || -> Result<(), String> {
         let file = folder.open(PREVIEW).map_err(|error| error.to_string())?;
@@ -315,7 +314,8 @@ pub(super) fn check_preview(folder: &Folder, notes: &mut Vec<String>) {
         Ok(())
     };
     if let (true, Err(error)) = (folder.contains(PREVIEW), read()) {
-        notes
-            .push(format!("{PREVIEW} (no part of the dataset) is damaged: {error}; delete it and `run` the job again"));
+        notes.push(format!(
+            "{PREVIEW} (not part of the dataset) is damaged: {error}; delete it and `run` the job again"
+        ));
     }
 }

@@ -1,4 +1,4 @@
-//! Record of what surrounds one body of a scene in one image.
+//! Record of the surroundings of one body of a scene in one image.
 
 use prost::Message;
 
@@ -23,21 +23,21 @@ const MESSAGE: &str = "Clutter";
 pub struct Clutter {
     /// Which sample; its instance is the number of the body, from 1.
     pub sample: SampleId,
-    /// Object that the body is.
+    /// The body's object.
     pub object: ObjectId,
-    /// Pixels of its silhouette alone, those outside the image included.
+    /// Pixels of its silhouette alone, including those outside the image.
     pub pixels_all: u32,
     /// Pixels of its silhouette alone, in the image.
     pub pixels_in_image: u32,
     /// Pixels that see it.
     pub pixels_visible: u32,
-    /// Measured depths that the partial grid is made of.
+    /// Measured depths from which the partial grid is made.
     pub points: u32,
     /// Depths among them that were measured on the body's own surface.
     pub own_points: u32,
     /// Cells that hold a measured depth of anything else.
     pub others_seen: OccupancyGrid,
-    /// Cells that meet another body, the container or what is below the table.
+    /// Cells that meet another body, the container or the half-space below the table.
     pub others_solid: OccupancyGrid,
 }
 
@@ -58,12 +58,12 @@ impl Clutter {
         }
     }
 
-    /// Share of its silhouette that is seen; 0 of a body without a pixel.
+    /// Visible share of its silhouette; 0 for a body without a pixel.
     pub fn visible_share(&self) -> f64 {
         f64::from(self.pixels_visible) / f64::from(self.pixels_all.max(1))
     }
 
-    /// Whether the body reaches out of the image.
+    /// Whether the body extends beyond the image.
     pub fn is_truncated(&self) -> bool {
         self.pixels_in_image < self.pixels_all
     }
@@ -118,8 +118,7 @@ impl Clutter {
         })
     }
 
-    /// Compares the record with the pair of its sample: the grid is the same, and a partial grid has a point at least for each of
-    /// its cells.
+    /// Compares the record with the pair of its sample: the grid is the same, and a partial grid has at least one point per cell.
     ///
     /// # Errors
     /// When the two contradict each other.

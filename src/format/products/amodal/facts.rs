@@ -12,17 +12,17 @@ pub struct AmodalFacts {
     pub complete_cells: u32,
     /// Cells occupied in both.
     pub both_cells: u32,
-    /// Share of the solid's volume that lies inside the grid, 0 to 1.
+    /// Share of the solid's volume inside the grid, 0 to 1.
     pub solid_share: f64,
-    /// Share of the body's silhouette that is seen, 0 to 1.
+    /// Visible share of the body's silhouette, 0 to 1.
     pub visible_share: f64,
     /// Pixels that see the body.
     pub pixels_visible: u32,
-    /// 1 where the body reaches out of the image, else 0.
+    /// 1 if the body extends beyond the image, else 0.
     pub truncated: u32,
     /// Share of the points of the partial grid that were measured on the body, 0 to 1.
     pub purity: f64,
-    /// Cells that meet another body, the container or what is below the table.
+    /// Cells that meet another body, the container or the half-space below the table.
     pub others_solid_cells: u32,
 }
 
@@ -51,7 +51,7 @@ pub(super) const FACTS: [FactFormat; 9] = [
 ];
 
 impl AmodalFacts {
-    /// Facts of a pair and of what surrounds it.
+    /// Facts of a pair and of its surroundings.
     pub fn of(pair: &VoxelPair, clutter: &Clutter) -> Self {
         let VoxelPair { partial_cells, complete_cells, both_cells, solid_share, .. } = *pair;
         Self { partial_cells, complete_cells, both_cells, solid_share, ..Self::of_clutter(clutter) }

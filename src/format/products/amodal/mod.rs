@@ -1,4 +1,4 @@
-//! Amodal pairs: completion pairs of the bodies of settled scenes, and what surrounds them.
+//! Amodal pairs: completion pairs of the bodies of settled scenes, and their surroundings.
 
 mod check;
 mod clutter;
@@ -28,7 +28,7 @@ impl Channel {
     pub const AMODAL_PAIR: Self = Self::at("/amodal/pair");
     /// [`Visibility`](crate::Visibility): cells seen to be free.
     pub const AMODAL_VISIBILITY: Self = Self::at("/amodal/visibility");
-    /// [`Depth`](crate::Depth): the crop of the depth that is of the body.
+    /// [`Depth`](crate::Depth): the crop of the depth measured on the body.
     pub const AMODAL_DEPTH: Self = Self::at("/amodal/depth");
     /// [`Cloud`](crate::Cloud): the partial point cloud.
     pub const AMODAL_CLOUD: Self = Self::at("/amodal/cloud");
@@ -42,7 +42,7 @@ impl Channel {
     pub const AMODAL_TOUCH_RAYS: Self = Self::at("/amodal/touch_rays");
     /// [`TactileContacts`](crate::TactileContacts) of a hand that explores the surface that the camera did not see.
     pub const AMODAL_TOUCH_EXPLORATION: Self = Self::at("/amodal/touch_exploration");
-    /// [`Clutter`]: what surrounds the body; every amodal sample has one.
+    /// [`Clutter`]: surroundings of the body; every amodal sample has one.
     pub const CLUTTER: Self = Self::at("/amodal/clutter");
 }
 
@@ -50,15 +50,15 @@ impl Sample {
     /// Surroundings of the body of an amodal sample.
     ///
     /// # Errors
-    /// When the sample is of another product, or the payload is no valid record.
+    /// When the sample is of another product, or the payload is not a valid record.
     pub fn clutter(&self) -> Result<Clutter, DatasetError> {
         self.leading(Channel::CLUTTER, Clutter::decode)
     }
 
-    /// The object that a pair is of: in clutter a body of the scene, otherwise the sample's subject.
+    /// The object of a pair: in clutter a body of the scene, otherwise the sample's subject.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn object(&self) -> Result<ObjectId, DatasetError> {
         let clutter = self.decoded(Channel::CLUTTER, Clutter::decode)?;
         Ok(clutter.map_or(self.id.subject, |clutter| clutter.object))

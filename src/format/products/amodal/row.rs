@@ -70,7 +70,7 @@ const CHANNELS: [ChannelFormat; 10] = [
         &[ArrayFormat::new(
             "tsdf",
             "(N, N, N) i16",
-            "signed distance to the body's surface, seen or not, cut off, negative inside",
+            "signed distance to the body's surface, seen or not, truncated, negative inside",
         )],
     )
     .decoded_by(|payload| Ok(Tsdf::decode(payload)?.sample)),
@@ -123,7 +123,7 @@ const CHANNELS: [ChannelFormat; 10] = [
             ArrayFormat::new(
                 "contacts",
                 "(contacts, ...)",
-                "where a hand that felt its way over the hidden side touched the body: point [m], outward normal, which approach, \
+                "where a hand that explored the hidden side touched the body: point [m], outward normal, which approach, \
                  seen or not; link, force [N], gap [m]",
             ),
             ArrayFormat::new(

@@ -65,7 +65,7 @@ fn clutter_comes_back_as_it_was_with_its_shares() {
     let facts = AmodalFacts::of(&pair(), &clutter);
     assert_eq!(AmodalFacts::from(&Facts::from(facts)), facts);
     assert_eq!((facts.visible_share, facts.truncated, facts.others_solid_cells), (0.2, 1, 2));
-    // The record states what stands in the table, by the same indices.
+    // The record states the values of the table, by the same indices.
     let values = Facts::from(facts);
     assert!(clutter.stated_facts().iter().all(|(index, value)| values.values()[*index] == *value));
 }
@@ -147,7 +147,7 @@ fn touch_in_clutter_comes_back_as_it_was() {
         assert_eq!(touch.check_beside(&pair()), Ok(()));
         assert!(channel.is_touch() && channel.is_touch_in_clutter() && !Channel::TOUCH_RAYS.is_touch_in_clutter());
     }
-    // Nothing stands around a lone object.
+    // A single object has no surroundings.
     assert!(TactileContacts::decode_of(Channel::TOUCH_RAYS, &touch_payload(&touch())).is_err());
     assert!(TactileContacts::decode_of(Channel::TOUCH_EXPLORATION, &touch_payload(&hand_touch())).is_err());
 }

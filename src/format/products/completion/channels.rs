@@ -1,4 +1,4 @@
-//! The optional channels beside the pair: visibility, cloud, distances, coverage, samples for implicit networks.
+//! The optional channels in addition to the pair: visibility, cloud, distances, coverage, samples for implicit networks.
 
 use prost::Message;
 
@@ -85,7 +85,7 @@ pub struct Tsdf {
     pub sample: SampleId,
     /// Cells along each axis.
     pub resolution: u32,
-    /// Distances are cut at this [m].
+    /// Distance at which values are truncated [m].
     pub truncation: f64,
     /// Steps of `truncation / 32767`, negative inside, -32767 to 32767.
     /// Shape (resolution, resolution, resolution) indexed (x, y, z), C order.

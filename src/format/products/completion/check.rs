@@ -3,7 +3,7 @@
 use super::{Occlusion, TactileContacts, VoxelPair, facts::FIRST_OF_OCCLUSION};
 use crate::{BrokenRule, Channel, CheckSample, CheckedRecord, Facts, Product, ProductChecks, RecordError};
 
-/// Rule of jobs whose truth marks every cell that the object overlaps: partial cells and contacts lie in complete cells.
+/// Rule of jobs whose truth marks every cell that the object overlaps: partial cells and contacts are in complete cells.
 pub const PARTIAL_INSIDE_COMPLETE: &str = "partial_inside_complete";
 
 /// The checks of completion.
@@ -42,7 +42,7 @@ impl PairCheck {
     }
 }
 
-/// Checks a record of touch, and beside the pair of its sample where that is known.
+/// Checks a record of touch, and compares it with the pair of its sample if that is known.
 pub(in crate::products) fn check_touch(
     channel: Channel,
     payload: &[u8],
@@ -55,7 +55,7 @@ pub(in crate::products) fn check_touch(
     let cells = touch.contacts.iter().filter_map(|contact| contact.cell);
     let outside = cells.filter(|cell| !pair.complete.get(*cell)).count();
     if outside > 0 {
-        let what = format!("{outside} contacts stand in cells that are not in complete");
+        let what = format!("{outside} contacts are in cells that are not in complete");
         checked.broken_rules.push(BrokenRule { rule: PARTIAL_INSIDE_COMPLETE, what });
     }
     Ok(checked)

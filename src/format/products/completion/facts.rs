@@ -3,7 +3,7 @@
 use super::OcclusionFacts;
 use crate::{FactFormat, FactKind, FactRange, Facts};
 
-/// Counts of occupied cells, and the share of the solid that lies in the grid.
+/// Counts of occupied cells, and the share of the solid inside the grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PairFacts {
     /// Occupied cells of the partial grid.
@@ -12,9 +12,9 @@ pub struct PairFacts {
     pub complete_cells: u32,
     /// Cells occupied in both.
     pub both_cells: u32,
-    /// Share of the solid's volume that lies inside the grid, 0 to 1.
+    /// Share of the solid's volume inside the grid, 0 to 1.
     pub solid_share: f64,
-    /// Occluder in front of the object; zeros where the job asks for none.
+    /// Occluder in front of the object; zeros without occlusion in the job.
     pub occlusion: OcclusionFacts,
 }
 

@@ -1,4 +1,4 @@
-//! Record of what a hand felt: forces and gaps of its contacts, and where it stood when each of its approaches ended.
+//! Record of touch by a hand: forces and gaps of its contacts, and its pose at the end of each approach.
 
 use super::{BlockedProbe, TouchContact};
 use crate::codec::{
@@ -15,7 +15,7 @@ const MESSAGE: &str = "HandContacts";
 /// For the hot path keep one and refill it: its lists keep their memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HandTouch {
-    /// The hand's name, as its description says it.
+    /// The hand's name, from its description.
     pub hand: String,
     /// Names of its links; the base is the first.
     pub links: Vec<String>,
@@ -23,7 +23,7 @@ pub struct HandTouch {
     pub joints: Vec<String>,
     /// One row per contact, in their order.
     pub felt: Vec<Felt>,
-    /// One row a probe, in their order.
+    /// One row per probe, in their order.
     pub approaches: Vec<Approach>,
 }
 
@@ -58,11 +58,11 @@ pub enum ApproachEnd {
     TimedOut,
     /// The hand never touched.
     Missed,
-    /// The simulation blew up: what was felt is not kept.
+    /// The simulation became unstable: its contacts are not kept.
     Unstable,
-    /// A contact pressed harder than the hand's fingertips bear: what was felt is not kept.
+    /// A contact pressed harder than the hand's fingertips can bear: its contacts are not kept.
     Overloaded,
-    /// Something else than the object was in the way of the coming hand, in a scene.
+    /// An obstacle stopped the approaching hand, in a scene.
     Blocked,
 }
 
@@ -109,7 +109,7 @@ impl HandTouch {
         wire::bytes_of(out, 20, approaches.iter().map(|approach| approach.end as u8));
     }
 
-    /// Reads and checks what a hand adds to these contacts; `None` where no hand made them.
+    /// Reads and checks the fields of a hand for these contacts; `None` if no hand made them.
     pub(super) fn decode(
         message: &proto::ClutterContacts,
         probes: u32,
@@ -122,7 +122,7 @@ impl HandTouch {
         if names + link.len() + forces.len() + gaps.len() + joint_values.len() + ends.len() + poses.len() == 0 {
             return Ok(None);
         }
-        ranged(MESSAGE, "links", links.len() as f64, !links.is_empty(), "one at least, the base")?;
+        ranged(MESSAGE, "links", links.len() as f64, !links.is_empty(), "at least one, the base")?;
         let (forces, gaps) = (floats(MESSAGE, "forces", forces, 1)?, floats(MESSAGE, "gaps", gaps, 1)?);
         for (field, found) in [("link", link.len()), ("forces", forces.len()), ("gaps", gaps.len())] {
             lengthy(MESSAGE, field, contacts.len(), found)?;
@@ -157,16 +157,16 @@ impl HandTouch {
         }
         let barren = contacts.iter().find(|contact| !approaches[contact.probe as usize].end.has_contacts());
         let value = barren.map_or(0.0, |contact| f64::from(contact.probe));
-        ranged(MESSAGE, "probe", value, barren.is_none(), "an approach that did not miss or blow up")?;
+        ranged(MESSAGE, "probe", value, barren.is_none(), "an approach that did not miss or become unstable")?;
         // Fingers can be stopped where the hand was not.
         let stops = |end: ApproachEnd| end.has_contacts() || end == ApproachEnd::Blocked;
         let stray = blocked.iter().find(|blocked| !stops(approaches[blocked.probe as usize].end));
         let value = stray.map_or(0.0, |blocked| f64::from(blocked.probe));
-        ranged(MESSAGE, "blocked_probe", value, stray.is_none(), "an approach that did not miss or blow up")?;
+        ranged(MESSAGE, "blocked_probe", value, stray.is_none(), "an approach that did not miss or become unstable")?;
         let is_said = |probe: usize| blocked.iter().any(|blocked| blocked.probe as usize == probe);
         let unsaid = (0..count).find(|probe| approaches[*probe].end == ApproachEnd::Blocked && !is_said(*probe));
         let value = unsaid.map_or(0.0, |probe| probe as f64);
-        ranged(MESSAGE, "ends", value, unsaid.is_none(), "5 where a row of blocked_probe says what was in the way")?;
+        ranged(MESSAGE, "ends", value, unsaid.is_none(), "5 where blocked_probe has a row with the obstacle")?;
         let (hand, links, joints) = (hand.clone(), links.clone(), joints.clone());
         Ok(Some(Self { hand, links, joints, felt, approaches }))
     }

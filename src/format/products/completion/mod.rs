@@ -1,5 +1,4 @@
-//! Completion pairs: what one camera saw of an object, and the solid object, on one grid; touch and further channels
-//! beside them.
+//! Completion pairs: what one camera saw of an object, and the solid object, on one grid; also touch and further channels.
 
 mod channels;
 mod check;
@@ -54,7 +53,7 @@ impl Channel {
     pub const COVERAGE: Self = Self::at("/completion/coverage");
     /// [`Implicit`]: samples for implicit networks.
     pub const IMPLICIT: Self = Self::at("/completion/implicit");
-    /// [`Occlusion`]: what stands between the camera and the object.
+    /// [`Occlusion`]: the occluder between the camera and the object.
     pub const OCCLUSION: Self = Self::at("/completion/occlusion");
     /// [`TactileContacts`] of random rays from the far side.
     pub const TOUCH_RAYS: Self = Self::at("/completion/touch_rays");
@@ -63,7 +62,7 @@ impl Channel {
     /// [`TactileContacts`] of a hand that closes on the object once.
     pub const TOUCH_GRASP: Self = Self::at("/completion/touch_grasp");
 
-    /// Whether messages are [`TactileContacts`]; each kind of touch has a channel of its own.
+    /// Whether messages are [`TactileContacts`]; each kind of touch has its own channel.
     pub fn is_touch(self) -> bool {
         TOUCH_MESSAGES.contains(&self.message)
     }
@@ -73,7 +72,7 @@ impl Channel {
         self.is_touch() && self.name() != Self::TOUCH_RAYS.name()
     }
 
-    /// Whether messages are [`TactileContacts`] that say which probes something else stopped than the object.
+    /// Whether messages are [`TactileContacts`] that list the probes that an obstacle stopped.
     pub fn is_touch_in_clutter(self) -> bool {
         self.message == CLUTTER_CONTACTS
     }

@@ -1,4 +1,4 @@
-//! Record of an occluder: what stands between the camera and the object.
+//! Record of the occluder between the camera and the object.
 
 use prost::Message;
 
@@ -22,7 +22,7 @@ pub struct Occlusion {
     pub sample: SampleId,
     /// Kind of the occluder: one of [`Occlusion::KINDS`].
     pub kind: &'static str,
-    /// Pixels of a perfect image that see the object where nothing stands in front of it.
+    /// Pixels of a perfect image that would see the object without the occluder.
     pub object_pixels: u32,
     /// Pixels of these that see the occluder instead.
     pub hidden_pixels: u32,
@@ -50,9 +50,9 @@ pub struct PixelMask {
 /// Counts of pixels of an occlusion, for tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OcclusionFacts {
-    /// 1 where something stands in front of the object, else 0.
+    /// 1 if the view has an occluder, else 0.
     pub occluded: u32,
-    /// Share of the pixels of the object that it hides, 0 to 1.
+    /// Share of the object's pixels that the occluder hides, 0 to 1.
     pub hidden_share: f64,
 }
 
@@ -89,7 +89,7 @@ impl Occlusion {
     /// Kinds of occluders: nothing, a piece between camera and object, and an edge across the whole image.
     pub const KINDS: [&str; 3] = ["none", "neighbour", "half_space"];
 
-    /// Nothing stands in front of the object.
+    /// A view without an occluder.
     pub fn none(sample: SampleId) -> Self {
         Self {
             sample,
@@ -147,7 +147,7 @@ impl Occlusion {
             "at most the pixels of both",
         )?;
         let corners = triples(MESSAGE, "corners", &message.corners)?;
-        // Without an occluder there is nothing to describe; a solid has four corners at least.
+        // Without an occluder there is nothing to describe; a solid has at least four corners.
         let fits = if kind == Self::KINDS[0] { corners.is_empty() && pixels == 0 } else { corners.len() >= 4 };
         ranged(MESSAGE, "corners", corners.len() as f64, fits, "at least 4, without an occluder 0")?;
         let sample = sample_from_proto(MESSAGE, message.sample)?;

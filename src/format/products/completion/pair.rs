@@ -15,7 +15,7 @@ use kernel::{
 };
 
 const MESSAGE: &str = "VoxelPair";
-/// Tolerance of a stored pose: from a rotation, and of the three poses from closing; composing them costs about 1e-15.
+/// Tolerance of a stored pose: distance from a rotation, and inconsistency of the three poses; composing them costs about 1e-15.
 const POSE_TOLERANCE: f64 = 1e-9;
 
 /// Partial and complete grid: what one camera saw of an object, and the solid object, on one grid in `CameraCv` (spec:
@@ -26,15 +26,15 @@ const POSE_TOLERANCE: f64 = 1e-9;
 pub struct VoxelPair {
     /// Which sample.
     pub sample: SampleId,
-    /// Where the grid lies, in `CameraCv` [m].
+    /// The grid, in `CameraCv` [m].
     pub grid: GridPlacement,
     /// The camera [px].
     pub camera: Intrinsics,
-    /// The object as the camera sees it.
+    /// Pose of the object in camera axes.
     pub camera_from_object: Pose<CameraCv, Object>,
-    /// The object in the room.
+    /// Pose of the object in the world.
     pub world_from_object: Pose<World, Object>,
-    /// The camera in the room.
+    /// Pose of the camera in the world.
     pub world_from_camera: Pose<World, CameraCv>,
     /// Cells that hold a point the camera saw.
     pub partial: OccupancyGrid,
@@ -46,7 +46,7 @@ pub struct VoxelPair {
     pub complete_cells: u32,
     /// Cells occupied in both.
     pub both_cells: u32,
-    /// Share of the solid's volume that lies inside the grid, 0 to 1.
+    /// Share of the solid's volume inside the grid, 0 to 1.
     pub solid_share: f64,
 }
 
@@ -68,7 +68,7 @@ impl VoxelPair {
         wire::double(out, 12, self.solid_share);
     }
 
-    /// Counts for tables; the pair knows of no occluder.
+    /// Counts for tables; a pair has no occluder.
     pub fn facts(&self) -> PairFacts {
         let Self { partial_cells, complete_cells, both_cells, solid_share, .. } = *self;
         PairFacts { partial_cells, complete_cells, both_cells, solid_share, occlusion: OcclusionFacts::default() }
@@ -77,7 +77,7 @@ impl VoxelPair {
     /// Reads and checks a payload.
     ///
     /// # Errors
-    /// When a length, range or count does not hold, a pose is no rigid motion or the poses do not close.
+    /// When a length, range or count does not hold, a pose is not a rigid motion or the three poses are inconsistent.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let pair = proto::VoxelPair::decode(payload)
             .map_err(|error| RecordError::Protobuf { message: MESSAGE, problem: error.to_string() })?;

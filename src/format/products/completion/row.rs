@@ -64,7 +64,7 @@ const CHANNELS: [ChannelFormat; 11] = [
         "/completion/cloud",
         "graspmill.Cloud",
         PAIR_SCHEMAS,
-        &[ArrayFormat::new("cloud", "(n, 3) f32", "the seen points [m]")],
+        &[ArrayFormat::new("cloud", "(n, 3) f32", "points that the camera saw [m]")],
     )
     .decoded_by(|payload| Ok(Cloud::decode(payload)?.sample)),
     ChannelFormat::new(
@@ -74,7 +74,7 @@ const CHANNELS: [ChannelFormat; 11] = [
         &[ArrayFormat::new(
             "tsdf",
             "(N, N, N) i16",
-            "signed distance to the surface, seen or not, cut off, negative inside",
+            "signed distance to the surface, seen or not, truncated, negative inside",
         )],
     )
     .decoded_by(|payload| Ok(Tsdf::decode(payload)?.sample)),
@@ -97,12 +97,8 @@ const CHANNELS: [ChannelFormat; 11] = [
         "graspmill.Occlusion",
         OCCLUSION_SCHEMAS,
         &[
-            ArrayFormat::new(
-                "corners",
-                "(n, 3) f32",
-                "corners of what stands in front, which is their convex hull [m]",
-            ),
-            ArrayFormat::new("mask", "(height, width) bits", "pixels that see what stands in front; crop of the image"),
+            ArrayFormat::new("corners", "(n, 3) f32", "corners of the occluder, which is their convex hull [m]"),
+            ArrayFormat::new("mask", "(height, width) bits", "pixels that see the occluder; crop of the image"),
         ],
     ),
     ChannelFormat::new(
@@ -126,7 +122,7 @@ const CHANNELS: [ChannelFormat; 11] = [
             ArrayFormat::new(
                 "contacts",
                 "(contacts, ...)",
-                "where a hand that felt its way over the hidden side touched: point [m], outward normal, which approach, seen \
+                "where a hand that explored the hidden side touched: point [m], outward normal, which approach, seen \
              or not; link, force [N], gap [m]",
             ),
             ArrayFormat::new(
@@ -144,7 +140,7 @@ const CHANNELS: [ChannelFormat; 11] = [
             ArrayFormat::new(
                 "contacts",
                 "(contacts, ...)",
-                "where a hand that took hold once touched; as of exploration",
+                "where a hand that grasped once touched; as for exploration",
             ),
             ArrayFormat::new("approaches", "(1, ...)", "where it ended: pose of the hand, joint values, why it ended"),
         ],

@@ -1,4 +1,4 @@
-//! Records of a completion sample. The ones that pairs of bodies in clutter have, too, are read of both.
+//! Records of a completion sample. Records that amodal pairs have, too, are read from both.
 
 use super::{Cloud, Coverage, Implicit, Occlusion, TactileContacts, Tsdf, Visibility, VoxelPair};
 use crate::{
@@ -24,7 +24,7 @@ impl Sample {
     /// Partial and complete grid, camera, poses.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn pair(&self) -> Result<VoxelPair, DatasetError> {
         self.leading(self.alike(Channel::PAIR), VoxelPair::decode)
     }
@@ -32,7 +32,7 @@ impl Sample {
     /// Cells seen to be free; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn visibility(&self) -> Result<Option<Visibility>, DatasetError> {
         self.decoded(self.alike(Channel::VISIBILITY), Visibility::decode)
     }
@@ -40,7 +40,7 @@ impl Sample {
     /// The depth crop; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn depth(&self) -> Result<Option<Depth>, DatasetError> {
         self.decoded(self.alike(Channel::DEPTH), Depth::decode)
     }
@@ -48,7 +48,7 @@ impl Sample {
     /// The partial point cloud; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn cloud(&self) -> Result<Option<Cloud>, DatasetError> {
         self.decoded(self.alike(Channel::CLOUD), Cloud::decode)
     }
@@ -56,7 +56,7 @@ impl Sample {
     /// Truncated signed distance; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn tsdf(&self) -> Result<Option<Tsdf>, DatasetError> {
         self.decoded(self.alike(Channel::TSDF), Tsdf::decode)
     }
@@ -64,7 +64,7 @@ impl Sample {
     /// Share of each cell that is solid; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn coverage(&self) -> Result<Option<Coverage>, DatasetError> {
         self.decoded(self.alike(Channel::COVERAGE), Coverage::decode)
     }
@@ -72,7 +72,7 @@ impl Sample {
     /// Samples for implicit networks; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn implicit(&self) -> Result<Option<Implicit>, DatasetError> {
         self.decoded(self.alike(Channel::IMPLICIT), Implicit::decode)
     }
@@ -80,7 +80,7 @@ impl Sample {
     /// The occluder between the camera and the object; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn occlusion(&self) -> Result<Option<Occlusion>, DatasetError> {
         self.decoded(Channel::OCCLUSION, Occlusion::decode)
     }
@@ -88,7 +88,7 @@ impl Sample {
     /// Contacts of every kind of touch that is stored, by channel.
     ///
     /// # Errors
-    /// When a payload is no valid record.
+    /// When a payload is not a valid record.
     pub fn touch(&self) -> Result<Vec<(Channel, TactileContacts)>, DatasetError> {
         let stored = self.channels().filter(|channel| channel.is_touch());
         let contacts = stored.map(|channel| {
@@ -101,7 +101,7 @@ impl Sample {
     /// The pair joined with all touch of the sample; `None` when no touch is stored.
     ///
     /// # Errors
-    /// When a payload is no valid record, or contacts do not fit the pair.
+    /// When a payload is not a valid record, or contacts do not fit the pair.
     pub fn touched(&self) -> Result<Option<TouchedPair>, DatasetError> {
         let touch = self.touch()?;
         if touch.is_empty() {

@@ -107,7 +107,7 @@ fn hand_touch() -> impl Strategy<Value = TactileContacts> {
     )
 }
 
-/// A pair whose grid those contacts stand on.
+/// A pair with the grid of those contacts.
 fn beside(sample: SampleId) -> VoxelPair {
     let grid = OccupancyGrid::new(7);
     VoxelPair {

@@ -17,7 +17,7 @@ use crate::{
 use kernel::{geom::OccupancyGrid, ids::SampleId};
 
 const MESSAGE: &str = "TactileContacts";
-/// Distance that a contact may stand outside its cell [cells]: positions are kept in single precision.
+/// Distance that a contact may be outside its cell [cells]: positions are kept in single precision.
 const CELL_TOLERANCE: f64 = 1e-3;
 /// Probes of one kind of touch, at most.
 const MAX_PROBES: u32 = 1 << 20;
@@ -35,12 +35,11 @@ pub struct TactileContacts {
     pub probes: u32,
     /// In the order of the probes.
     pub contacts: Vec<TouchContact>,
-    /// Where each probe started that touched nothing and that nothing stopped, in their order, in `CameraCv` [m]; of a hand, its
-    /// palm.
+    /// Starts of the probes that touched nothing and were not stopped, in their order, in `CameraCv` [m]; for a hand, of its palm.
     pub misses: Vec<[f32; 3]>,
-    /// Probes that something else stopped, in their order; none of a lone object.
+    /// Probes that an obstacle stopped, in their order; empty for a single object.
     pub blocked: Vec<BlockedProbe>,
-    /// Further measurements of a hand; `None` where something else touched.
+    /// Further measurements of a hand; `None` for rays.
     pub hand: Option<HandTouch>,
 }
 
@@ -96,7 +95,7 @@ impl TactileContacts {
     ///
     /// # Errors
     /// When lengths do not fit each other, a number is out of range or not finite, a normal is not of unit length, the pose
-    /// of a hand is no rigid motion, or an approach that missed or blew up has a contact.
+    /// of a hand is not a rigid motion, or an approach that missed or became unstable has a contact.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         // The fields up to 11 are those of TactileContacts, the ones up to 20 those of HandContacts.
         let mut touch = proto::ClutterContacts::decode(payload).map_err(broken(MESSAGE))?;
@@ -156,7 +155,7 @@ impl TactileContacts {
         Ok(read)
     }
 
-    /// Reads and checks a payload of a channel of touch: those of hands say what the hand felt, no other does.
+    /// Reads and checks a payload of a channel of touch: only channels of hands have a hand's measurements.
     ///
     /// # Errors
     /// Errors of [`TactileContacts::decode`].
@@ -176,11 +175,11 @@ impl TactileContacts {
         }
     }
 
-    /// Holds the contacts against the pair of their sample: each stands in the cell that it names, and one that names
-    /// none outside the grid, or in a cell with an index of 0, which the `thesis` quirk leaves out.
+    /// Compares the contacts with the pair of their sample: each must be in the cell that it names, and a contact without a cell
+    /// must be outside the grid, or in a cell with an index of 0, which the `thesis` quirk drops.
     ///
     /// # Errors
-    /// When a contact does not, or the two records are of different grids.
+    /// When a contact is elsewhere, or the two records have different grids.
     pub fn check_beside(&self, pair: &VoxelPair) -> Result<(), RecordError> {
         let grid = &pair.grid;
         let (n, found) = (grid.resolution, self.resolution);
@@ -194,13 +193,13 @@ impl TactileContacts {
                 }),
                 None => at.iter().any(|at| *at < 1.0 + CELL_TOLERANCE || *at > f64::from(n) - CELL_TOLERANCE),
             };
-            ranged(MESSAGE, "cells", index as f64, fits, "rows of contacts that stand in the cell they name")?;
+            ranged(MESSAGE, "cells", index as f64, fits, "rows of contacts that are in the cell they name")?;
         }
         Ok(())
     }
 }
 
-/// Reads and checks the rows of probes that something else stopped than the body of a sample.
+/// Reads and checks the rows of probes that an obstacle stopped.
 fn blocked_probes(touch: &proto::ClutterContacts, sample: &SampleId) -> Result<Vec<BlockedProbe>, RecordError> {
     let proto::ClutterContacts { probes, blocked_probe, blocked_by, blocked_positions, .. } = touch;
     let positions = triples(MESSAGE, "blocked_positions", blocked_positions)?;

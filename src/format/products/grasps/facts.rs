@@ -12,7 +12,7 @@ pub struct GraspFacts {
     pub verdicts: [u32; VERDICTS],
     /// Lowest energy of any state; infinite where none was found.
     pub best_energy: f64,
-    /// Highest epsilon of a kept grasp, in the space that the job asks for; 0 where none was kept.
+    /// Highest epsilon of a kept grasp, in the space that the job selects; 0 if none was kept.
     pub best_epsilon: f64,
     /// Whether the seed was given up before the run was over.
     pub given_up: bool,
@@ -29,7 +29,7 @@ pub struct TrialFacts {
     pub held: u32,
     /// Tried grasps that were refused: the hand starts too deep in the object.
     pub refused: u32,
-    /// States that were tried on a table as well.
+    /// States that were also tried on a table.
     pub tried_on_table: u32,
     /// States of these that lifted the object from it.
     pub held_on_table: u32,

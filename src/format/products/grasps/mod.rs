@@ -1,4 +1,4 @@
-//! Grasps: runs that searched for grasps of a hand on an object, and physical trials of what they found.
+//! Grasps: runs that searched for grasps of a hand on an object, and physical trials of these grasps.
 
 mod check;
 mod facts;
@@ -52,7 +52,7 @@ impl Sample {
     /// One run of the search and its grasps.
     ///
     /// # Errors
-    /// When the sample is of another product, or the payload is no valid record.
+    /// When the sample is of another product, or the payload is not a valid record.
     pub fn grasp_run(&self) -> Result<GraspRun, DatasetError> {
         self.leading(Channel::GRASP_RUN, GraspRun::decode)
     }
@@ -60,7 +60,7 @@ impl Sample {
     /// Trials of grasps of the run; `None` where the dataset has none.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn grasp_trials(&self) -> Result<Option<GraspTrials>, DatasetError> {
         self.decoded(Channel::GRASP_TRIALS, GraspTrials::decode)
     }

@@ -20,13 +20,13 @@ pub struct TrialOutcome {
     pub closing_time: f64,
     /// Whether it had come to rest then.
     pub closed_at_rest: bool,
-    /// Penetration of the object by the hand [m]: when it began, when gravity came on, at most after that.
+    /// Penetration of the object by the hand [m]: when it began, when gravity was switched on, and the largest after that.
     pub penetration: [f64; 3],
-    /// Largest distance of the object from where it was in the hand when gravity came on [m].
+    /// Largest distance of the object from where it was in the hand when gravity was switched on [m].
     pub farthest: f64,
-    /// Translation [m] and rotation [rad] of the object per phase that it stood.
+    /// Translation [m] and rotation [rad] of the object per phase that it survived.
     pub slips: Vec<[f64; 2]>,
-    /// Sum of the normal forces when gravity came on [N].
+    /// Sum of the normal forces when gravity was switched on [N].
     pub force: f64,
     /// Links that touched in the end.
     pub links: u32,

@@ -8,10 +8,10 @@ use kernel::geom::{RestingPose, RestingPoses};
 /// Key of the poses, and of the count of further ones.
 const KEYS: [&str; 2] = ["resting", "resting_left_out"];
 
-/// A row whose resting poses make no sense.
+/// A row with invalid resting poses.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "the resting poses of {name} are no list of rigid motions with falling probabilities, 1 at most in all, and heights above 0"
+    "the resting poses of {name} are invalid: they must be rigid motions with falling probabilities, at most 1 in all, and heights above 0"
 )]
 pub struct InvalidResting {
     /// Name of the object.

@@ -36,7 +36,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
             TRIAL_SCHEMAS,
             &[ArrayFormat::new(
                 "trials",
-                "(kept grasps, ...)",
+                "(tried grasps, ...)",
                 "physical trials: verdict, displacement, forces, perturbed runs",
             )],
         ),

@@ -45,24 +45,24 @@ pub struct GraspMethod {
     pub edges: u32,
     /// Torsional coefficient of soft fingers [share of the normal force times the object's radius]; 0 for hard points.
     pub torsion: f64,
-    /// The space in which force closure is asked for: `force` or `wrench`.
+    /// The space in which force closure is required: `force` or `wrench`.
     pub space: String,
-    /// Least epsilon in that space of a grasp that is kept.
+    /// Smallest epsilon in that space of a kept grasp.
     pub min_epsilon: f64,
     /// Deepest overlap of hand and mesh before closing [m].
     pub max_penetration: f64,
-    /// Largest distance that the hand could come along its approach before it closed [m].
+    /// Largest distance that the hand could move along its approach before it closed [m].
     pub max_advance: f64,
     /// Distance of the pregrasp back along the approach [m].
     pub stand_off: f64,
 }
 
-/// The hand of a run: what numbers of its grasps are of.
+/// The hand of a run: the names that the numbers of its grasps refer to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HandNames {
     /// Name of the hand.
     pub name: String,
-    /// Description and table by content.
+    /// Digest of the description and table.
     pub id: ObjectId,
     /// Names of the links; the base is the first.
     pub links: Vec<String>,
@@ -88,7 +88,7 @@ pub struct HeldContact {
     pub link: u32,
     /// On the object's surface [m].
     pub point: [f64; 3],
-    /// Out of the object, of unit length.
+    /// Outward from the object, of unit length.
     pub normal: [f64; 3],
     /// From the object to the link [m].
     pub distance: f64,
@@ -111,7 +111,7 @@ pub struct Grasp {
     pub joints_before: Vec<f64>,
     /// All joints of the closed hand [rad or m].
     pub joints: Vec<f64>,
-    /// Distance that the hand came along its approach from the state that was annealed [m].
+    /// Distance that the hand moved along its approach from the annealed state [m].
     pub advance: f64,
     /// Translation by which a gripper gave way until both pads hold the object, expressed in its approach frame before
     /// that [m]; `None` where it did not.
@@ -134,22 +134,22 @@ pub struct Grasp {
     pub epsilon_wrench: f64,
     /// Volume of that hull.
     pub volume: f64,
-    /// The closed joints, binned; `None` for a hand of which it is not defined.
+    /// The closed joints, binned; `None` for a hand for which it is not defined.
     pub kind: Option<u32>,
-    /// Between the pads of the closed hand [m]; `None` where it means nothing.
+    /// Free width between the pads of the closed hand [m]; `None` for a hand without a width.
     pub width: Option<f64>,
     /// Whether it is kept.
     pub verdict: GraspVerdict,
-    /// For each pose of [`GraspRun::resting_poses`], the lowest point of the hand over the table [m], below 0 under it: while
-    /// it comes in its posture and closes; and while it comes opened, takes on that posture, and closes. None where the verdict
+    /// For each pose of [`GraspRun::resting_poses`], the lowest point of the hand over the table [m], negative below it: while it
+    /// approaches in its posture and closes; and while it approaches opened, takes that posture, and closes. Empty if the verdict
     /// is [`GraspVerdict::Penetrates`]: such a hand was not closed.
     pub clearances: Vec<[f64; 2]>,
-    /// Part of each way on which the object is in the way of the hand, before that closes; `None` where it is not. None at all where
-    /// the verdict is [`GraspVerdict::Penetrates`].
+    /// Phase of each way of approach in which the object obstructs the hand before it closes; `None` if it does not. No phases at
+    /// all if the verdict is [`GraspVerdict::Penetrates`].
     pub object_in_way: Option<BothWays<Option<PathStage>>>,
 }
 
-/// Obstacles in the way of a hand that comes to a grasp.
+/// Obstacles of a hand that approaches a grasp.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WayObstacles {
     /// The object itself, before the hand closes on it.
@@ -159,7 +159,7 @@ pub struct WayObstacles {
 }
 
 impl WayObstacles {
-    /// Whether nothing is.
+    /// Whether there is no obstacle.
     pub fn is_free(self) -> bool {
         !self.object && !self.table
     }
@@ -176,17 +176,17 @@ impl WayObstacles {
 }
 
 impl Grasp {
-    /// Whether the hand, coming in its posture, stays above the table on which the object rests in a pose.
+    /// Whether the hand that approaches in its posture stays above the table on which the object rests in a pose.
     pub fn is_above_table(&self, pose: usize) -> bool {
         self.clearances.get(pose).is_some_and(|[shaped, _]| *shaped >= 0.0)
     }
 
-    /// Index of the most likely resting pose on whose table the hand stays above, coming in its posture.
+    /// Index of the most likely resting pose above whose table the hand stays while it approaches in its posture.
     pub fn likeliest_table(&self) -> Option<usize> {
         (0..self.clearances.len()).find(|pose| self.is_above_table(*pose))
     }
 
-    /// Obstacles on either way of the hand: without a table, or on that of a resting pose. `None` where the verdict is
+    /// Obstacles on both ways of approach: without a table, or on that of a resting pose. `None` if the verdict is
     /// [`GraspVerdict::Penetrates`], or there is no such pose.
     pub fn obstacles(&self, pose: Option<usize>) -> Option<BothWays<WayObstacles>> {
         let BothWays { shaped, opened } = self.object_in_way?.map(|stage| stage.is_some());
@@ -198,13 +198,13 @@ impl Grasp {
         Some(BothWays { shaped: obstacles(shaped, below[0]), opened: obstacles(opened, below[1]) })
     }
 
-    /// Ways on which nothing is in the way of the hand: without a table, or on that of a resting pose.
+    /// Ways of approach without an obstacle: without a table, or on that of a resting pose.
     pub fn free_ways(&self, pose: Option<usize>) -> FreeWays {
         self.obstacles(pose).map_or(FreeWays::None, |obstacles| obstacles.map(WayObstacles::is_free).into())
     }
 
-    /// Driven joints of a hand that comes on the first way that is free, opened before in its posture [rad or m]; `None` where
-    /// neither is.
+    /// Driven joints of a hand that approaches on the first free way, opened before in its posture [rad or m]; `None` if neither
+    /// is free.
     pub fn pregrasp(&self, pose: Option<usize>) -> Option<&[f64]> {
         match self.free_ways(pose) {
             FreeWays::None => None,
@@ -213,7 +213,7 @@ impl Grasp {
         }
     }
 
-    /// Quality in the space that a method asks for.
+    /// Quality in the space that a method selects.
     pub fn epsilon(&self, method: &GraspMethod) -> f64 {
         if method.space == FORCE { self.epsilon_force } else { self.epsilon_wrench }
     }
@@ -228,7 +228,7 @@ pub struct GraspRun {
     pub hand: HandNames,
     /// Where the search began.
     pub object_from_seed: Pose<Object, Seed>,
-    /// Steps that the job asks for.
+    /// Steps that the job sets.
     pub asked_steps: u32,
     /// Steps that were taken: fewer where the seed was given up.
     pub steps: u32,
@@ -297,7 +297,7 @@ impl GraspRun {
         wire::uint64(out, 11, self.tries);
         wire::uint64(out, 12, self.potentials);
         wire::uint32s(out, 13, self.course.iter().map(|stretch| stretch.accepted));
-        // Which NaN an operation makes is not settled by IEEE 754.
+        // IEEE 754 does not define which NaN an operation returns.
         let one_nan = |value: f64| if value.is_nan() { f64::NAN } else { value };
         wire::doubles_of(out, 14, self.course.iter().map(|stretch| one_nan(stretch.mean_energy)));
         self.method.encode(out);
@@ -307,7 +307,7 @@ impl GraspRun {
             grasp.encode(&mut message);
             wire::element(out, 28, &message);
         }
-        // That of annealing is not written: runs of before there were others keep their bytes.
+        // The name of annealing is not written, so that runs of earlier versions keep their bytes.
         if self.method.sampler != SAMPLERS[0] {
             wire::bytes(out, 40, self.method.sampler.as_bytes());
         }
@@ -317,7 +317,7 @@ impl GraspRun {
     /// Reads and checks a payload.
     ///
     /// # Errors
-    /// When lengths do not fit each other, a number is out of range or not finite, a pose is no rigid motion, a normal is not
+    /// When lengths do not fit each other, a number is out of range or not finite, a pose is not a rigid motion, a normal is not
     /// of unit length, or a name is unknown.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let mut run = proto::GraspRun::decode(payload).map_err(broken(MESSAGE))?;
@@ -325,7 +325,7 @@ impl GraspRun {
         let method = GraspMethod::of(&run)?;
         lengthy(MESSAGE, "hand_digest", 32, run.hand_digest.len())?;
         let id = ObjectId(Digest(run.hand_digest.as_slice().try_into().unwrap_or_default()));
-        ranged(MESSAGE, "links", run.links.len() as f64, !run.links.is_empty(), "one at least, the base")?;
+        ranged(MESSAGE, "links", run.links.len() as f64, !run.links.is_empty(), "at least one, the base")?;
         lengthy(MESSAGE, "links", run.joints.len() + 1, run.links.len())?;
         let (driven, joints) = (run.driven.len(), run.joints.len());
         ranged(MESSAGE, "driven", driven as f64, (1..=joints).contains(&driven), "1 to the count of joints")?;
@@ -544,12 +544,12 @@ impl Grasp {
     }
 }
 
-/// Where the object is in the way, out of two numbers, or none.
+/// Phases in which the object is an obstacle, from two numbers, or none.
 fn object_in_way(numbers: &[u32]) -> Result<Option<BothWays<Option<PathStage>>>, RecordError> {
     let [shaped, opened] = numbers else { return Ok(None) };
     let stage = |number: u32, is_opened: bool| {
         let known = u8::try_from(number).ok().and_then(PathStage::of_number);
-        // The hand closes on the object, and one that comes in its posture has none to take on.
+        // The hand closes on the object, and a hand that approaches in its posture does not change it.
         let known = known.filter(|stage| *stage != PathStage::Closing && (is_opened || *stage != PathStage::Shaping));
         let is_known = number == 0 || known.is_some();
         ranged(MESSAGE, "grasps.object_in_way", f64::from(number), is_known, "0, 1 or 2, the second also 4")?;

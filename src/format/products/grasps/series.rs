@@ -28,7 +28,7 @@ pub struct TrialSeries {
     /// Sum of the normal forces of each of these links [N]. Shape (samples, links).
     pub forces: Vec<f32>,
     /// Distance of the object's centre of mass in the hand [m], from where it was when the hand began to close; after that phase
-    /// from where it was when gravity came on. One per sample.
+    /// from where it was when gravity was switched on. One per sample.
     pub moved: Vec<f32>,
     /// Rotation of the object in the hand since then [rad]. One per sample.
     pub turned: Vec<f32>,
@@ -70,7 +70,7 @@ impl TrialSeries {
         }
     }
 
-    /// Reads the series of a trial under a gravity, of a hand with so many links, if there is one.
+    /// Reads the series of a trial under a gravity, of a hand with this number of links, if present.
     pub(super) fn of(
         stored: Option<&proto::TrialSeries>,
         gravity: &str,

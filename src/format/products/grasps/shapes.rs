@@ -23,7 +23,7 @@ const OBJECT: &str = "ObjectShape";
 pub struct HandShape {
     /// Name of the hand.
     pub name: String,
-    /// Description and table by content.
+    /// Digest of the description and table.
     pub id: ObjectId,
     /// Names of its links; the base is the first.
     pub links: Vec<String>,
@@ -59,8 +59,7 @@ pub struct LinkSolid {
     pub link_from_solid: IsometryMatrix3<f64>,
 }
 
-/// Inputs to make trials again in plain MuJoCo, beside the object's mesh: both are texts, for programs that are not
-/// ours.
+/// Inputs to repeat trials in plain MuJoCo, in addition to the object's mesh: both are texts, for other programs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TrialHand {
     /// The hand as trials compile it, without an object: MJCF with a servo for each joint.
@@ -72,7 +71,7 @@ pub struct TrialHand {
 /// An object's mesh as it was prepared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObjectShape {
-    /// By content.
+    /// Digest of the content.
     pub object: ObjectId,
     /// Mesh of the object.
     pub mesh: TriMesh,
@@ -127,7 +126,7 @@ impl HandShape {
     /// Reads and checks a payload.
     ///
     /// # Errors
-    /// When a length or index does not fit, a number is not finite, a pose is no rigid motion, or a kind is unknown.
+    /// When a length or index does not fit, a number is not finite, a pose is not a rigid motion, or a kind is unknown.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let hand = proto::HandShape::decode(payload).map_err(broken(HAND))?;
         let id = digest(HAND, "digest", &hand.digest)?;
@@ -252,7 +251,7 @@ fn kind(message: &'static str, field: &'static str, found: &str, known: &[&str])
     known.iter().position(|name| *name == found).ok_or_else(unknown)
 }
 
-/// Three places each, all below `count`.
+/// Three indices each, all below `count`.
 fn indices(
     message: &'static str,
     field: &'static str,

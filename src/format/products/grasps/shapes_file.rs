@@ -1,7 +1,7 @@
 //! `shapes.mcap`: the hand's shapes and the objects' meshes, so that grasps can be drawn and replayed from the dataset alone.
 //!
-//! One chunk a message: the hand first, then the objects by content, and their `log_time` counts them. Datasets of products without
-//! hands have meshes alone. Where grasps were tried in MuJoCo, two attachments say how the hand was compiled and driven.
+//! One chunk per message: the hand first, then the objects by content, and their `log_time` counts them. Datasets of products
+//! without hands have only meshes. If grasps were tried in MuJoCo, two attachments define how the hand was compiled and driven.
 
 use std::{
     collections::BTreeMap,
@@ -32,7 +32,7 @@ use kernel::{
     ids::{JobDigest, ObjectId},
 };
 
-/// Names of the attachments of trials, and what they are.
+/// Names of the attachments of trials, and their media types.
 const TRIAL_HAND: [(&str, &str); 2] = [("trial_hand.xml", "application/xml"), ("trial_hand.json", "application/json")];
 
 /// Writes the shapes of a dataset, one at a time.
@@ -70,7 +70,7 @@ impl ShapesWriter {
         Ok(shapes)
     }
 
-    /// Begins a file of objects alone, of a product without hands; they follow, sorted by content.
+    /// Begins a file of objects only, of a product without hands; they follow, sorted by content.
     ///
     /// # Errors
     /// When the file can't be written.
@@ -91,7 +91,7 @@ impl ShapesWriter {
     /// When the file can't be written.
     ///
     /// # Panics
-    /// When the one before does not come before it by content.
+    /// When the objects are not sorted by content.
     pub fn object(&mut self, shape: &ObjectShape) -> Result<(), DatasetError> {
         assert!(self.last < Some(shape.object), "objects come sorted by content");
         self.last = Some(shape.object);
@@ -128,7 +128,7 @@ impl ShapesWriter {
     }
 }
 
-/// The writer, with what a file says of itself.
+/// The writer, with the metadata of the file.
 fn begin(out: BufWriter<File>, job: &JobDigest, product: &str) -> mcap::McapResult<mcap::Writer<BufWriter<File>>> {
     let mut writer = WriteOptions::new()
         .compression(Some(Compression::Zstd))
@@ -223,7 +223,7 @@ impl Shapes {
         HandShape::decode(&self.payload(0)?).map_err(|error| self.broken(&error))
     }
 
-    /// The hand as trials had it; `None` where there were none, or a stranger could not compile it without further files.
+    /// The hand as trials had it; `None` if there were none, or if the hand could not be compiled without further files.
     ///
     /// # Errors
     /// When it can't be read.
@@ -248,12 +248,12 @@ impl Shapes {
     /// When it can't be read.
     ///
     /// # Panics
-    /// When there are not so many.
+    /// When there are fewer objects.
     pub fn object(&self, index: usize) -> Result<ObjectShape, DatasetError> {
         ObjectShape::decode(&self.payload(index + usize::from(self.has_hand))?).map_err(|error| self.broken(&error))
     }
 
-    /// Holds the shapes against the asset table: its hand, where it has one, and its objects in order of their content.
+    /// Compares the shapes with the asset table: its hand, where it has one, and its objects in order of their content.
     fn check(&self, hand: Option<ObjectId>, objects: &[ObjectId]) -> Result<(), DatasetError> {
         let found = if self.has_hand { Some(self.hand()?.id) } else { None };
         if found != hand {

@@ -1,4 +1,4 @@
-//! Physical trials of a run's grasps: what came of each, and how it closed.
+//! Physical trials of a run's grasps: outcome of each, and the closed hand.
 
 use nalgebra::Vector3;
 use prost::Message;
@@ -18,8 +18,8 @@ use kernel::{
     words::GraspVerdict,
 };
 
-/// Deepest start of a hand in the object whose trial says anything about the grasp [m]: deeper ones are pushed out by contacts
-/// that another simulation has otherwise.
+/// Deepest start of a hand in the object at which a trial is conclusive [m]: contacts push deeper ones out, differently in each
+/// simulation.
 const MAX_LABELLED_START: f64 = 5e-4;
 
 /// Conditions of a trial, and the spread of perturbed ones.
@@ -31,7 +31,7 @@ pub struct TrialMethod {
     pub torsion: f64,
     /// The object's mass [kg].
     pub mass: f64,
-    /// Where that is from: `job`, `table`, `material` or `hull`; `volume` in datasets of old.
+    /// Origin of the mass: `job`, `table`, `material` or `hull`; `volume` in older datasets.
     pub mass_from: String,
     /// Source of the figure, or the material, in words; may be empty.
     pub mass_source: String,
@@ -39,7 +39,7 @@ pub struct TrialMethod {
     pub gravity: String,
     /// Standard deviations of perturbed runs: of the logarithms of friction and mass, of position [m] and rotation [rad].
     pub spreads: [f64; 4],
-    /// States that are tried; all others are untried, and no trial says that they fail.
+    /// States that are tried; all others are untried, which does not mean that they fail.
     pub tried: TriedStates,
     /// Names of the variants under which chosen grasps are tried again.
     pub variants: Vec<String>,
@@ -51,7 +51,7 @@ pub struct TrialMethod {
     pub confirm_held: Vec<String>,
     /// Names of the easier conditions under which grasps that failed are tried again.
     pub confirm_failed: Vec<String>,
-    /// Most failures of a run that are confirmed, for each of its grasps labelled held; `None` where all are.
+    /// Maximum confirmed failures of a run per grasp labelled held; `None` confirms all.
     pub failed_per_held: Option<f64>,
 }
 
@@ -74,7 +74,7 @@ pub struct PressedContact {
     pub link: u32,
     /// On the object's surface [m].
     pub point: [f64; 3],
-    /// Out of the object, of unit length.
+    /// Outward from the object, of unit length.
     pub normal: [f64; 3],
     /// From the object to the link [m]: negative where it presses in.
     pub distance: f64,
@@ -82,7 +82,7 @@ pub struct PressedContact {
     pub force: f64,
 }
 
-/// The hand on its object when gravity came on, or when it was seen that it holds nothing.
+/// The hand on its object when gravity was switched on, or when it was found to hold nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClosedHand {
     /// All joints [rad or m], in the order of the hand's tree.
@@ -115,7 +115,7 @@ pub struct TableTrial {
     pub resting_pose: u32,
     /// Outcome of the trial.
     pub outcome: TrialOutcome,
-    /// The trial over time; `None` of a grasp that was not chosen for it.
+    /// The trial over time; `None` for a grasp that was not chosen for it.
     pub series: Option<TrialSeries>,
 }
 
@@ -124,15 +124,15 @@ pub struct TableTrial {
 pub struct GraspTrial {
     /// Index in [`GraspRun::grasps`](super::GraspRun::grasps).
     pub grasp: u32,
-    /// Outcome under the conditions as given.
+    /// Outcome under the given conditions.
     pub outcome: TrialOutcome,
-    /// The closed hand, where it came so far.
+    /// The closed hand, if the trial came so far.
     pub closed: Option<ClosedHand>,
     /// Under other conditions.
     pub perturbed: Vec<PerturbedTrial>,
-    /// More such trials, and how many of them held; 0 of a grasp that was not chosen for them.
+    /// More such trials, and how many of them held; 0 for a grasp that was not chosen for them.
     pub roll_outs: [u32; 2],
-    /// Verdict under each of [`TrialMethod::variants`]; none of a grasp that was not chosen for them.
+    /// Verdict under each of [`TrialMethod::variants`]; empty for a grasp that was not chosen for them.
     pub variants: Vec<TrialVerdict>,
     /// Trial on a table; `None` where the hand would come below it in every resting pose of the object, and in datasets
     /// without such trials.
@@ -143,33 +143,33 @@ pub struct GraspTrial {
     /// Whether no trial so far held and further ones were not made, since the run has
     /// [negatives enough](TrialMethod::failed_per_held).
     pub is_unconfirmed: bool,
-    /// The trial under the conditions as given, over time; `None` of a grasp that was not chosen for it.
+    /// The trial under the given conditions, over time; `None` for a grasp that was not chosen for it.
     pub series: Option<TrialSeries>,
 }
 
 impl GraspTrial {
-    /// Whether the grasp held in the air and on a table; `None` where the two disagree, or say nothing since the hand starts in
-    /// the object or the simulation became unstable.
+    /// Whether the grasp held in the air and on a table; `None` if the two disagree, or are inconclusive because the hand starts
+    /// in the object or the simulation became unstable.
     pub fn settled(&self) -> Option<bool> {
         let on_table = self.table.as_ref().map(|trial| trial.outcome.verdict);
         self.is_tested().then(|| self.alike(on_table)).flatten()
     }
 
-    /// Whether the grasp held in the air, on a table and in every perturbed trial alike; `None` where they disagree, or say
-    /// nothing.
+    /// Whether the grasp held in the air, on a table and in every perturbed trial alike; `None` if they disagree, or are
+    /// inconclusive.
     pub fn agreed(&self) -> Option<bool> {
         self.settled()?;
         self.alike(self.perturbed.iter().map(|run| run.outcome.verdict))
     }
 
-    /// The outcome of the trial in the air, where these verdicts are as it, as far as they say anything.
+    /// The outcome of the trial in the air, if all conclusive verdicts of these agree with it.
     fn alike(&self, verdicts: impl IntoIterator<Item = TrialVerdict>) -> Option<bool> {
         let held = self.outcome.verdict.is_held();
         let mut tested = verdicts.into_iter().filter(|verdict| verdict.is_tested());
         tested.all(|verdict| verdict.is_held() == held).then_some(held)
     }
 
-    /// The label that all trials of the grasp make together.
+    /// The combined label of all trials of the grasp.
     pub fn label(&self) -> GraspLabel {
         let is_confirmed = |held: bool| self.confirmed.iter().all(|verdict| verdict.is_held() == held);
         match self.agreed() {
@@ -181,7 +181,7 @@ impl GraspTrial {
         }
     }
 
-    /// Whether the trial in the air says anything about the grasp.
+    /// Whether the trial in the air is conclusive.
     fn is_tested(&self) -> bool {
         self.outcome.verdict.is_tested() && self.outcome.penetration[0] <= MAX_LABELLED_START
     }
@@ -305,8 +305,8 @@ impl GraspTrials {
     /// Reads and checks a payload.
     ///
     /// # Errors
-    /// When lengths do not fit each other, a number is out of range or not finite, the hand's pose is no rigid motion, a normal
-    /// is not of unit length, a name or a verdict is unknown, or a label is not what the verdicts say.
+    /// When lengths do not fit each other, a number is out of range or not finite, the hand's pose is not a rigid motion, a normal
+    /// is not of unit length, a name or a verdict is unknown, or a label does not follow from the verdicts.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let mut raw = proto::GraspTrials::decode(payload).map_err(broken(MESSAGE))?;
         let sample = sample_from_proto(MESSAGE, raw.sample.take())?;
@@ -467,16 +467,16 @@ impl GraspTrial {
         lengthy(MESSAGE, "trials.confirmed", ends.map_or(asked, |last| asked.min(last + 1)), read.confirmed.len())?;
         // Datasets of earlier versions state none.
         let is_so = [0, read.label().number()].contains(&trial.label);
-        ranged(MESSAGE, "trials.label", f64::from(trial.label), is_so, "what the verdicts say")?;
+        ranged(MESSAGE, "trials.label", f64::from(trial.label), is_so, "the label that follows from the verdicts")?;
         Ok(read)
     }
 }
 
 impl TableTrial {
-    /// Reads the trial of a hand with so many links.
+    /// Reads the trial of a hand with this number of links.
     fn of(trial: &proto::TableTrial, links: usize) -> Result<Self, RecordError> {
         let outcome = TrialOutcome::of(trial.outcome.as_ref())?;
-        // What stands on a table is lifted off it, whatever gravity does in the air.
+        // An object on a table is always lifted off it, regardless of the gravity in the air.
         let series = TrialSeries::of(trial.series.as_ref(), GRAVITIES[0], links)?;
         Ok(Self { resting_pose: trial.resting_pose, outcome, series })
     }

@@ -5,9 +5,9 @@ use kernel::words::GraspVerdict;
 /// Choice of the states that are tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TriedStates {
-    /// Kept grasps alone.
+    /// Only kept grasps.
     Kept,
-    /// All states whose closed hand touches with two links at least, whatever their quality.
+    /// All states whose closed hand touches with at least two links, regardless of their quality.
     Closed,
 }
 
@@ -48,7 +48,7 @@ pub enum GraspLabel {
     Failed,
     /// Trials of the grasp disagree: neither a positive nor a negative.
     Borderline,
-    /// No trial of the grasp held, but not all were made: its run has as many negatives as the job asks for. Neither a positive
+    /// No trial of the grasp held, but not all were made: its run has as many negatives as the job allows. Neither a positive
     /// nor a negative.
     Unconfirmed,
 }
@@ -77,7 +77,7 @@ impl GraspLabel {
 /// Verdict on a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum TrialVerdict {
-    /// The object stayed in the hand, and two links at least touch it.
+    /// The object stayed in the hand, and at least two links touch it.
     Held,
     /// The hand starts too deep in the object: nothing was simulated.
     StartsTooDeep,
@@ -95,7 +95,7 @@ pub enum TrialVerdict {
     LostTurned,
     /// The object stayed, but in the end fewer than two links touch it.
     LetGo,
-    /// The numbers blew up.
+    /// The simulation became unstable.
     Unstable,
 }
 
@@ -140,7 +140,7 @@ impl TrialVerdict {
         self == Self::Held
     }
 
-    /// Whether the trial says anything about the grasp: a refused or an unstable one does not.
+    /// Whether the trial is conclusive: a refused or an unstable one is not.
     pub fn is_tested(self) -> bool {
         !matches!(self, Self::StartsTooDeep | Self::Unstable)
     }

@@ -1,4 +1,4 @@
-//! Waypoints of a grasp, from what a run stores: how the hand comes, closes and lifts.
+//! Waypoints of a grasp, from what a run stores: how the hand approaches, closes and lifts.
 
 use nalgebra::{Translation3, Unit, Vector3};
 
@@ -11,22 +11,23 @@ use kernel::{
 /// Height of the lift [m], as in trials.
 const LIFT: f64 = 0.1;
 
-/// A state of hand and motors on the way of a grasp.
+/// A state of hand and motors on the path of a grasp.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Waypoint {
     /// Name of the step that ends here: one of [`Waypoint::NAMES`].
     pub name: &'static str,
     /// The hand's base.
     pub object_from_base: Pose<Object, HandBase>,
-    /// Driven joints [rad or m], in the order of the run's names; `None` where the motors close until what they meet stops them.
+    /// Driven joints [rad or m], in the order of the run's names; `None` where the motors close until something stops them.
     pub driven: Option<Vec<f64>>,
-    /// All joints [rad or m], in the order of the run's names; `None` of the opened hand, whose driven joints alone are known.
+    /// All joints [rad or m], in the order of the run's names; `None` for the opened hand, of which only the driven joints are
+    /// known.
     pub joints: Option<Vec<f64>>,
 }
 
 impl Waypoint {
     /// Names of the waypoints, in their order: opened or in the posture before closing, back along the approach by the method's
-    /// stand-off; the same where the hand closes; in that posture; closed; closed, 10 cm higher.
+    /// `stand_off`; the same where the hand closes; in that posture; closed; closed, 10 cm higher.
     pub const NAMES: [&str; 5] = ["pregrasp", "arrival", "posture", "closed", "lifted"];
 }
 
@@ -39,16 +40,16 @@ impl Grasp {
 }
 
 impl GraspRun {
-    /// The way of a grasp of this run: the hand comes straight along its approach, takes on its posture, closes, and lifts the
-    /// object along `up` (expressed in the object's frame: its z axis in trials in the air, on a table the third row of the resting
-    /// pose's rotation). It comes opened where nothing is in that way, else in its posture; `None` where something is in either.
-    /// Neither the object nor, where `pose` names a resting pose, the table below is in the way that is returned.
+    /// The waypoints of a grasp of this run: the hand moves straight along its approach, takes its posture, closes, and lifts the
+    /// object along `up` (expressed in the object's frame: its z axis in trials in the air, on a table the third row of the
+    /// resting pose's rotation). It approaches opened if that way is free, else in its posture; `None` if neither is free.
+    /// Obstacles are the object and, if `pose` names a resting pose, the table below it.
     pub fn waypoints(&self, grasp: &Grasp, up: &Unit<Vector3<f64>>, pose: Option<usize>) -> Option<[Waypoint; 5]> {
         let base = &grasp.object_from_base;
         let [back, lifted] =
             [grasp.object_from_base_back(self.method.stand_off), moved(base, &(up.into_inner() * LIFT))];
         let [posture, before] = [&grasp.posture, &grasp.joints_before].map(|values| Some(values.clone()));
-        // Of the opened hand the driven joints alone are known.
+        // Only the driven joints of the opened hand are known.
         let coming = match grasp.free_ways(pose) {
             FreeWays::None => return None,
             FreeWays::Opened | FreeWays::Both => (Some(grasp.opening.clone()), None),

@@ -14,7 +14,7 @@ use crate::codec::{
 use crate::products::patches::flags;
 use kernel::ids::{Digest, ObjectId};
 
-/// Most points of a hand.
+/// Largest number of points of a hand.
 const MAX_POINTS: usize = 16;
 
 impl SceneHeatmap {
@@ -43,9 +43,9 @@ impl SceneHeatmap {
     /// Reads and checks a payload.
     ///
     /// # Errors
-    /// When lengths do not fit each other, a number is out of range, a pose is no rigid motion, a name is unknown, rows are out of
-    /// order, a point is not where it is projected to, a patch does not lie around its point or reaches out of the image, a label is
-    /// not that of its state, or what is visible does not follow from the depths.
+    /// When lengths do not fit each other, a number is out of range, a pose is not a rigid motion, a name is unknown, rows are
+    /// out of order, a point is not where it is projected to, a patch is not around its point or extends beyond the image, a
+    /// label is not that of its state, or visibility does not follow from the depths.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let mut raw = proto::SceneHeatmap::decode(payload).map_err(broken(MESSAGE))?;
         let sample = sample_from_proto(MESSAGE, raw.sample.take())?;

@@ -12,7 +12,7 @@ pub struct HeatmapFacts {
     pub evaluated: u32,
     /// Free grasps of each of [`PickState::ALL`].
     pub states: [u32; 3],
-    /// Grasps that each of [`PickObstacle::NAMES`](crate::PickObstacle::NAMES) forbids.
+    /// Grasps that collide with each of [`PickObstacle::NAMES`](crate::PickObstacle::NAMES).
     pub forbidden: [u32; 4],
     /// Free grasps of other types.
     pub other_types: u32,

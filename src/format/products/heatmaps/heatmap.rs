@@ -16,7 +16,7 @@ use kernel::{
 pub enum HeatmapLabel {
     /// Outcome of trials among the neighbours, as in labels of patches: -1 held, 1 failed, 0 not known.
     Trial,
-    /// -1 for every grasp that the hand comes to and closes in without touching anything else.
+    /// -1 for every grasp whose hand approaches and closes without touching anything else.
     Free,
 }
 
@@ -41,8 +41,8 @@ impl HeatmapLabel {
     }
 }
 
-/// Grasps of all bodies of a settled scene that come from about where the camera of an image stands: where palm and fingertips of the
-/// closed hand would be, and how good each grasp is.
+/// Grasps of all bodies of a settled scene that come from the camera's side of an image: where palm and fingertips of the closed
+/// hand would be, and how good each grasp is.
 ///
 /// For the hot path keep one and refill it.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,15 +51,15 @@ pub struct SceneHeatmap {
     pub sample: SampleId,
     /// Digest of the exact numbers of the dataset of picks.
     pub picks: Digest,
-    /// Digest of its numbers of physics; `None` where nothing was tried.
+    /// Digest of its numbers of physics; `None` without trials.
     pub trials: Option<Digest>,
     /// Name of the hand.
     pub hand: String,
-    /// Description and table of the hand by content.
+    /// Digest of the hand's description and table.
     pub hand_id: ObjectId,
     /// Names of the points in the hand's description: the approach frame, whose origin is the palm, then contacts.
     pub names: Vec<String>,
-    /// The chosen grasp types, the most common first; of a hand without types none: its grasps count as of one.
+    /// The chosen grasp types, the most common first; empty for a hand without types, whose grasps count as one type.
     pub types: Vec<u32>,
     /// Meaning of the labels.
     pub label: HeatmapLabel,
@@ -75,22 +75,22 @@ pub struct SceneHeatmap {
     pub size: Option<f64>,
     /// Whether the dataset of picks has grasps of each body.
     pub evaluated: Vec<bool>,
-    /// Free grasps that are of other types, or of none.
+    /// Free grasps of other types, or without a type.
     pub other_types: u32,
     /// Free grasps of the chosen types, by body and candidate.
     pub grasps: Vec<SeenGrasp>,
-    /// Grasps that something forbids, by body and candidate: background, wherever they are.
+    /// Grasps that are not free, by body and candidate: background, wherever they are.
     pub forbidden: Vec<ForbiddenGrasp>,
 }
 
 impl SceneHeatmap {
-    /// Count of types that maps tell apart, 1 at least.
+    /// Number of types that maps distinguish, at least 1.
     pub fn count_types(&self) -> usize {
         self.types.len().max(1)
     }
 
-    /// Dense maps, as of [`PatchHeatmap`](crate::PatchHeatmap): in the pixel that holds a point the lowest label of all points there, 0
-    /// elsewhere. Grasps that something forbids are no points. Shape (points * types, height, width), row-major; the map of a
+    /// Dense maps, as of [`PatchHeatmap`](crate::PatchHeatmap): in the pixel that holds a point the lowest label of all points
+    /// there, 0 elsewhere. Grasps that are not free add no points. Shape (points * types, height, width), row-major; the map of a
     /// type and a point is `points * type_index + point`.
     pub fn maps(&self) -> Vec<f32> {
         let (width, count) = (self.camera.width as usize, self.names.len());
@@ -107,7 +107,7 @@ impl SceneHeatmap {
         maps
     }
 
-    /// Checks that the surfaces in the points' pixels are those of the depth of the image, but for the step in which it is stored.
+    /// Checks that the surfaces in the points' pixels are those of the depth of the image, up to the step in which it is stored.
     ///
     /// # Errors
     /// When they are not, or the image is of another size.
@@ -117,7 +117,7 @@ impl SceneHeatmap {
         let DepthCrop { left, top, width, height, .. } = depth.crop;
         ranged(DEPTH, "width", f64::from(width), left + width <= self.camera.width, "inside the image")?;
         ranged(DEPTH, "height", f64::from(height), top + height <= self.camera.height, "inside the image")?;
-        // What does not fit into the steps has no return.
+        // A depth that does not fit into the steps has no return.
         let is_stored = |surface: f32, stored: f32| match depth.coding {
             DepthCoding::F32 => is_same_depth(surface, stored),
             DepthCoding::U16 { .. } if stored.is_nan() => true,

@@ -39,15 +39,15 @@ impl Sample {
     /// Grasps of all bodies of a scene in one image.
     ///
     /// # Errors
-    /// When the sample is of another product, or the payload is no valid record.
+    /// When the sample is of another product, or the payload is not a valid record.
     pub fn scene_heatmap(&self) -> Result<SceneHeatmap, DatasetError> {
         self.leading(Channel::HEATMAP_GRASPS, SceneHeatmap::decode)
     }
 
-    /// Depth of that image, exact but for the step in which it is stored; `None` when not stored.
+    /// Depth of that image, exact up to the step in which it is stored; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn heatmap_depth(&self) -> Result<Option<Depth>, DatasetError> {
         self.decoded(Channel::HEATMAP_DEPTH, Depth::decode)
     }

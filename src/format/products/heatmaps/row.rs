@@ -9,7 +9,7 @@ const DEPTH_SCHEMAS: &[u8] = include_bytes!("../../generated/graspmill.bin");
 /// The row of heatmaps in the table of products.
 pub static FORMAT: ProductFormat = ProductFormat {
     name: "heatmaps",
-    summary: "Images of settled scenes with the grasps of all bodies: where palm and fingertips would be, and what trials say.",
+    summary: "Images of settled scenes with the grasps of all bodies: where palm and fingertips would be, and the outcome of trials.",
     samples: Noun { one: "image", many: "images" },
     subjects: Noun { one: "scene", many: "scenes" },
     subjects_are_objects: false,
@@ -23,7 +23,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
             SCHEMAS,
             &[
                 ArrayFormat::new("bodies", "(grasps) u32", "number of the body of each grasp, from 1"),
-                ArrayFormat::new("type_indices", "(grasps) u32", "type of each grasp among the chosen ones"),
+                ArrayFormat::new("type_indices", "(grasps) u32", "type of each grasp among the chosen types"),
                 ArrayFormat::new("states", "(grasps) u8", "0 untried, 1 held, 2 failed"),
                 ArrayFormat::new("values", "(grasps) f32", "label of each grasp, lower is better"),
                 ArrayFormat::new("pixels", "(grasps, points, 2) f64", "projections of palm and fingertips [px]"),
@@ -32,7 +32,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
                 ArrayFormat::new(
                     "forbidden_pixels",
                     "(forbidden grasps, 2) f64",
-                    "projections of the palms of grasps that something forbids [px]",
+                    "projections of the palms of grasps that are not free [px]",
                 ),
             ],
         ),

@@ -56,7 +56,7 @@ pub(super) fn encode_grasps(grasps: &[SeenGrasp], out: &mut Vec<u8>) {
     wire::uint32s(out, 32, corners.into_iter());
 }
 
-/// Appends the grasps that something forbids.
+/// Appends the grasps that are not free.
 pub(super) fn encode_forbidden(forbidden: &[ForbiddenGrasp], out: &mut Vec<u8>) {
     wire::uint32s(out, 33, forbidden.iter().map(|grasp| grasp.body));
     wire::uint32s(out, 34, forbidden.iter().map(|grasp| grasp.candidate));
@@ -64,7 +64,7 @@ pub(super) fn encode_forbidden(forbidden: &[ForbiddenGrasp], out: &mut Vec<u8>) 
     wire::doubles_of(out, 36, forbidden.iter().flat_map(|grasp| stored(grasp.pixel)));
 }
 
-/// The grasps of a record whose head stands.
+/// The grasps of a record whose head is complete.
 pub(super) fn grasps_of(head: &SceneHeatmap, raw: &proto::SceneHeatmap) -> Result<Vec<SeenGrasp>, RecordError> {
     let (count, points) = (raw.bodies.len(), head.names.len());
     for (field, expected, found) in [
@@ -97,7 +97,7 @@ pub(super) fn grasps_of(head: &SceneHeatmap, raw: &proto::SceneHeatmap) -> Resul
         )?;
         let known = (type_index as usize) < head.count_types();
         ranged(MESSAGE, "type_indices", f64::from(type_index), known, "an index into types")?;
-        ranged(MESSAGE, "values", f64::from(value), value == head.label.value(state), "what label says of the state")?;
+        ranged(MESSAGE, "values", f64::from(value), value == head.label.value(state), "the label of the state")?;
         grasps.push(SeenGrasp {
             body,
             candidate,
@@ -168,13 +168,13 @@ fn points_of(head: &SceneHeatmap, raw: &proto::SceneHeatmap) -> Result<Vec<SeenP
         ranged(MESSAGE, "surfaces", f64::from(surface), fits, "NaN outside the image")?;
         let depth = camera_from_world.point(&point).z;
         let says = own == (found.is_in(&head.camera) && is_visible(depth, surface));
-        ranged(MESSAGE, "visible", f64::from(u8::from(own)), says, "what the depths say")?;
+        ranged(MESSAGE, "visible", f64::from(u8::from(own)), says, "the visibility that follows from the depths")?;
         points.push(found);
     }
     Ok(points)
 }
 
-/// Puts the patches to their grasps.
+/// Assigns the patches to their grasps.
 fn take_patches(head: &SceneHeatmap, raw: &proto::SceneHeatmap, grasps: &mut [SeenGrasp]) -> Result<(), RecordError> {
     let (count, points) = (raw.patches.len(), head.names.len());
     lengthy(MESSAGE, "corners", 2 * points * count, raw.corners.len())?;
@@ -204,7 +204,7 @@ fn take_patches(head: &SceneHeatmap, raw: &proto::SceneHeatmap, grasps: &mut [Se
     Ok(())
 }
 
-/// Checks that a square lies around a point, inside the image.
+/// Checks that a square is around a point, inside the image.
 fn check_square(
     head: &SceneHeatmap,
     field: &'static str,
@@ -223,7 +223,7 @@ fn check_square(
     Ok(())
 }
 
-/// The grasps that something forbids, of a record whose head stands.
+/// The grasps that are not free, of a record whose head is complete.
 pub(super) fn forbidden_of(head: &SceneHeatmap, raw: &proto::SceneHeatmap) -> Result<Vec<ForbiddenGrasp>, RecordError> {
     let count = raw.forbidden_bodies.len();
     lengthy(MESSAGE, "forbidden_candidates", count, raw.forbidden_candidates.len())?;
@@ -236,7 +236,7 @@ pub(super) fn forbidden_of(head: &SceneHeatmap, raw: &proto::SceneHeatmap) -> Re
         check_key(head, fields, [body, candidate], forbidden.last().map(|last| [last.body, last.candidate]))?;
         let is_grasp = head.grasps.binary_search_by_key(&[body, candidate], |grasp| [grasp.body, grasp.candidate]);
         let both = f64::from(candidate);
-        ranged(MESSAGE, "forbidden_candidates", both, is_grasp.is_err(), "no candidate that is free")?;
+        ranged(MESSAGE, "forbidden_candidates", both, is_grasp.is_err(), "a candidate that is not free")?;
         let known = (1..=PickObstacle::NAMES.len()).contains(&usize::from(*obstacle));
         ranged(MESSAGE, "obstacles", f64::from(*obstacle), known, "1 to 4")?;
         let pixel = pixel_of("forbidden_pixels", &raw.forbidden_pixels[2 * index..][..2], None)?;

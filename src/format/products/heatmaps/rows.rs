@@ -1,4 +1,4 @@
-//! Rows of a heatmap of a scene: grasps, their points and patches, and the grasps that something forbids.
+//! Rows of a heatmap of a scene: grasps, their points and patches, and the grasps that are not free.
 
 use nalgebra::Point3;
 
@@ -21,7 +21,7 @@ pub struct SeenGrasp {
     pub rank: u32,
     /// Number of its direction; 0 is the stored grasp.
     pub direction: u32,
-    /// Index of its type among the chosen ones; 0 of a hand without types.
+    /// Index of its type among the chosen types; 0 for a hand without types.
     pub type_index: u32,
     /// State by trials.
     pub state: PickState,
@@ -31,7 +31,7 @@ pub struct SeenGrasp {
     pub world_from_base: Pose<World, HandBase>,
     /// Palm and fingertips of the closed hand.
     pub points: Vec<SeenPoint>,
-    /// The patch around each point; none where a square of one of them reaches out of the image.
+    /// The patch around each point; empty if a square of one of them extends beyond the image.
     pub patches: Vec<PatchSquare>,
 }
 
@@ -40,11 +40,11 @@ pub struct SeenGrasp {
 pub struct SeenPoint {
     /// Where it is, in `World` [m].
     pub point: [f64; 3],
-    /// Projection [px], inside the image or not; `None` nearer than the camera sees.
+    /// Projection [px], inside the image or not; `None` if nearer than the camera's near limit.
     pub pixel: Option<[f64; 2]>,
     /// Depth of the image in its pixel [m], NaN = no return, or outside the image.
     pub surface: f32,
-    /// Whether it is in the image, and nothing lies before it.
+    /// Whether it is in the image, and nothing is in front of it.
     pub visible: bool,
 }
 
@@ -59,16 +59,16 @@ pub struct PatchSquare {
     pub window_corner: [u32; 2],
 }
 
-/// A grasp that something forbids.
+/// A grasp that is not free.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForbiddenGrasp {
     /// Number of the body, from 1.
     pub body: u32,
     /// Index of the candidate in the body's sample of picks.
     pub candidate: u32,
-    /// Number of what forbids it ([`PickObstacle::number`](crate::PickObstacle::number)).
+    /// Number of its obstacle ([`PickObstacle::number`](crate::PickObstacle::number)).
     pub obstacle: u8,
-    /// Projection of the palm [px], inside the image or not; `None` nearer than the camera sees.
+    /// Projection of the palm [px], inside the image or not; `None` if nearer than the camera's near limit.
     pub pixel: Option<[f64; 2]>,
 }
 

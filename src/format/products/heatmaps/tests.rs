@@ -20,7 +20,7 @@ fn square_around(pixel: [f64; 2], side: u32) -> [u32; 2] {
     pixel.map(|value| (value - f64::from(side) / 2.0 + 0.5).floor() as u32)
 }
 
-/// A grasp of these points in camera axes [m], with patches where they are asked for.
+/// A grasp of these points in camera axes [m], with patches if requested.
 fn grasp(key: [u32; 2], state: PickState, points: [[f64; 3]; 2], with_patches: bool) -> SeenGrasp {
     let world_from_camera = world_from_camera();
     let point = |at: [f64; 3]| {
@@ -53,8 +53,8 @@ fn world_from_camera() -> Pose<kernel::geom::World, kernel::geom::CameraCv> {
     Pose::new(Rotation3::from_euler_angles(2.5, 0.3, -0.4), Vector3::new(0.2, -0.1, 0.7))
 }
 
-/// Four grasps of the first and third of three bodies, of which the second was not evaluated, and two forbidden ones: of the grasps one
-/// has its fingertip behind the plane, one outside the image and one behind the camera.
+/// Four grasps of the first and third of three bodies, of which the second was not evaluated, and two forbidden ones: of the
+/// grasps one has its fingertip behind the plane, one outside the image and one behind the camera.
 fn heatmap() -> SceneHeatmap {
     SceneHeatmap {
         sample: SampleId { camera: 2, ..SampleId::of_object(ObjectId(Digest([9; 32])), ItemId(3)) },
@@ -133,7 +133,7 @@ fn maps_have_the_lowest_label_of_free_grasps_and_nothing_where_one_is_forbidden(
     assert_eq!(maps.len(), 2 * 2 * pixels);
     let at = |maps: &[f32], map: usize, column: usize, row: usize| maps[map * pixels + row * 64 + column];
     assert_eq!(at(&maps, 2, 32, 24), -1.0);
-    assert_eq!(maps.iter().filter(|value| **value != 0.0).count(), 3, "untried grasps say nothing");
+    assert_eq!(maps.iter().filter(|value| **value != 0.0).count(), 3, "untried grasps have no label");
     assert!((0..4).all(|map| at(&maps, map, 10, 11) == 0.0), "a forbidden palm is background");
     // By what is free, all are as good.
     heatmap.label = HeatmapLabel::Free;

@@ -11,7 +11,7 @@ use kernel::ids::SampleId;
 
 const MESSAGE: &str = "PatchImageColour";
 
-/// The image that patches are cut out of, in colour: the smallest box outside which all is background.
+/// The image from which patches are cut, in colour: the smallest box outside which all is background.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PatchImageColour {
     /// Which sample.
@@ -42,7 +42,7 @@ impl PatchImageColour {
         (0..height).flat_map(|row| (0..width).map(move |column| self.at(column, row))).collect()
     }
 
-    /// Takes the box out of a whole image that is `columns` wide; the size of nothing but background is 0 x 0.
+    /// Cuts the box from a whole image that is `columns` wide; an image of background only has the size 0 x 0.
     pub fn take(&mut self, image: &[[u8; 3]], columns: u32) {
         let columns = columns.max(1) as usize;
         let seen = |rgb: &[u8; 3]| *rgb != self.background;

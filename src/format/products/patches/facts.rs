@@ -7,19 +7,19 @@ use crate::{FactFormat, FactKind, FactRange, Facts, products::grasps::GraspLabel
 pub struct PatchFacts {
     /// Grasp type.
     pub kind: u32,
-    /// Index of the type among the chosen ones.
+    /// Index of the type among the chosen types.
     pub type_index: u32,
     /// Energy that annealing minimised.
     pub energy: f64,
-    /// Epsilon of the closed hand, in the space that was asked for.
+    /// Epsilon of the closed hand, in the space that the job selects.
     pub epsilon: f64,
-    /// Label that the trials of the grasp make; `None` where labels are not those of trials.
+    /// Label from the trials of the grasp; `None` if labels are not those of trials.
     pub outcome: Option<GraspLabel>,
     /// Number of points of the grasp that the depth image does not hide; 0 where none are marked.
     pub visible: u32,
 }
 
-/// Topics that state facts beside the patches.
+/// Topics that state facts in addition to the patches.
 pub(super) const TRIAL_TOPIC: &str = "/patches/trial";
 pub(super) const VISIBILITY_TOPIC: &str = "/patches/visibility";
 
@@ -35,7 +35,7 @@ const fn beside(topic: &'static str, name: &'static str, kind: FactKind, meaning
 pub(super) const TYPE: usize = 0;
 /// Number of the facts that patches themselves state.
 pub(super) const OF_PATCHES: usize = 4;
-/// Indices of the facts that the marks beside them state.
+/// Indices of the facts that the marks state.
 pub(super) const OUTCOME: usize = 4;
 pub(super) const VISIBLE: usize = 5;
 

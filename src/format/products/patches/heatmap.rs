@@ -19,7 +19,7 @@ pub struct HeatmapPoint {
     pub run: u32,
     /// Rank in that run.
     pub rank: u32,
-    /// Index of its type among the chosen ones.
+    /// Index of its type among the chosen types.
     pub type_index: u32,
     /// Which point: 0 is the palm, then F0, F1, F2.
     pub point: u32,
@@ -29,7 +29,7 @@ pub struct HeatmapPoint {
     pub value: f32,
 }
 
-/// The points of all grasps of an object, of the chosen types, that come from about where the camera of one of them stands.
+/// The points of all grasps of an object, of the chosen types, that come from the side of the camera of one of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PatchHeatmap {
     /// Which sample: that of the [`HeatmapPatch`] with the same camera.
@@ -49,7 +49,7 @@ pub struct PatchHeatmap {
 impl PatchHeatmap {
     /// Dense maps: in the pixel that holds a point the lowest value of all points there, 0 elsewhere (no grasp). Shape
     /// (4 * types, height, width), row-major; the map of a type and a point is `4 * type_index + point`, as in a label vector.
-    /// Points of value 0, of which trials say nothing, are left out.
+    /// Points of value 0, without a conclusive trial, are omitted.
     pub fn maps(&self) -> Vec<f32> {
         let pixels = self.width as usize * self.height as usize;
         let mut maps = vec![0.0; PATCH_POINTS * self.types as usize * pixels];
@@ -58,7 +58,7 @@ impl PatchHeatmap {
             let map = PATCH_POINTS * point.type_index as usize + point.point as usize;
             let [column, row] = point.pixel.map(|pixel| pixel.floor() as usize);
             let cell = map * pixels + row * self.width as usize + column;
-            // Quirk of the thesis: a label may be above 0, where it stands for a grasp all the same.
+            // Quirk of the thesis: a label may be above 0 and still represent a grasp.
             maps[cell] = if taken[cell] { point.value.min(maps[cell]) } else { point.value };
             taken[cell] = true;
         }
@@ -120,10 +120,10 @@ impl PatchHeatmap {
         Ok(Self { sample, width: raw.width, height: raw.height, types: raw.types, angle: raw.angle, points })
     }
 
-    /// Checks that the grasp of `patch`, whose camera it is, is among them as it stands there.
+    /// Checks that the grasp of `patch`, whose camera it is, is among them, unchanged.
     ///
     /// # Errors
-    /// When it is not, or the image is another.
+    /// When it is not, or the image is another one.
     pub fn check_beside(&self, patch: &HeatmapPatch) -> Result<(), RecordError> {
         let (camera, types) = (&patch.camera, patch.types.len() as u32);
         ranged(MESSAGE, "width", f64::from(self.width), self.width == camera.width, "the camera's")?;

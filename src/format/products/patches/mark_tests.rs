@@ -163,7 +163,7 @@ fn a_trial_says_what_the_labels_say() {
         assert_eq!(tested.iter().filter(|known| **known).count(), known);
         let trial = PatchTrial { outcome, tested, ..trial() };
         assert!(check(&trial, value).is_ok());
-        assert!(check(&trial, 1.0).is_err(), "the labels say that it failed");
+        assert!(check(&trial, 1.0).is_err(), "the labels state that it failed");
     }
     // The masks of other types, of other points, and of nothing.
     for tested in [PatchTrial::mask(GraspLabel::Failed, 0, 2), vec![true; 32], vec![false; 32], Vec::new()] {

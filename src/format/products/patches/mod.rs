@@ -45,13 +45,13 @@ impl Channel {
     pub const PATCH: Self = Self::at("/patches/patch");
     /// [`PatchColour`]: the same patches in colour.
     pub const PATCH_COLOUR: Self = Self::at("/patches/colour");
-    /// [`Depth`](crate::Depth) of the whole image that the patches are cut out of.
+    /// [`Depth`](crate::Depth) of the whole image from which the patches are cut.
     pub const PATCH_IMAGE: Self = Self::at("/patches/image");
     /// [`PatchImageColour`]: the same image in colour.
     pub const PATCH_IMAGE_COLOUR: Self = Self::at("/patches/image_colour");
     /// [`PatchHeatmap`]: truth for heatmaps over the whole image.
     pub const PATCH_HEATMAP: Self = Self::at("/patches/heatmap");
-    /// [`PatchTrial`]: what trials say of the labels.
+    /// [`PatchTrial`]: which labels trials determine.
     pub const PATCH_TRIAL: Self = Self::at(facts::TRIAL_TOPIC);
     /// [`PatchVisibility`]: which points the surface hides.
     pub const PATCH_VISIBILITY: Self = Self::at(facts::VISIBILITY_TOPIC);

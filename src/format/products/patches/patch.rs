@@ -21,13 +21,13 @@ use kernel::{
 const MESSAGE: &str = "HeatmapPatch";
 const COLOUR: &str = "PatchColour";
 
-/// Points of a hand that patches lie around: palm, F0, F1, F2.
+/// Points of a hand with patches around them: palm, F0, F1, F2.
 pub const PATCH_POINTS: usize = 4;
 /// Common names of these points.
 pub const POINT_NAMES: [&str; PATCH_POINTS] = ["palm", "F0", "F1", "F2"];
 /// The word in [`HeatmapPatch::label`] of labels that are those of trials.
 pub const TRIAL_LABEL: &str = "trial";
-/// Values that a label may be: -epsilon, the energy, or what trials say.
+/// Values that a label may be: -epsilon, the energy, or the outcome of trials.
 const LABELS: [&str; 3] = ["epsilon", "energy", TRIAL_LABEL];
 
 /// A point on a hand, and the patch around it.
@@ -67,13 +67,13 @@ pub struct HeatmapPatch {
     pub space: String,
     /// The hand's name.
     pub hand: String,
-    /// The hand by content.
+    /// Digest of the hand.
     pub hand_id: ObjectId,
     /// The camera [px].
     pub camera: Intrinsics,
     /// Quirk of the thesis: the focal length that points are projected with [px]; `None` where it is the camera's.
     pub point_focal_length: Option<f64>,
-    /// The object as the camera sees it.
+    /// Pose of the object in camera axes.
     pub camera_from_object: Pose<CameraCv, Object>,
     /// The approach frame: origin on the palm, z towards the object.
     pub object_from_approach: Pose<Object, Approach>,
@@ -107,7 +107,7 @@ impl HeatmapPatch {
         labels
     }
 
-    /// The camera that points are projected with: the one that sees, but for the quirk of the thesis.
+    /// The camera that points are projected with: the one that sees, except for the quirk of the thesis.
     pub fn projection(&self) -> Intrinsics {
         self.camera.with_focal_length(self.point_focal_length)
     }
@@ -142,7 +142,7 @@ impl HeatmapPatch {
         &self.depth[point * pixels..(point + 1) * pixels]
     }
 
-    /// Numbers for tables, without those of the marks beside the patches.
+    /// Numbers for tables, without those of the marks.
     pub fn facts(&self) -> PatchFacts {
         let &Self { type_index, energy, epsilon, .. } = self;
         PatchFacts { kind: self.kind(), type_index, energy, epsilon, ..PatchFacts::default() }
@@ -183,8 +183,8 @@ impl HeatmapPatch {
     /// Reads and checks a payload.
     ///
     /// # Errors
-    /// When lengths do not fit each other, a number is out of range, a pose is no rigid motion, a patch does not lie around its
-    /// point or reaches out of the image, a point is not where it is projected to, or labels are not those of the type.
+    /// When lengths do not fit each other, a number is out of range, a pose is not a rigid motion, a patch is not around its
+    /// point or extends beyond the image, a point is not where it is projected to, or labels are not those of the type.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let mut raw = proto::HeatmapPatch::decode(payload).map_err(broken(MESSAGE))?;
         let sample = sample_from_proto(MESSAGE, raw.sample.take())?;
@@ -271,7 +271,7 @@ fn value_of(raw: &proto::HeatmapPatch) -> Result<f32, RecordError> {
         TRIAL_LABEL => [-1.0, 0.0, 1.0].contains(&value),
         label => value == if label == LABELS[0] { -raw.epsilon } else { raw.energy } as f32,
     };
-    ranged(MESSAGE, "labels", f64::from(value), is_stated, "what label says")?;
+    ranged(MESSAGE, "labels", f64::from(value), is_stated, "the number that label selects")?;
     Ok(value)
 }
 

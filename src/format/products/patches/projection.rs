@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use kernel::geom::Intrinsics;
 
-/// Projection of a point in camera axes [px], inside the image or not; `None` nearer than the camera sees.
+/// Projection of a point in camera axes [px], inside the image or not; `None` if nearer than the camera's near limit.
 pub fn projection(camera: &Intrinsics, seen: &Point3<f64>) -> Option<[f64; 2]> {
     let (u, v) = camera.project(seen);
     (seen.z >= camera.near).then_some([u, v])

@@ -67,7 +67,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
             &[ArrayFormat::new(
                 "heatmap",
                 "(points, ...)",
-                "pixel, type and value of palm and fingertips of all grasps from about the same side",
+                "pixel, type and value of palm and fingertips of all grasps from the camera's side",
             )],
         ),
         ChannelFormat::new(
@@ -77,7 +77,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
             &[ArrayFormat::new(
                 "tested",
                 "(4, 4 types) u8",
-                "1 where a number of the labels is known by trials, else 0",
+                "1 where a trial determines a number of the labels, else 0",
             )],
         ),
         ChannelFormat::new(
@@ -118,6 +118,6 @@ pub static FORMAT: ProductFormat = ProductFormat {
     inherits_splits: true,
     files: &[ExtraFile {
         name: TYPES,
-        meaning: "Grasp types of the kept grasps that the patches were chosen from, with their counts.",
+        meaning: "Grasp types of the kept grasps from which the patches were chosen, with their counts.",
     }],
 };

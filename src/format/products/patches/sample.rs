@@ -10,7 +10,7 @@ impl Sample {
     /// Depth and labels around the palm and the fingertips of a grasp.
     ///
     /// # Errors
-    /// When the sample is of another product, or the payload is no valid record.
+    /// When the sample is of another product, or the payload is not a valid record.
     pub fn heatmap_patch(&self) -> Result<HeatmapPatch, DatasetError> {
         self.leading(Channel::PATCH, HeatmapPatch::decode)
     }
@@ -18,16 +18,16 @@ impl Sample {
     /// Reads the patches in colour; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn patch_colour(&self) -> Result<Option<PatchColour>, DatasetError> {
         self.decoded(Channel::PATCH_COLOUR, PatchColour::decode)
     }
 
-    /// The whole depth image that the patches are cut out of, as the box of its returns
+    /// The whole depth image from which the patches are cut, as the box of its returns
     /// ([`DepthCrop::whole`](kernel::geom::DepthCrop::whole) gives every pixel); `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn patch_image(&self) -> Result<Option<Depth>, DatasetError> {
         self.decoded(Channel::PATCH_IMAGE, Depth::decode)
     }
@@ -35,7 +35,7 @@ impl Sample {
     /// Reads the image in colour; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn patch_image_colour(&self) -> Result<Option<PatchImageColour>, DatasetError> {
         self.decoded(Channel::PATCH_IMAGE_COLOUR, PatchImageColour::decode)
     }
@@ -43,15 +43,15 @@ impl Sample {
     /// Truth for heatmaps over that image; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn patch_heatmap(&self) -> Result<Option<PatchHeatmap>, DatasetError> {
         self.decoded(Channel::PATCH_HEATMAP, PatchHeatmap::decode)
     }
 
-    /// Trials of the grasp, and the labels that they make known; `None` when not stored.
+    /// Trials of the grasp, and the labels that they determine; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn patch_trial(&self) -> Result<Option<PatchTrial>, DatasetError> {
         self.decoded(Channel::PATCH_TRIAL, PatchTrial::decode)
     }
@@ -59,7 +59,7 @@ impl Sample {
     /// Which points the surface in the image hides; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn patch_visibility(&self) -> Result<Option<PatchVisibility>, DatasetError> {
         self.decoded(Channel::PATCH_VISIBILITY, PatchVisibility::decode)
     }
@@ -67,7 +67,7 @@ impl Sample {
     /// Patches of one size in metres; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn patch_metric(&self) -> Result<Option<PatchMetric>, DatasetError> {
         self.decoded(Channel::PATCH_METRIC, PatchMetric::decode)
     }
@@ -75,7 +75,7 @@ impl Sample {
     /// Reads the patches of one size in colour; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn patch_metric_colour(&self) -> Result<Option<PatchColour>, DatasetError> {
         self.decoded(Channel::PATCH_METRIC_COLOUR, PatchColour::decode)
     }
@@ -83,7 +83,7 @@ impl Sample {
     /// The table under the object; `None` when not stored.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn patch_table(&self) -> Result<Option<PatchTable>, DatasetError> {
         self.decoded(Channel::PATCH_TABLE, PatchTable::decode)
     }

@@ -1,4 +1,4 @@
-//! The table that the object of some patches stands on.
+//! The table under the object of some patches.
 
 use nalgebra::Vector3;
 use prost::Message;
@@ -58,7 +58,7 @@ impl PatchTable {
                     "camera_from_table",
                     behind,
                     behind.is_nan() || behind <= BEHIND,
-                    "before all that is seen behind it",
+                    "in front of everything seen behind it",
                 )?;
             }
         }
@@ -75,7 +75,7 @@ impl PatchTable {
     /// Reads and checks a payload.
     ///
     /// # Errors
-    /// When the pose is no rigid motion.
+    /// When the pose is not a rigid motion.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let raw = proto::PatchTable::decode(payload).map_err(broken(MESSAGE))?;
         let sample = sample_from_proto(MESSAGE, raw.sample)?;

@@ -1,4 +1,4 @@
-//! Trials of the grasp of some patches, and the labels that they make known.
+//! Trials of the grasp of some patches, and the labels that they determine.
 
 use prost::Message;
 
@@ -16,24 +16,24 @@ use kernel::{
 
 const MESSAGE: &str = "PatchTrial";
 
-/// Trial of the grasp of some patches, and which numbers of their labels it makes known.
+/// Trial of the grasp of some patches, and which numbers of their labels it determines.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PatchTrial {
     /// Which sample: that of the [`HeatmapPatch`].
     pub sample: SampleId,
     /// Root digest of the physics numbers of the dataset that holds the trial.
     pub trials: Digest,
-    /// Label that all trials of the grasp make together.
+    /// Combined label of all trials of the grasp.
     pub outcome: GraspLabel,
     /// End of the trial in the air.
     pub trial: TrialVerdict,
     /// Verdict of the analytic criteria.
     pub verdict: GraspVerdict,
-    /// Whether a number of the label vectors is known by trials: a mask for training. Shape (points, 4 * types), row-major.
+    /// Whether trials determine a number of the label vectors: a mask for training. Shape (points, 4 * types), row-major.
     pub tested: Vec<bool>,
 }
 
-/// The number in a label vector: -1 for a grasp that held, 1 for one that failed, and 0 where trials do not say.
+/// The number in a label vector: -1 for a grasp that held, 1 for one that failed, and 0 if trials do not decide.
 pub fn trial_value(outcome: GraspLabel) -> f32 {
     match outcome {
         GraspLabel::Held => -1.0,
@@ -43,7 +43,7 @@ pub fn trial_value(outcome: GraspLabel) -> f32 {
 }
 
 impl PatchTrial {
-    /// The mask of labels: of the type at `type_index` of `types` each point's own number where trials say something.
+    /// The mask of labels: of the type at `type_index` of `types` each point's own number if trials decide.
     pub fn mask(outcome: GraspLabel, type_index: u32, types: usize) -> Vec<bool> {
         let each = PATCH_POINTS * types;
         let mut mask = vec![false; PATCH_POINTS * each];
@@ -53,7 +53,7 @@ impl PatchTrial {
         mask
     }
 
-    /// Checks that the labels of `patch` are those of these trials, and that the mask says which are known.
+    /// Checks that the labels of `patch` are those of these trials, and that the mask marks the known numbers.
     ///
     /// # Errors
     /// When they are not.
@@ -64,7 +64,7 @@ impl PatchTrial {
         let mask = Self::mask(self.outcome, patch.type_index, patch.types.len());
         lengthy(MESSAGE, "tested", mask.len(), self.tested.len())?;
         let known = self.tested.iter().filter(|known| **known).count();
-        ranged(MESSAGE, "tested", known as f64, self.tested == mask, "the numbers that the outcome makes known")
+        ranged(MESSAGE, "tested", known as f64, self.tested == mask, "the numbers that the outcome determines")
     }
 
     /// Appends the payload to `out`; equal records give equal bytes.

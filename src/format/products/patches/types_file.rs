@@ -1,4 +1,4 @@
-//! `types.json`: grasp types of the kept grasps that patches were chosen from, with their counts.
+//! `types.json`: grasp types of the kept grasps from which patches were chosen, with their counts.
 
 use super::row::TYPES;
 use crate::dataset::{

@@ -15,7 +15,7 @@ use kernel::ids::SampleId;
 
 const MESSAGE: &str = "PatchVisibility";
 
-/// A point is visible unless it lies further than this behind the depth in its pixel [m]: half a pixel of a steep surface at 2 m,
+/// A point is visible unless it is further than this behind the depth in its pixel [m]: half a pixel of a steep surface at 2 m,
 /// and more than a fingertip's skin.
 pub const VISIBLE_TOLERANCE: f64 = 5e-3;
 
@@ -31,7 +31,7 @@ pub struct PatchVisibility {
     pub sample: SampleId,
     /// Depth of the image in the pixel of each point [m], NaN = no return.
     pub surfaces: [f32; PATCH_POINTS],
-    /// Whether each point is visible ([`is_visible`]): nothing in the image lies before it.
+    /// Whether each point is visible ([`is_visible`]): nothing in the image is in front of it.
     pub visible: [bool; PATCH_POINTS],
     /// Whether each of [`PatchHeatmap::points`] is visible; none without a heatmap.
     pub heatmap_visible: Vec<bool>,
@@ -44,7 +44,7 @@ impl PatchVisibility {
     }
 
     /// Checks that these are the depths in the patches of the points, that what is visible follows from them, and that the marks
-    /// of the heatmap, where there is one, are as many as its points and those of the own grasp the same.
+    /// of the heatmap, where there is one, have the number of its points, and that those of the own grasp are the same.
     ///
     /// # Errors
     /// When they are not.
@@ -59,7 +59,13 @@ impl PatchVisibility {
             ranged(MESSAGE, "surfaces", f64::from(surface), same, "the depth of the patch in the pixel of its point")?;
             let depth = patch.camera_from_object.point(&point.point.into()).z;
             let says = self.visible[index] == is_visible(depth, surface);
-            ranged(MESSAGE, "visible", f64::from(u8::from(self.visible[index])), says, "what the depths say")?;
+            ranged(
+                MESSAGE,
+                "visible",
+                f64::from(u8::from(self.visible[index])),
+                says,
+                "the visibility that follows from the depths",
+            )?;
         }
         let points = heatmap.map_or(&[][..], |heatmap| &heatmap.points);
         lengthy(MESSAGE, "heatmap_visible", points.len(), self.heatmap_visible.len())?;

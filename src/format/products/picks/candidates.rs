@@ -1,4 +1,4 @@
-//! Record of the grasps of one body of a scene, and of what is in their way.
+//! Record of the grasps of one body of a scene, and of their obstacles.
 
 use prost::Message;
 
@@ -25,7 +25,7 @@ const MAX_BODIES: usize = 1000;
 /// Grasps of one body of a settled scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PickCandidates {
-    /// Which sample: the scene, and the number of the body less one.
+    /// Which sample: the scene, and the number of the body minus one.
     pub sample: SampleId,
     /// Container of the scene.
     pub container: SceneContainer,
@@ -33,23 +33,23 @@ pub struct PickCandidates {
     pub bodies: Vec<(ObjectId, Pose<World, Object>)>,
     /// Name of the hand.
     pub hand: String,
-    /// Description and table of the hand by content.
+    /// Digest of the hand's description and table.
     pub hand_id: ObjectId,
     /// Names of the hand's joints, in the order of its tree.
     pub joints: Vec<String>,
     /// Choice of the stored grasps.
     pub take: TakenGrasps,
-    /// Grasps of the body's object that candidates are drawn from.
+    /// Grasps of the body's object from which candidates are drawn.
     pub stored: u32,
-    /// Directions about its closing line in which each is evaluated.
+    /// Number of directions about its closing line in which each is evaluated.
     pub rolls: u32,
-    /// Distance that the hand keeps from everything but the body [m].
+    /// Distance that the hand keeps from everything except the body [m].
     pub margin: f64,
     /// The grasps that were evaluated, sorted by run, rank and direction.
     pub candidates: Vec<PickCandidate>,
 }
 
-/// A grasp of a body, and what is in its way.
+/// A grasp of a body, and its obstacles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PickCandidate {
     /// Number of the run of the stored grasp.
@@ -60,23 +60,23 @@ pub struct PickCandidate {
     pub direction: u32,
     /// The hand's base where it closes.
     pub world_from_base: Pose<World, HandBase>,
-    /// The hand's path on either way.
+    /// The hand's path on both ways of approach.
     pub ways: BothWays<PickPassage>,
-    /// All joints of the closed hand, where one way is free at least [rad or m]; else none.
+    /// All joints of the closed hand, if at least one way is free [rad or m]; else empty.
     pub closed: Vec<f64>,
 }
 
-/// The path of a hand on one way to a grasp.
+/// The path of a hand on one way of approach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PickPassage {
-    /// Obstacle on the path, and the part of the path; `None` where the hand is free.
+    /// Obstacle on the path, and the stage of the path; `None` if the path is free.
     pub blocked: Option<Blocked>,
-    /// Distance from what is in the way [m], below 0 where they overlap, by [`PickCandidates::DEEP`] at most; where the hand is free
-    /// the smallest from anything but the body on its whole path, up to [`PickCandidates::FAR`].
+    /// Distance from the obstacle [m], negative where they overlap, by at most [`PickCandidates::DEEP`]; for a free path the
+    /// smallest distance from anything except the body, up to [`PickCandidates::FAR`].
     pub clearance: f64,
 }
 
-/// Obstacle in the way of a hand.
+/// Obstacle of a hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Blocked {
     /// Part of the path.
@@ -86,12 +86,12 @@ pub struct Blocked {
 }
 
 impl PickPassage {
-    /// Whether the hand comes and closes without touching anything but the body.
+    /// Whether the hand approaches and closes without touching anything except the body.
     pub fn is_free(&self) -> bool {
         self.blocked.is_none()
     }
 
-    /// Number of the neighbour in the way; 0 where none is.
+    /// Number of the neighbour that is the obstacle; 0 without one.
     fn neighbour(&self) -> u32 {
         match self.blocked.map(|blocked| blocked.by) {
             Some(PickObstacle::Neighbour(number)) => number,
@@ -101,12 +101,12 @@ impl PickPassage {
 }
 
 impl PickCandidate {
-    /// Whether the hand, coming in its posture as in trials, comes and closes without touching anything but the body.
+    /// Whether the hand, approaching in its posture as in trials, approaches and closes without touching anything except the body.
     pub fn is_free(&self) -> bool {
         self.ways.shaped.is_free()
     }
 
-    /// Ways on which the hand comes and closes without touching anything but the body.
+    /// Ways on which the hand approaches and closes without touching anything except the body.
     pub fn free_ways(&self) -> FreeWays {
         self.ways.map(|way| way.is_free()).into()
     }
@@ -117,9 +117,9 @@ impl PickCandidate {
 }
 
 impl PickCandidates {
-    /// Clearances are told up to this [m].
+    /// Largest clearance that is stored [m].
     pub const FAR: f64 = 0.01;
-    /// And down to this far below 0 [m].
+    /// Deepest overlap that is stored [m].
     pub const DEEP: f64 = 0.001;
 
     /// Number of the body in the scene, from 1.
@@ -127,12 +127,12 @@ impl PickCandidates {
         self.sample.item.0 + 1
     }
 
-    /// Object that the body is.
+    /// The body's object.
     pub fn object(&self) -> ObjectId {
         self.bodies[self.sample.item.0 as usize].0
     }
 
-    /// Indices of the candidates to which the hand is free to come in its posture.
+    /// Indices of the candidates that are free for the hand in its posture.
     pub fn free(&self) -> impl Iterator<Item = usize> + '_ {
         self.candidates.iter().enumerate().filter(|(_, candidate)| candidate.is_free()).map(|(index, _)| index)
     }
@@ -167,8 +167,8 @@ impl PickCandidates {
     /// Reads and checks a payload.
     ///
     /// # Errors
-    /// When lengths do not fit each other, a number is out of range or not finite, a pose is no rigid motion, a name is unknown, or
-    /// candidates are out of order.
+    /// When lengths do not fit each other, a number is out of range or not finite, a pose is not a rigid motion, a name is
+    /// unknown, or candidates are out of order.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let raw = proto::PickCandidates::decode(payload).map_err(broken(MESSAGE))?;
         let sample = sample_from_proto(MESSAGE, raw.sample.clone())?;
@@ -263,7 +263,7 @@ fn candidates(raw: &proto::PickCandidates, bodies: u32) -> Result<Vec<PickCandid
     };
     let (shaped, opened) = (shaped.passages(raw, count, bodies)?, opened.passages(raw, count, bodies)?);
     let joints = raw.joints.len();
-    ranged(MESSAGE, "joints", joints as f64, joints > 0, "one at least")?;
+    ranged(MESSAGE, "joints", joints as f64, joints > 0, "at least one")?;
     let is_closed = |index: usize| shaped[index].is_free() || opened[index].is_free();
     let closed_count = (0..count).filter(|index| is_closed(*index)).count();
     lengthy(MESSAGE, "closed_joints", closed_count * joints, raw.closed_joints.len())?;
@@ -297,9 +297,9 @@ struct Way<'r> {
     stages: &'r [u8],
     neighbours: &'r [u32],
     clearances: &'r [f64],
-    /// Stages that there may be, in words.
+    /// Allowed stages, in words.
     stage_words: &'static str,
-    /// Whether the hand takes on its posture on this way.
+    /// Whether the hand takes its posture on this way.
     is_opened: bool,
 }
 
@@ -325,12 +325,12 @@ impl Way<'_> {
     fn passage(&self, raw: &proto::PickCandidates, index: usize, bodies: u32) -> Result<PickPassage, RecordError> {
         let [.., clearances] = self.fields;
         let (blocked, clearance) = (self.blocked(raw, index, bodies)?, self.clearances[index]);
-        // What is free keeps the margin, but for the tolerance of clearances.
+        // A free candidate keeps the margin, up to the tolerance of clearances.
         let fits = match blocked {
             Some(_) => (-PickCandidates::DEEP..raw.margin).contains(&clearance),
             None => (0.0..=PickCandidates::FAR).contains(&clearance),
         };
-        let allowed = "from -0.001 to below the margin where something is in the way, else 0 to 0.01";
+        let allowed = "from -0.001 to below the margin with an obstacle, else 0 to 0.01";
         ranged(MESSAGE, clearances, clearance, fits, allowed)?;
         Ok(PickPassage { blocked, clearance })
     }
@@ -349,16 +349,16 @@ impl Way<'_> {
         };
         let has_walls = raw.container != "plane";
         let is_there = verdict != 2 || has_walls;
-        ranged(MESSAGE, verdicts, f64::from(verdict), is_there, "a container only where one stands")?;
+        ranged(MESSAGE, verdicts, f64::from(verdict), is_there, "a container only if the scene has one")?;
         let fits = match by {
             Some(PickObstacle::Neighbour(number)) => (1..=bodies).contains(&number) && number != own,
             _ => neighbour == 0,
         };
         ranged(MESSAGE, neighbours, f64::from(neighbour), fits, "another body where the verdict is 4, else 0")?;
         let Some(by) = by else {
-            return ranged(MESSAGE, stages, f64::from(stage), stage == 0, "0 of what is free").map(|()| None);
+            return ranged(MESSAGE, stages, f64::from(stage), stage == 0, "0 for a free candidate").map(|()| None);
         };
-        // A hand that closes may touch what it closes on, and one that comes in its posture has none to take on.
+        // A hand that closes may touch the body, and a hand that approaches in its posture does not change it.
         let known = PathStage::of_number(stage)
             .filter(|stage| by != PickObstacle::Own || *stage != PathStage::Closing)
             .filter(|stage| self.is_opened || *stage != PathStage::Shaping);

@@ -9,17 +9,17 @@ const VERDICTS: usize = PickVerdict::ALL.len();
 /// Counts of the grasps of one body, for tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PickFacts {
-    /// Stored grasps of the body's object that candidates are drawn from.
+    /// Stored grasps of the body's object from which candidates are drawn.
     pub stored: u32,
     /// Grasps that were evaluated.
     pub candidates: u32,
-    /// Grasps that the hand comes to in its posture, and closes in, without touching anything else.
+    /// Grasps whose hand approaches in its posture and closes without touching anything else.
     pub free: u32,
-    /// Grasps lost to each of [`PickObstacle::NAMES`](super::PickObstacle::NAMES), of the hand that comes in its posture.
+    /// Grasps lost to each of [`PickObstacle::NAMES`](super::PickObstacle::NAMES), for the hand that approaches in its posture.
     pub lost: [u32; 4],
-    /// Grasps that the hand comes to opened, and closes in, without touching anything else.
+    /// Grasps whose hand approaches opened and closes without touching anything else.
     pub free_opened: u32,
-    /// Grasps that are free on one of these ways at least.
+    /// Grasps that are free in at least one of these two ways.
     pub free_either: u32,
     /// Outcomes of trials; zeros where there were none.
     pub trials: PickTrialFacts,
@@ -30,11 +30,11 @@ pub struct PickFacts {
 pub struct PickTrialFacts {
     /// Trials of each verdict, in the order of [`PickVerdict::ALL`].
     pub verdicts: [u32; VERDICTS],
-    /// Trials that held in which the hand pressed on something else, too.
+    /// Held trials in which the hand also pressed on something else.
     pub held_touching: u32,
-    /// Trials that held in which a neighbour was moved.
+    /// Held trials in which a neighbour was moved.
     pub held_moving: u32,
-    /// Trials that held in which a neighbour came up, too.
+    /// Held trials in which a neighbour was lifted, too.
     pub held_carrying: u32,
 }
 

@@ -1,5 +1,5 @@
-//! Picks: grasps of the bodies of settled scenes, which of them the hand comes to without touching anything else, and what came of those
-//! that were tried among the neighbours.
+//! Picks: grasps of the bodies of settled scenes, which of them the hand can reach without touching anything else, and the
+//! outcome of trials among the neighbours.
 
 mod candidates;
 mod check;
@@ -23,12 +23,12 @@ use crate::{
 };
 
 impl Product {
-    /// Grasps of the bodies of settled scenes, free of their neighbours or not, and tried among them.
+    /// Grasps of the bodies of settled scenes, free of obstacles or not, and trials among the neighbours.
     pub const PICKS: Self = Self::named("picks");
 }
 
 impl Channel {
-    /// [`PickCandidates`]: grasps of one body, and what is in their way; every sample of picks has one.
+    /// [`PickCandidates`]: grasps of one body, and their obstacles; every sample of picks has one.
     pub const PICK_CANDIDATES: Self = Self::at("/picks/grasps");
 
     /// [`PickTrials`]: physical trials of some of these grasps, among the neighbours.
@@ -36,10 +36,10 @@ impl Channel {
 }
 
 impl Sample {
-    /// Grasps of one body of a scene, and what is in their way.
+    /// Grasps of one body of a scene, and their obstacles.
     ///
     /// # Errors
-    /// When the sample is of another product, or the payload is no valid record.
+    /// When the sample is of another product, or the payload is not a valid record.
     pub fn pick_candidates(&self) -> Result<PickCandidates, DatasetError> {
         self.leading(Channel::PICK_CANDIDATES, PickCandidates::decode)
     }
@@ -47,7 +47,7 @@ impl Sample {
     /// Physical trials of some of these grasps; `None` where the dataset has none.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn pick_trials(&self) -> Result<Option<PickTrials>, DatasetError> {
         self.decoded(Channel::PICK_TRIALS, PickTrials::decode)
     }

@@ -8,12 +8,12 @@ const SCHEMAS: &[u8] = include_bytes!("../../generated/picks.bin");
 /// The row of picks in the table of products.
 pub static FORMAT: ProductFormat = ProductFormat {
     name: "picks",
-    summary: "Grasps of the bodies of settled scenes: which are free of everything else, and what came of trials among neighbours.",
+    summary: "Grasps of the bodies of settled scenes: which are free of obstacles, and the outcome of trials among the neighbours.",
     samples: Noun { one: "body", many: "bodies" },
     subjects: Noun { one: "scene", many: "scenes" },
     subjects_are_objects: false,
     subject_meaning: "The scene by content, 64 hexadecimal digits.",
-    item_meaning: "Number of the body in the scene, less one.",
+    item_meaning: "Number of the body in the scene, minus one.",
     has_instances: false,
     channels: &[
         ChannelFormat::new(
@@ -26,11 +26,11 @@ pub static FORMAT: ProductFormat = ProductFormat {
                     "(candidates, 12) f64",
                     "the hand's base where it closes, by rows [m]",
                 ),
-                ArrayFormat::new("verdicts", "(candidates) u8", "what is in the way: 0 nothing, 4 a neighbour"),
+                ArrayFormat::new("verdicts", "(candidates) u8", "obstacle: 0 nothing, 4 a neighbour"),
                 ArrayFormat::new(
                     "clearances",
                     "(candidates) f64",
-                    "distance from what is in the way, or from anything [m]",
+                    "distance from the obstacle, or from anything else than the body [m]",
                 ),
                 ArrayFormat::new(
                     "closed_joints",
@@ -47,7 +47,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
             &[ArrayFormat::new(
                 "trials",
                 "(tried candidates, ...)",
-                "physical trials among the neighbours: verdict, what was touched, moved and carried along",
+                "physical trials among the neighbours: verdict, bodies touched, moved and carried along",
             )],
         ),
     ],

@@ -32,7 +32,7 @@ fn candidate(key: [u32; 3], shaped: (Lost, f64), opened: (Lost, f64)) -> PickCan
     }
 }
 
-/// The second of three bodies: two grasps that are free on both ways, and one lost to each obstacle, one of these on one way.
+/// The second of three bodies: two grasps that are free in both ways, and one lost to each obstacle, one of these on one way.
 fn candidates() -> PickCandidates {
     let both = |key, blocked, clearance| candidate(key, (blocked, clearance), (blocked, clearance));
     let body = |byte| (ObjectId(Digest([byte; 32])), Pose::identity());

@@ -53,13 +53,13 @@ pub struct PickProtocol {
     pub closing_time: f64,
     /// Height of the lift [m] and its time [s].
     pub lift: [f64; 2],
-    /// Time for which the hand keeps what it has [s].
+    /// Time for which the hand holds the body after the lift [s].
     pub hold_time: f64,
-    /// Height of the centre of mass of a body that is held [m].
+    /// Smallest height gain of the centre of mass of a held body [m].
     pub least_raised: f64,
     /// A body that moves farther in the hand [m] or rotates more [rad] is lost.
     pub lost: [f64; 2],
-    /// A neighbour that is so far up in the end was carried along [m].
+    /// A neighbour that is this much higher at the end was carried along [m].
     pub carried_height: f64,
 }
 
@@ -70,32 +70,32 @@ pub struct PickTrial {
     pub candidate: u32,
     /// Verdict on the trial.
     pub verdict: PickVerdict,
-    /// Time since the trial began at which it was decided [s].
+    /// Time of the decision since the trial began [s].
     pub time: f64,
     /// Steps of 2 ms that were simulated.
     pub steps: u32,
-    /// Height of the body's centre of mass in the end over where it lay [m].
+    /// Height gain of the body's centre of mass at the end [m].
     pub raised: f64,
-    /// Deepest overlap of hand and body since the hand had closed [m].
+    /// Deepest overlap of hand and body after the hand closed [m].
     pub penetration: f64,
-    /// The hand's base when it had closed; `None` where it did not come so far.
+    /// The hand's base when it had closed; `None` if it did not close.
     pub object_from_base: Option<Pose<Object, HandBase>>,
     /// Touches on the body then, in the frame of the hand's base.
     pub contacts: Vec<PressedContact>,
-    /// Things that the hand pressed on beside the body, in the order in which it did.
+    /// Things that the hand pressed on, other than the body, in the order of the first touch.
     pub touched: Vec<PressedThing>,
     /// The neighbours that could move, by their numbers.
     pub awake: Vec<AwakeNeighbour>,
 }
 
-/// Something that the hand pressed on beside the body.
+/// Something that the hand pressed on, other than the body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PressedThing {
     /// Number of the body, from 1; 0 is the container, or the plane.
     pub thing: u32,
-    /// Part of the trial in which it was touched first.
+    /// Phase of the trial in which it was first touched.
     pub phase: PickPhase,
-    /// Time since the trial began at which it was touched first [s].
+    /// Time of the first touch since the trial began [s].
     pub time: f64,
     /// The largest normal force of one contact [N].
     pub force: f64,
@@ -106,14 +106,14 @@ pub struct PressedThing {
 pub struct AwakeNeighbour {
     /// Number of the body, from 1.
     pub body: u32,
-    /// Largest distance of its centre of mass from where it lay [m].
+    /// Largest displacement of its centre of mass [m].
     pub moved: f64,
-    /// Height of its centre of mass in the end over where it lay [m].
+    /// Height gain of its centre of mass at the end [m].
     pub lifted: f64,
 }
 
 impl PickTrial {
-    /// A neighbour that goes farther than this has been moved [m].
+    /// A neighbour with a larger displacement was moved [m].
     pub const MOVED: f64 = 0.01;
 
     /// Whether a neighbour was moved.
@@ -121,7 +121,7 @@ impl PickTrial {
         self.awake.iter().any(|neighbour| neighbour.moved > Self::MOVED)
     }
 
-    /// The neighbours that came up with the body, by a height [m] at least.
+    /// The neighbours that were lifted with the body, by at least a height [m].
     pub fn carried(&self, height: f64) -> impl Iterator<Item = u32> + '_ {
         self.awake.iter().filter(move |neighbour| neighbour.lifted >= height).map(|neighbour| neighbour.body)
     }
@@ -248,7 +248,7 @@ impl PickTrials {
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let raw = proto::PickTrials::decode(payload).map_err(broken(MESSAGE))?;
         let sample = sample_from_proto(MESSAGE, raw.sample.clone())?;
-        ranged(MESSAGE, "links", raw.links.len() as f64, !raw.links.is_empty(), "one at least, the base")?;
+        ranged(MESSAGE, "links", raw.links.len() as f64, !raw.links.is_empty(), "at least one, the base")?;
         not_below_zero("mass", &[raw.mass, raw.friction, raw.torsion, raw.rolling])?;
         let names = AwakeBodies::ALL.map(AwakeBodies::name);
         named(MESSAGE, "awake", &raw.awake, &names)?;
@@ -275,7 +275,7 @@ impl PickTrials {
     /// Compares the record with the candidates of its sample.
     ///
     /// # Errors
-    /// When a trial is of no free candidate, or names a body that the scene has not or that is grasped.
+    /// When a trial is not of a free candidate, or names the grasped body or a body that is not in the scene.
     pub fn check_beside(&self, candidates: &PickCandidates) -> Result<(), RecordError> {
         let (own, bodies) = (candidates.body(), candidates.bodies.len() as u32);
         for trial in &self.trials {

@@ -1,4 +1,4 @@
-//! Words of picks: which stored grasps are taken, what is in the way of a hand, verdicts on trials, and the state of a grasp by these.
+//! Words of picks: choices of stored grasps, obstacles of a hand, verdicts on trials, and states of a grasp.
 
 use crate::{
     GraspLabel,
@@ -14,7 +14,7 @@ pub enum TakenGrasps {
     Held,
     /// The kept grasps.
     Kept,
-    /// All whose closed hand touches with two links at least.
+    /// All whose closed hand touches with at least two links.
     Closed,
 }
 
@@ -60,14 +60,14 @@ impl AwakeBodies {
     }
 }
 
-/// Something in the way of a hand.
+/// An obstacle of a hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PickObstacle {
     /// The plane below everything.
     Ground,
     /// The container.
     Container,
-    /// The body that is to be grasped, where the hand comes.
+    /// The body to be grasped, while the hand approaches.
     Own,
     /// Another body, by its number from 1.
     Neighbour(u32),
@@ -77,7 +77,7 @@ impl PickObstacle {
     /// Names of the obstacles, in the order of their numbers on disk from 1.
     pub const NAMES: [&'static str; 4] = ["ground", "container", "own object", "neighbour"];
 
-    /// The number on disk, from 1; 0 stands for none.
+    /// The number on disk, from 1; 0 means none.
     pub fn number(self) -> u8 {
         match self {
             Self::Ground => 1,
@@ -91,13 +91,13 @@ impl PickObstacle {
 /// Part of a trial among neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum PickPhase {
-    /// The hand comes along its approach.
+    /// The hand moves along its approach.
     Approach,
     /// The hand closes.
     Closing,
     /// The hand lifts.
     Lift,
-    /// The hand keeps what it has.
+    /// The hand holds the body.
     Hold,
 }
 
@@ -119,7 +119,7 @@ impl PickPhase {
 /// Verdict on a trial among neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PickVerdict {
-    /// The body is lifted and stayed in the hand, and two links at least touch it.
+    /// The body is lifted and stayed in the hand, and at least two links touch it.
     Held,
     /// The hand starts too deep in something: nothing was simulated.
     StartsTooDeep,
@@ -127,19 +127,19 @@ pub enum PickVerdict {
     NotTouching,
     /// The closed hand touches it with one link.
     OneLink,
-    /// The body left while the hand came.
+    /// The body left while the hand approached.
     LostApproaching,
     /// The body left while the hand closed.
     LostClosing,
     /// The body left while it was lifted.
     LostLifting,
-    /// The body left after that.
+    /// The body left after the lift.
     LostHolding,
     /// The body stayed, but in the end fewer than two links touch it.
     LetGo,
-    /// The body stayed in the hand, but is not as far up as it should be.
+    /// The body stayed in the hand, but was not lifted high enough.
     NotLifted,
-    /// The numbers blew up.
+    /// The simulation became unstable.
     Unstable,
 }
 
@@ -181,7 +181,7 @@ impl PickVerdict {
         self == Self::Held
     }
 
-    /// State of the grasp of the trial: untried where nothing was simulated, or where the numbers blew up.
+    /// State of the grasp of the trial: untried if nothing was simulated, or if the simulation became unstable.
     pub fn state(self) -> PickState {
         match self {
             Self::Held => PickState::Held,
@@ -194,7 +194,7 @@ impl PickVerdict {
 /// State of a free grasp by trials among the neighbours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum PickState {
-    /// No trial says anything of it.
+    /// No conclusive trial.
     Untried,
     /// A trial held.
     Held,
@@ -215,7 +215,7 @@ impl PickState {
         }
     }
 
-    /// The label of a grasp whose only trial says this.
+    /// The label of a grasp whose only trial has this outcome.
     pub fn label(self) -> GraspLabel {
         match self {
             Self::Untried => GraspLabel::Untested,

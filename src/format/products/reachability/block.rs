@@ -1,4 +1,4 @@
-//! The poses of one position: labels, how they are known, and joint values that show the reachable ones.
+//! The poses of one position: labels, their proofs, and joint values that reach the reachable poses.
 
 use prost::Message;
 

@@ -18,10 +18,10 @@ const MESSAGE: &str = "ReachabilityField";
 const NAMES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 /// The axes of a grid of directions.
 const ON_SPHERE: [&str; 5] = ["x", "y", "z", "direction", "roll"];
-/// Which side is negative, in words: two conventions are about.
+/// Which side is negative, in words, since two conventions are common.
 const SIGN: &str = "negative inside the reachable set";
 
-/// Header of a field: all beside its numbers.
+/// Header of a field: everything except its numbers.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldHeader {
     /// The poses.
@@ -30,11 +30,11 @@ pub struct FieldHeader {
     pub metric: FieldMetric,
     /// Name of the robot, for people.
     pub robot: String,
-    /// The robot by content.
+    /// Digest of the robot's description.
     pub robot_id: ObjectId,
     /// The planning group, from the base outward.
     pub joints: Vec<String>,
-    /// The site that is brought to the poses.
+    /// The site that is moved to the poses.
     pub target: String,
     /// The frame that the poses are in.
     pub frame: String,
@@ -74,7 +74,7 @@ pub struct ReachabilityField {
     pub header: FieldHeader,
     /// One label per cell, in the order of the grid.
     pub labels: Vec<PoseLabel>,
-    /// Signed distance of each cell in the unit of the metric, negative inside; infinite where all labels are alike.
+    /// Signed distance of each cell in the unit of the metric, negative inside; infinite if all labels are equal.
     pub distances: Vec<f32>,
 }
 
@@ -109,7 +109,7 @@ impl ReachabilityField {
     /// Reads and checks a payload.
     ///
     /// # Errors
-    /// When the axes make no grid, a length or range does not hold, a name is unknown, or a distance has another sign
+    /// When the axes do not form a grid, a length or range does not hold, a name is unknown, or a distance has another sign
     /// than its label.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let field = proto::ReachabilityField::decode(payload)

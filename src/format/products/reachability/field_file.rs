@@ -31,8 +31,8 @@ use kernel::{
     ids::{Digest, JobDigest},
 };
 
-/// Reads the field of a finished reachability dataset. It proves itself by its checksum and its own rules; whether it is
-/// what the manifest says is checked by `verify`.
+/// Reads the field of a finished reachability dataset. Its checksum and its own rules are checked; `verify` compares it with the
+/// manifest.
 ///
 /// # Errors
 /// When the dataset has no field, or it is damaged.
@@ -47,7 +47,7 @@ pub(super) fn payload_digest(folder: &Folder) -> Result<Digest, DatasetError> {
 }
 
 /// Computes the distances of all labels and writes the field. `shards` are the names of all shards' files, in order; each
-/// position of the grid is one sample of them. The whole field stands in memory: 14 bytes per cell.
+/// position of the grid is one sample of them. The whole field is in memory: 14 bytes per cell.
 ///
 /// # Errors
 /// When a shard is damaged, the shards do not hold every position once, or the file cannot be written.
@@ -110,7 +110,7 @@ fn write_mcap(
     writer.finish().map(|_| ())
 }
 
-/// The labels of all positions, out of the blocks, one chunk of a shard in memory at a time. Blocks are of the header's planning
+/// The labels of all positions, from the blocks, one chunk of a shard in memory at a time. Blocks are of the header's planning
 /// group and of its grid.
 pub(super) fn labels_of(
     folder: &Folder,

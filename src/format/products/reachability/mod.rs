@@ -35,7 +35,7 @@ impl Sample {
     /// Labels, proofs and witnesses of the poses at one position.
     ///
     /// # Errors
-    /// When the sample is of another product, or the payload is no valid record.
+    /// When the sample is of another product, or the payload is not a valid record.
     pub fn block(&self) -> Result<ReachabilityBlock, DatasetError> {
         self.leading(Channel::BLOCK, ReachabilityBlock::decode)
     }

@@ -14,7 +14,7 @@ use kernel::{
     ids::Digest,
 };
 
-/// Container of a scene, around the world's origin: the middle of its floor, z up but for a tilt.
+/// Container of a scene, around the world's origin: the middle of its floor, z up except for a tilt.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SceneContainer {
     /// The plane z = 0, with a rectangle that bodies do not leave.
@@ -28,19 +28,19 @@ pub enum SceneContainer {
         inner: [f64; 3],
         /// Thickness of walls and floor [m].
         wall: f64,
-        /// Angle about x by which its side at positive y is raised [degree], below 90; 0 stands upright.
+        /// Angle about x by which its side at positive y is raised [degree], below 90; 0 is upright.
         tilt_deg: f64,
     },
     /// An open container of any shape.
     Mesh {
         /// Walls, floor and the room inside.
         shape: Arc<ContainerMesh>,
-        /// Angle about x by which its side at positive y is raised [degree], below 90; 0 stands upright.
+        /// Angle about x by which its side at positive y is raised [degree], below 90; 0 is upright.
         tilt_deg: f64,
     },
 }
 
-/// The shape of an open container out of a mesh, in its own frame [m]: the origin is the middle of its floor, z out of it.
+/// The shape of an open container from a mesh, in its own frame [m]: the origin is the middle of its floor, z upward from it.
 #[derive(Clone, Debug)]
 pub struct ContainerMesh {
     mesh: TriMesh,
@@ -48,7 +48,7 @@ pub struct ContainerMesh {
     digest: Digest,
 }
 
-/// By content.
+/// Digest of the content.
 impl PartialEq for ContainerMesh {
     fn eq(&self, other: &Self) -> bool {
         self.digest == other.digest
@@ -108,7 +108,7 @@ impl ContainerMesh {
     }
 }
 
-/// Vertices and triangles as they stand on disk.
+/// Vertices and triangles as stored on disk.
 fn bytes_of(mesh: &TriMesh) -> [Vec<u8>; 2] {
     [
         mesh.vertices.as_flattened().iter().flat_map(|value| value.to_le_bytes()).collect(),
@@ -189,7 +189,7 @@ impl SceneContainer {
         }))
     }
 
-    /// Height of the table that it stands on [m]: that of a plane, or of a container's lowest corner.
+    /// Height of the table below it [m]: that of a plane, or of a container's lowest corner.
     pub fn table_z(&self) -> f64 {
         let rotation = self.world_from_container().rotation;
         let [cosine, sine] = [rotation[(2, 2)], rotation[(2, 1)]];
@@ -203,7 +203,7 @@ impl SceneContainer {
         }
     }
 
-    /// Sizes as they stand on disk [m], and after those of a bin or mesh its tilt [degree] where it has one.
+    /// Sizes as stored on disk [m], followed by the tilt of a tilted bin or mesh [degree].
     pub fn sizes(&self) -> Vec<f64> {
         let mut sizes = match self {
             Self::Plane { size } => size.to_vec(),

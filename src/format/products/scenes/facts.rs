@@ -5,9 +5,9 @@ use crate::{FactFormat, FactKind, FactRange, Facts};
 /// Numbers of a scene that was settled, kept or not.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SceneFacts {
-    /// Bodies of the scene; 0 of a rejected one.
+    /// Bodies of the scene; 0 for a rejected scene.
     pub bodies: u32,
-    /// Contacts; 0 of a rejected one.
+    /// Contacts; 0 for a rejected scene.
     pub contacts: u32,
     /// Bodies that left the container.
     pub gone: u32,

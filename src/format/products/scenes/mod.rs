@@ -38,7 +38,7 @@ impl Sample {
     /// Bodies, poses, contacts and checks of a scene.
     ///
     /// # Errors
-    /// When the sample is of another product, or the payload is no valid record.
+    /// When the sample is of another product, or the payload is not a valid record.
     pub fn scene(&self) -> Result<Scene, DatasetError> {
         self.leading(Channel::SCENE, Scene::decode)
     }
@@ -46,7 +46,7 @@ impl Sample {
     /// The scene from above; `None` in a dataset without.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn scene_overview(&self) -> Result<Option<SceneOverview>, DatasetError> {
         self.decoded(Channel::SCENE_OVERVIEW, SceneOverview::decode)
     }

@@ -21,7 +21,7 @@ pub const CONTAINER: u32 = 0;
 /// Bodies of a scene, at most.
 const MAX_BODIES: usize = 1000;
 
-/// Way in which the bodies of a scene came to it.
+/// Mode of a scene: how its bodies came to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum SceneMode {
     /// Put on a plane in resting poses, all at once.
@@ -34,7 +34,7 @@ pub enum SceneMode {
     Packed,
     /// Dropped between walls on a plane in any rotation, one after another; the walls were lifted away.
     Pile,
-    /// Read from files of others: nothing was stepped, and no check decided.
+    /// Read from files of other programs: nothing was simulated, and no check was applied.
     Imported,
 }
 
@@ -58,7 +58,7 @@ impl SceneMode {
 /// A body of a scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneBody {
-    /// Object that the body is.
+    /// The body's object.
     pub object: ObjectId,
     /// Pose of the object in the scene.
     pub world_from_object: Pose<World, Object>,
@@ -68,9 +68,9 @@ pub struct SceneBody {
     pub centre_of_mass: [f64; 3],
     /// Coefficient of sliding friction.
     pub friction: f64,
-    /// Time at which it was let go [s].
+    /// Time at which it was released [s].
     pub released_at: f64,
-    /// Index of the resting pose of its object whose up is nearest to its own, and the angle between the two [rad].
+    /// Index of the resting pose of its object with the nearest upward direction, and the angle between the two [rad].
     pub resting: Option<(u32, f64)>,
     /// Motion of its centre of mass when the scene is stepped again from rest [m].
     pub drift: f64,
@@ -85,7 +85,7 @@ pub struct SceneContact {
     pub pair: [u32; 2],
     /// Half way between the two surfaces, in the world [m].
     pub point: [f64; 3],
-    /// Out of the first, in the world.
+    /// Outward from the first, in the world.
     pub normal: [f64; 3],
     /// Negative where they overlap [m].
     pub distance: f64,
@@ -98,9 +98,9 @@ pub struct SceneContact {
 /// A body that carries another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneSupport {
-    /// Number of what carries: [`CONTAINER`], or a body from 1.
+    /// Number of the supporting body: [`CONTAINER`], or from 1.
     pub by: u32,
-    /// Number of what is carried, from 1.
+    /// Number of the carried body, from 1.
     pub body: u32,
     /// Share of its weight.
     pub share: f64,
@@ -113,7 +113,7 @@ pub struct SceneImport {
     pub source: String,
     /// The world of those files in the scene's.
     pub world_from_source: Pose<World, SourceWorld>,
-    /// Pairs of bodies, or of a body and the container, that go through each other.
+    /// Pairs of bodies, or of a body and the container, that intersect.
     pub crossed: u32,
 }
 
@@ -122,7 +122,7 @@ pub struct SceneImport {
 pub struct Scene {
     /// Which sample.
     pub sample: SampleId,
-    /// Way in which the bodies came to it.
+    /// Mode: how the bodies came to it.
     pub mode: SceneMode,
     /// Container.
     pub container: SceneContainer,
@@ -147,7 +147,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The scene by content: container, objects and poses.
+    /// Digest of the scene: container, objects and poses.
     pub fn id(&self) -> ObjectId {
         let mut bytes = Vec::new();
         bytes.extend(self.container.identity());

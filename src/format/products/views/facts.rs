@@ -2,30 +2,30 @@
 
 use crate::{FactFormat, FactKind, FactRange, Facts};
 
-/// Numbers of a view: counts of bodies by how much of each is seen, and how near they are.
+/// Numbers of a view: counts of bodies by their visible share, and how near they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ViewFacts {
-    /// Bodies of the scene; 0 of a rejected view.
+    /// Bodies of the scene; 0 for a rejected view.
     pub bodies: u32,
-    /// Bodies of which no pixel is seen.
+    /// Bodies without a visible pixel.
     pub unseen: u32,
-    /// Bodies that are seen, by less than a tenth.
+    /// Bodies visible, but by less than a tenth of their silhouette.
     pub hidden: u32,
-    /// Bodies seen by a tenth to less than a half.
+    /// Bodies visible by a tenth to less than a half.
     pub mostly_hidden: u32,
-    /// Bodies seen by a half to less than nine tenths.
+    /// Bodies visible by a half to less than nine tenths.
     pub partly_hidden: u32,
-    /// Bodies seen by nine tenths or more.
+    /// Bodies visible by nine tenths or more.
     pub clear: u32,
-    /// Bodies that reach out of the image.
+    /// Bodies that extend beyond the image.
     pub truncated: u32,
-    /// Cameras drawn before that were inside or next to something.
+    /// Discarded cameras that were inside or next to something.
     pub near_draws: u32,
-    /// Cameras drawn before that saw too little of every body.
+    /// Discarded cameras that saw too little of every body.
     pub unseen_draws: u32,
-    /// Bodies of which at least half of the pixels that see them are nearer than the sensor measures.
+    /// Bodies with at least half of their visible pixels nearer than the sensor measures.
     pub too_near: u32,
-    /// Smallest true depth of a body [m]; 0 without a sensor, or where none is seen.
+    /// Smallest true depth of a body [m]; 0 without a sensor, or if no body is visible.
     pub nearest: f64,
 }
 

@@ -1,4 +1,4 @@
-//! Record of a view: camera, which body each pixel sees, and the silhouette of every body alone.
+//! Record of a view: camera, which body each pixel sees, and the silhouette of each body alone.
 
 use prost::Message;
 
@@ -36,29 +36,29 @@ pub struct SceneImage {
     /// Map of the true scene, what each pixel sees: [`Self::NOTHING`], the number of a body from 1, [`Self::CONTAINER`] or
     /// [`Self::TABLE`]. Shape (height, width), row-major.
     pub instances: Vec<u8>,
-    /// With a sensor, what each measured depth is of: as `instances`, or [`Self::BETWEEN`], and [`Self::NOTHING`] where there is
-    /// no return.
+    /// With a sensor, what each measured depth belongs to: as `instances`, or [`Self::BETWEEN`], and [`Self::NOTHING`] where
+    /// there is no return.
     pub point_instances: Option<Vec<u8>>,
-    /// Cameras drawn before this one that were inside or next to something.
+    /// Cameras discarded before this one that were inside or next to something.
     pub near_draws: u32,
-    /// Cameras drawn before this one that saw too little of every body.
+    /// Cameras discarded before this one that saw too little of every body.
     pub unseen_draws: u32,
 }
 
 /// A body of a scene in an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneInstance {
-    /// Object that the body is.
+    /// The body's object.
     pub object: ObjectId,
     /// Pose of the object in the scene.
     pub world_from_object: Pose<World, Object>,
-    /// Pixels of its silhouette alone, those outside the image included.
+    /// Pixels of its silhouette alone, including those outside the image.
     pub pixels_all: u32,
     /// Pixels that see it.
     pub pixels_visible: u32,
-    /// Left, top, width and height of its whole silhouette; may reach outside the image [px].
+    /// Left, top, width and height of its whole silhouette; may extend beyond the image [px].
     pub whole_box: [i32; 4],
-    /// Left, top, width and height of the pixels that see it; zeros where none does [px].
+    /// Left, top, width and height of the pixels that see it; zeros if none does [px].
     pub visible_box: [u32; 4],
     /// Silhouette alone, in the image.
     pub mask: PixelMask,
@@ -71,12 +71,12 @@ pub struct SceneInstance {
 pub struct NearBody {
     /// Pixels that see it nearer than the sensor measures.
     pub pixels: u32,
-    /// Smallest true depth of the pixels that see it [m]; 0 where none does.
+    /// Smallest true depth of the pixels that see it [m]; 0 if none does.
     pub nearest: f32,
 }
 
 impl SceneInstance {
-    /// Share of its silhouette that is seen; 0 of one without a pixel.
+    /// Visible share of its silhouette; 0 for a body without a pixel.
     pub fn visible_share(&self) -> f64 {
         f64::from(self.pixels_visible) / f64::from(self.pixels_all.max(1))
     }
@@ -86,7 +86,7 @@ impl SceneInstance {
         self.near.is_some_and(|near| near.pixels > 0 && 2 * near.pixels >= self.pixels_visible)
     }
 
-    /// Whether it reaches out of the image.
+    /// Whether it extends beyond the image.
     pub fn is_truncated(&self) -> bool {
         self.mask.count() < self.pixels_all
     }
@@ -210,7 +210,7 @@ impl SceneImage {
         let whole: Vec<i32> = (raw.whole_boxes.chunks_exact(4))
             .map(|bytes| i32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]))
             .collect();
-        // A sensor has measured all of them, or none.
+        // A sensor measures all of them, or none.
         let measured = if point_instances.is_some() { count } else { 0 };
         lengthy(MESSAGE, "pixels_too_near", measured, raw.pixels_too_near.len())?;
         lengthy(MESSAGE, "nearest_depths", measured, raw.nearest_depths.len())?;
@@ -268,7 +268,7 @@ fn box_of(mask: &PixelMask) -> [u32; 4] {
     [mask.left, mask.top, mask.width, mask.height]
 }
 
-/// Whether every number of a map is one of a body, container or table, or says why it is none.
+/// Checks that every number of a map is nothing, a body, the container or the table.
 fn check_numbers(field: &'static str, map: &[u8], bodies: usize, of_points: bool) -> Result<(), RecordError> {
     let is_known = |number: &u8| match *number {
         SceneImage::CONTAINER | SceneImage::TABLE => true,
@@ -280,7 +280,7 @@ fn check_numbers(field: &'static str, map: &[u8], bodies: usize, of_points: bool
     ranged(MESSAGE, field, value, strange.is_none(), "nothing, a body of the scene, container or table")
 }
 
-/// The silhouettes, out of their boxes and of their bits one after the other.
+/// The silhouettes, from their boxes and their bits, one after the other.
 fn masks(camera: &Intrinsics, boxes: &[u32], mut bits: &[u8]) -> Result<Vec<PixelMask>, RecordError> {
     for side in boxes.chunks_exact(4) {
         for (first, length, whole) in [(side[0], side[2], camera.width), (side[1], side[3], camera.height)] {
@@ -303,7 +303,7 @@ fn masks(camera: &Intrinsics, boxes: &[u32], mut bits: &[u8]) -> Result<Vec<Pixe
     Ok(masks)
 }
 
-/// Whether the boxes of a body hold what they say: the whole silhouette that in the image, and that what is seen.
+/// Checks the boxes of a body: the whole silhouette contains the part in the image, which contains the visible pixels.
 fn check_boxes(body: &SceneInstance, visible: [u32; 4]) -> Result<(), RecordError> {
     let fits = body.visible_box == visible;
     ranged(MESSAGE, "visible_boxes", f64::from(body.visible_box[0]), fits, "the box of the pixels that see the body")?;
@@ -318,16 +318,16 @@ fn check_boxes(body: &SceneInstance, visible: [u32; 4]) -> Result<(), RecordErro
     ranged(MESSAGE, "pixels_all", f64::from(body.pixels_all), fits, "from those in the image to those of the box")
 }
 
-/// Whether no more pixels are too near than see the body, and a depth is there where one does.
+/// Checks that at most the visible pixels are too near, and that a visible body has a nearest depth.
 fn check_near(body: &SceneInstance) -> Result<(), RecordError> {
     let Some(NearBody { pixels, nearest }) = body.near else { return Ok(()) };
     let fits = pixels <= body.pixels_visible;
     ranged(MESSAGE, "pixels_too_near", f64::from(pixels), fits, "at most pixels_visible")?;
     let fits = nearest.is_finite() && nearest >= 0.0 && (nearest > 0.0) == (body.pixels_visible > 0);
-    ranged(MESSAGE, "nearest_depths", f64::from(nearest), fits, "above 0 of a body that is seen, else 0")
+    ranged(MESSAGE, "nearest_depths", f64::from(nearest), fits, "above 0 for a visible body, else 0")
 }
 
-/// Whether every body is seen inside its own silhouette alone.
+/// Checks that every body is seen only inside its own silhouette.
 fn check_seen(instances: &[u8], camera: &Intrinsics, bodies: &[SceneInstance]) -> Result<(), RecordError> {
     for (row, line) in (0..).zip(instances.chunks_exact(camera.width as usize)) {
         for (column, own) in (0..).zip(line) {

@@ -39,7 +39,7 @@ impl Sample {
     /// Camera, instances and silhouettes of a view.
     ///
     /// # Errors
-    /// When the sample is of another product, or the payload is no valid record.
+    /// When the sample is of another product, or the payload is not a valid record.
     pub fn scene_image(&self) -> Result<SceneImage, DatasetError> {
         self.leading(Channel::VIEW_IMAGE, SceneImage::decode)
     }
@@ -47,7 +47,7 @@ impl Sample {
     /// Depth of a view; `None` in a dataset without.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn view_depth(&self) -> Result<Option<Depth>, DatasetError> {
         self.decoded(Channel::VIEW_DEPTH, Depth::decode)
     }
@@ -55,7 +55,7 @@ impl Sample {
     /// Colours of a view; `None` in a dataset without.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn view_colour(&self) -> Result<Option<SceneColour>, DatasetError> {
         self.decoded(Channel::VIEW_COLOUR, SceneColour::decode)
     }

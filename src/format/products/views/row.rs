@@ -35,7 +35,11 @@ pub static FORMAT: ProductFormat = ProductFormat {
                 ),
                 ArrayFormat::new("world_from_object", "(bodies, 12) f64", "pose of each body by rows [m]"),
                 ArrayFormat::new("masks", "bits", "silhouette of each body alone, in its box"),
-                ArrayFormat::new("pixels_all", "(bodies) u32", "pixels of it, those outside the image included"),
+                ArrayFormat::new(
+                    "pixels_all",
+                    "(bodies) u32",
+                    "pixels of its silhouette alone, including those outside the image",
+                ),
                 ArrayFormat::new("pixels_visible", "(bodies) u32", "pixels that see each body"),
             ],
         ),

@@ -29,15 +29,15 @@ pub struct VolumeAffordance {
     pub grid: VolumeGrid,
     /// Digest of the exact numbers of the dataset of picks.
     pub picks: Digest,
-    /// Digest of its numbers of physics; `None` where nothing was tried.
+    /// Digest of its numbers of physics; `None` without trials.
     pub trials: Option<Digest>,
     /// Name of the hand.
     pub hand: String,
-    /// Description and table of the hand by content.
+    /// Digest of the hand's description and table.
     pub hand_id: ObjectId,
     /// Whether the dataset of picks has grasps of each body.
     pub evaluated: Vec<bool>,
-    /// Grasps of the scene that each of [`PickObstacle::NAMES`](crate::PickObstacle::NAMES) forbids.
+    /// Grasps of the scene that collide with each of [`PickObstacle::NAMES`](crate::PickObstacle::NAMES).
     pub forbidden: [u32; 4],
     /// Free grasps whose centre is outside the cube.
     pub outside: u32,
@@ -54,17 +54,18 @@ pub struct VoxelGrasp {
     pub candidate: u32,
     /// State by trials.
     pub state: PickState,
-    /// Middle between the pads of a closed gripper, in `Volume` [m]; of any other hand the mean of the contacts that it closes with.
+    /// Middle between the pads of a closed gripper, in `Volume` [m]; for any other hand, the mean of the contacts of the closed
+    /// hand.
     pub centre: [f64; 3],
-    /// Rotation of the hand, expressed in the volume's frame, as a unit quaternion x, y, z, w with w not below 0: x along the closing line,
-    /// z along the approach.
+    /// Rotation of the hand, expressed in the volume's frame, as a unit quaternion x, y, z, w with w not below 0: x along the
+    /// closing line, z along the approach.
     pub rotation: [f64; 4],
-    /// Free width between the pads of the closed hand [m]; 0 of a hand without a width.
+    /// Free width between the pads of the closed hand [m]; 0 for a hand without a width.
     pub width: f64,
 }
 
 impl VolumeAffordance {
-    /// Number of the voxel of a cube that holds a point in `Volume` [m]; `None` outside.
+    /// Number of the voxel of a cube that contains a point in `Volume` [m]; `None` outside.
     pub fn voxel_of(grid: &VolumeGrid, point: &Point3<f64>) -> Option<u32> {
         let n = grid.resolution;
         let mut number = 0;
@@ -78,7 +79,7 @@ impl VolumeAffordance {
         Some(number)
     }
 
-    /// Number of the voxel that holds the centre of a grasp of the record.
+    /// Number of the voxel that contains the centre of a grasp of the record.
     pub fn voxel(&self, grasp: &VoxelGrasp) -> u32 {
         Self::voxel_of(&self.grid, &grasp.centre.into()).unwrap_or_default()
     }
@@ -116,8 +117,8 @@ impl VolumeAffordance {
     /// Reads and checks a payload.
     ///
     /// # Errors
-    /// When lengths do not fit each other, a number is out of range or not finite, a quaternion has not the length 1, a centre is not
-    /// in its voxel, or rows are out of order.
+    /// When lengths do not fit each other, a number is out of range or not finite, a quaternion is not of length 1, a centre is
+    /// not in its voxel, or rows are out of order.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let raw = proto::VolumeAffordance::decode(payload).map_err(broken(MESSAGE))?;
         let sample = sample_from_proto(MESSAGE, raw.sample.clone())?;
@@ -183,7 +184,7 @@ fn grasps(
         let centre: [f64; 3] = std::array::from_fn(|axis| raw.centres[3 * index + axis]);
         let rotation: [f64; 4] = std::array::from_fn(|part| raw.rotations[4 * index + part]);
         let inside = VolumeAffordance::voxel_of(grid, &centre.into()) == Some(raw.voxels[index]);
-        ranged(MESSAGE, "voxels", f64::from(raw.voxels[index]), inside, "the voxel that holds the centre")?;
+        ranged(MESSAGE, "voxels", f64::from(raw.voxels[index]), inside, "the voxel that contains the centre")?;
         let length = rotation.iter().map(|part| part * part).sum::<f64>();
         let is_unit = (length - 1.0).abs() <= UNIT_TOLERANCE && rotation[3] >= 0.0;
         ranged(MESSAGE, "rotations", length, is_unit, "of unit length, w not below 0")?;

@@ -9,19 +9,19 @@ pub(super) const AFFORDANCE: &str = "/volumes/affordance";
 /// Counts of a volume, for tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct VolumeFacts {
-    /// Images that were fused; 0 of a rejected volume without any.
+    /// Images that were fused; 0 for a rejected volume without images.
     pub images: u32,
-    /// Voxels that an image says something of.
+    /// Voxels that at least one image observed.
     pub observed_voxels: u32,
-    /// Observed voxels nearer to what is seen than the truncation.
+    /// Observed voxels nearer to the observed surface than the truncation.
     pub near_voxels: u32,
     /// Bodies of the scene.
     pub bodies: u32,
-    /// Bodies that hold the centre of a voxel.
+    /// Bodies that contain the centre of a voxel.
     pub bodies_inside: u32,
     /// Voxels whose centre is inside a body.
     pub occupied_voxels: u32,
-    /// Grasps in the cube; zeros where the job names none.
+    /// Grasps in the cube; zeros if the job names no picks.
     pub grasps: GraspsInVolume,
 }
 
@@ -30,7 +30,7 @@ pub struct VolumeFacts {
 pub struct GraspsInVolume {
     /// Free grasps of each of [`PickState::ALL`](crate::PickState::ALL).
     pub states: [u32; 3],
-    /// Grasps of the scene that something forbids.
+    /// Grasps of the scene that are not free.
     pub forbidden: u32,
     /// Free grasps whose centre is outside the cube.
     pub outside: u32,

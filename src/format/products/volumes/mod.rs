@@ -28,7 +28,7 @@ impl Product {
 }
 
 impl Channel {
-    /// [`SceneVolume`]: the fused distances and the images that they are of; every volume has one.
+    /// [`SceneVolume`]: the fused distances and their images; every volume has one.
     pub const VOLUME_FUSION: Self = Self::at("/volumes/fusion");
 
     /// [`VolumeTruth`]: what is at the centre of each voxel; every volume has one.
@@ -42,7 +42,7 @@ impl Sample {
     /// Fused distances of a volume.
     ///
     /// # Errors
-    /// When the sample is of another product, or the payload is no valid record.
+    /// When the sample is of another product, or the payload is not a valid record.
     pub fn scene_volume(&self) -> Result<SceneVolume, DatasetError> {
         self.leading(Channel::VOLUME_FUSION, SceneVolume::decode)
     }
@@ -50,7 +50,7 @@ impl Sample {
     /// Truth of a volume: what is at the centre of each voxel.
     ///
     /// # Errors
-    /// When the sample is of another product, or the payload is no valid record.
+    /// When the sample is of another product, or the payload is not a valid record.
     pub fn volume_truth(&self) -> Result<VolumeTruth, DatasetError> {
         self.leading(Channel::VOLUME_TRUTH, VolumeTruth::decode)
     }
@@ -58,7 +58,7 @@ impl Sample {
     /// Grasps in the cube of a volume; `None` where the dataset has none.
     ///
     /// # Errors
-    /// When the payload is no valid record.
+    /// When the payload is not a valid record.
     pub fn volume_affordance(&self) -> Result<Option<VolumeAffordance>, DatasetError> {
         self.decoded(Channel::VOLUME_AFFORDANCE, VolumeAffordance::decode)
     }

@@ -23,7 +23,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
             SCHEMAS,
             &[
                 ArrayFormat::new("values", "(N, N, N) i16", "mean signed distance in steps of truncation / 32767"),
-                ArrayFormat::new("weights", "(N, N, N) u8", "images that the distance is the mean of"),
+                ArrayFormat::new("weights", "(N, N, N) u8", "number of images averaged in the distance"),
                 ArrayFormat::new("views", "(images) u32", "number of each fused view of the scene"),
                 ArrayFormat::new("world_from_camera", "(images, 12) f64", "pose of each camera by rows [m]"),
                 ArrayFormat::new("world_from_volume", "(12) f64", "pose of the cube by rows, its origin a corner [m]"),
@@ -50,7 +50,7 @@ pub static FORMAT: ProductFormat = ProductFormat {
                 ArrayFormat::new(
                     "voxels",
                     "(grasps) u32",
-                    "number of the voxel that holds the centre of each free grasp",
+                    "number of the voxel that contains the centre of each free grasp",
                 ),
                 ArrayFormat::new("states", "(grasps) u8", "0 untried, 1 held, 2 failed"),
                 ArrayFormat::new("centres", "(grasps, 3) f64", "centre of each grasp in the volume's frame [m]"),

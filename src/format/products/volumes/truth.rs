@@ -29,7 +29,7 @@ pub struct VolumeTruth {
 }
 
 impl VolumeTruth {
-    /// Number of a voxel whose centre is in nothing.
+    /// Number of a voxel whose centre is free.
     pub const FREE: u8 = 0;
 
     /// Number of a voxel whose centre is in a wall or the floor of the container.
@@ -51,7 +51,7 @@ impl VolumeTruth {
         self.instances.iter().filter(|number| Self::is_body(**number)).count() as u32
     }
 
-    /// Count of the bodies that hold a centre.
+    /// Count of the bodies that contain a voxel centre.
     pub fn bodies_inside(&self) -> u32 {
         let mut seen = [false; 256];
         self.instances.iter().for_each(|number| seen[usize::from(*number)] = true);

@@ -24,16 +24,16 @@ pub struct SceneVolume {
     pub sample: SampleId,
     /// The cube of voxels.
     pub grid: VolumeGrid,
-    /// Distances are cut at this [m].
+    /// Distance at which values are truncated [m].
     pub truncation: f64,
     /// Pose of the cube in the scene: the origin is a corner.
     pub world_from_volume: Pose<World, Volume>,
     /// The images, by the number of their view.
     pub views: Vec<FusedView>,
-    /// Mean signed distances in steps of `truncation / 32767`: positive in front of what is seen, -32767 to 32767; 0 where no image
-    /// says anything. Voxel (x, y, z) is value `(x * resolution + y) * resolution + z`.
+    /// Mean signed distances in steps of `truncation / 32767`: positive in front of the observed surface, -32767 to 32767; 0 in
+    /// unobserved voxels. Voxel (x, y, z) is value `(x * resolution + y) * resolution + z`.
     pub steps: Vec<i16>,
-    /// Images that each value is the mean of.
+    /// Number of images averaged in each value.
     pub weights: Vec<u8>,
 }
 
@@ -42,7 +42,7 @@ pub struct SceneVolume {
 pub struct FusedView {
     /// Number of the view of the scene.
     pub view: u32,
-    /// Entry of the views' cameras that made it.
+    /// Index of the camera of the views that made it.
     pub camera: u32,
     /// The camera [px].
     pub intrinsics: Intrinsics,
@@ -51,7 +51,7 @@ pub struct FusedView {
 }
 
 impl SceneVolume {
-    /// A volume without an image, to be filled.
+    /// An empty volume, to be filled.
     pub fn empty(sample: SampleId, grid: VolumeGrid, truncation: f64) -> Self {
         Self {
             sample,
@@ -64,12 +64,12 @@ impl SceneVolume {
         }
     }
 
-    /// Count of the voxels that an image says something of.
+    /// Count of the voxels that at least one image observed.
     pub fn observed(&self) -> u32 {
         self.weights.iter().filter(|weight| **weight > 0).count() as u32
     }
 
-    /// Count of the observed voxels that are nearer to what is seen than the truncation.
+    /// Count of the observed voxels that are nearer to the observed surface than the truncation.
     pub fn near(&self) -> u32 {
         let voxels = self.steps.iter().zip(&self.weights);
         voxels.filter(|(steps, weight)| **weight > 0 && steps.unsigned_abs() < i16::MAX.unsigned_abs()).count() as u32
@@ -134,7 +134,7 @@ impl SceneVolume {
             let fits = usize::from(*weight) <= count;
             ranged(MESSAGE, "weights", f64::from(*weight), fits, "at most the count of images")?;
             let fits = *steps != i16::MIN && (*weight > 0 || *steps == 0);
-            ranged(MESSAGE, "values", f64::from(*steps), fits, "-32767 to 32767, 0 where no image says anything")?;
+            ranged(MESSAGE, "values", f64::from(*steps), fits, "-32767 to 32767, 0 in unobserved voxels")?;
         }
         Ok(Self {
             sample,
