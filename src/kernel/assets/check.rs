@@ -239,7 +239,7 @@ fn write_remarks(f: &mut fmt::Formatter<'_>, row: &MeshCheckRow) -> fmt::Result 
     if let Some(share) = row.undecided.filter(|&share| share >= NOTED_UNDECIDED) {
         let share = 100.0 * share;
         let text = format!(
-            "at {share:.0} % of its surface neither side is clearly inside (docs/jobs.md, Meshes that are no solids)"
+            "at {share:.0} % of its surface neither side is clearly inside (docs/jobs.md, Meshes that are not solids)"
         );
         remark(f, "note", &text)?;
     }

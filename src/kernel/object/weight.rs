@@ -11,7 +11,7 @@ use crate::{
 /// Mass over the area of the convex hull of an object of which nothing is known [kg/m^2]: the median of the 47 scans of the YCB
 /// set whose masses Calli et al. 2015 publish. Things that people handle are mostly skins, walls and frames, so that their mass
 /// goes with the area around them rather than with the volume of a scan: half of the 47 are within a factor of 1.5 of this
-/// rule, and within 2.3 of 400 kg/m^3 (docs/jobs.md has the table; a test works it out again).
+/// rule, and within 2.3 of 400 kg/m^3 (docs/benchmarks.md has the table; a test computes it again).
 pub const AREAL_DENSITY: f64 = 3.7;
 
 /// The least and the largest mass of an object of which nothing is known [kg].
