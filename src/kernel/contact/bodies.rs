@@ -183,6 +183,7 @@ impl PairTracker {
         first_from_second: &IsometryMatrix3<f64>,
         scratch: &mut BodyScratch,
     ) {
+        // The last search is valid while neither body has moved by more than the gap of all points left out.
         let known = self.searched.as_ref().is_some_and(|searched| {
             let of_second = second.moved(&searched.first_from_second, first_from_second);
             of_second < searched.farther
@@ -191,6 +192,7 @@ impl PairTracker {
         if known {
             return;
         }
+        // Points of each body near the other's surface.
         self.candidates.clear();
         let sides = [(second, first, *first_from_second), (first, second, first_from_second.inverse())];
         let mut farther = f64::INFINITY;
@@ -205,6 +207,7 @@ impl PairTracker {
                         nearest_left = nearest_left.min(2.0 * SKIN);
                         return;
                     };
+                    // Points farther than the skin only bound the gap of the next search.
                     if distance > SKIN {
                         nearest_left = nearest_left.min(distance);
                         return;

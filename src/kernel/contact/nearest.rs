@@ -115,11 +115,13 @@ impl ContactSurface {
         seeds.clear();
         waiting.push(Piece::whole(probe));
         while let Some(piece) = waiting.pop() {
+            // Skip a piece whose ball is beyond the nearest distance found.
             let centre = Point3::from(piece.centre);
             let around = piece.half.norm();
             if self.at_least(&(object_from_probe * centre)) - around >= least {
                 continue;
             }
+            // Stop at a point that is certainly deeper than the range.
             let point = probe.nearest(&centre);
             let start = object_from_probe * point;
             if self.at_most(&start) <= deep {
@@ -133,6 +135,7 @@ impl ContactSurface {
                 waiting.extend(if about[0] < about[1] { [other, one] } else { [one, other] });
                 continue;
             }
+            // The exact distance of the first small piece limits the search.
             if seeds.is_empty() {
                 let distance = self.signed_distance(&start);
                 if distance <= deep {

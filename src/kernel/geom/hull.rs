@@ -205,6 +205,7 @@ impl Growth {
 
     /// Puts a cone over the horizon in place of the faces that see a point, of which one is known.
     fn take(&mut self, seen_from: u32, apex: u32) {
+        // Flood fill of the faces that see the point; edges to other faces are the horizon.
         let mut seen = vec![seen_from];
         self.faces[seen_from as usize].stands = false;
         // From a corner of the horizon to the next, and the face beyond.
@@ -232,15 +233,18 @@ impl Growth {
         let first = self.faces.len() as u32;
         let position_of = |from: u32| horizon.partition_point(|(corner, ..)| *corner < from) as u32;
         let mut before = vec![NONE; horizon.len()];
+        // The face before each one around the horizon.
         for (number, (_, to, _)) in (0..).zip(&horizon) {
             before[position_of(*to) as usize] = number;
         }
+        // One face of the cone per edge of the horizon, linked to its neighbours.
         for (number, (from, to, beyond)) in horizon.iter().enumerate() {
             let new = self.add([*from, *to, apex], [*beyond, first + position_of(*to), first + before[number]]);
             let Face { corners, neighbours, .. } = &mut self.faces[*beyond as usize];
             let edge = (0..3).find(|edge| corners[*edge] == *to && corners[(*edge + 1) % 3] == *from);
             neighbours[edge.expect("adjacent faces share an edge")] = new;
         }
+        // Points outside the removed faces are shared out among the new ones.
         let mut points = Vec::new();
         seen.iter().for_each(|face| points.append(&mut self.faces[*face as usize].outside));
         points.retain(|point| *point != apex);

@@ -60,12 +60,14 @@ impl RenderMesh {
     /// # Panics
     /// If a triangle names a vertex that is not there.
     pub fn new(mesh: &TriMesh, cull_back_faces: bool) -> Self {
+        // Box of the used vertices; positions are stored relative to its middle.
         let used: Vec<[f32; 3]> =
             mesh.triangles.iter().flatten().map(|vertex| mesh.vertices[*vertex as usize]).collect();
         let aabb = TriMesh { vertices: used, triangles: Vec::new() }.aabb();
         let centre = aabb.map_or(Point3::origin(), |aabb| aabb.centre());
         let half_extents = aabb.map_or(Vector3::zeros(), |aabb| (aabb.max - aabb.min) * 0.5);
 
+        // Vertices in the order of their first use by the sorted triangles.
         let order = cluster_order(mesh, &centre, half_extents.max());
         let mut renamed = vec![u32::MAX; mesh.vertices.len()];
         let mut positions = [const { Vec::new() }; 3];
@@ -87,6 +89,7 @@ impl RenderMesh {
         }
         let vertices = positions[0].len();
         let triangles = corners[0].len();
+        // Fill up to whole vectors with copies of the last vertex.
         if vertices > 0 {
             for axis in &mut positions {
                 axis.resize(vertices.next_multiple_of(Self::LANES), axis[vertices - 1]);
@@ -105,6 +108,7 @@ impl RenderMesh {
             normals: Vec::new(),
             clusters: Vec::new(),
         };
+        // Bounding sphere and cone of normals of each cluster.
         laid_out.radius = (0..vertices).map(|vertex| laid_out.position(vertex as u32).norm()).fold(0.0, f64::max);
         let mut normals = Vec::with_capacity(triangles.next_multiple_of(Self::CLUSTER));
         laid_out.clusters = (0..triangles.div_ceil(Self::CLUSTER))

@@ -299,6 +299,7 @@ impl Search<'_> {
     /// Where all moments are alike: axes anywhere.
     fn of_alike_moments(&self, principal: [Direction; 3]) -> Symmetries {
         let square = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()];
+        // A ball: continuous about all three axes.
         if square.iter().all(|axis| self.order(axis) == Order::Continuous) {
             return self.found(square.to_vec(), Vec::new(), Vec::new());
         }
@@ -307,6 +308,7 @@ impl Search<'_> {
         if few.filter(|direction| self.holds(&half_turn(direction))).count() > FEW_OF_A_BALL {
             return self.about(&principal.into_iter().chain(square).collect::<Vec<_>>());
         }
+        // Axes of orders 2, 3 and 5; an axis of order 4 is also one of order 2.
         let mut axes: Vec<SymmetryAxis> = Vec::new();
         for part in [2, 3, 5] {
             let found = self.everywhere(&|direction| rotation(direction, TAU / f64::from(part)));
@@ -333,6 +335,7 @@ impl Search<'_> {
             let mirrors = self.everywhere(&mirror);
             return self.found(Vec::new(), axes, mirrors);
         }
+        // Otherwise the group of the axis of the highest order, or of single planes.
         let main = axes.iter().max_by(|one, other| one.order.cmp(&other.order).then(std::cmp::Ordering::Greater));
         match main {
             Some(axis) => self.of_main_axis(&axis.direction, axis.order),

@@ -123,6 +123,7 @@ impl OccluderModel {
         gap: f64,
         stream: &mut Stream,
     ) -> TriMesh {
+        // Shape, direction of the line across the image, its offset from the middle, and size.
         let unit = unit_piece(stream);
         let (sin, cos) = libm::sincos(stream.uniform(0.0, TAU));
         let aside = seen.width * stream.uniform(ASIDE[0], ASIDE[1]);
@@ -149,6 +150,7 @@ impl OccluderModel {
                 let outside = share < self.hidden[0] || share > self.hidden[1];
                 (share - wanted).abs() + f64::from(u8::from(outside))
             };
+            // A piece that hides too little even in the middle grows.
             let middle = share_at(0.0);
             if middle < wanted && growth < MAX_GROWTHS {
                 radius *= GROWTH;

@@ -78,6 +78,7 @@ impl Rasteriser {
     ) -> &DepthCrop {
         let lens = Lens::new(camera);
         let rows = mesh.rows(camera_from_object);
+        // Project all vertices if the bounding sphere is beyond the near plane; otherwise clip the triangles first.
         let bounds = if rows[2][3] - mesh.radius() > camera.near {
             let eye = camera_from_object.inverse().translation() - mesh.centre().coords;
             mesh.facing(&eye, &mut self.facing);
@@ -103,6 +104,7 @@ impl Rasteriser {
             );
             bounds
         };
+        // Fill small triangles by class of size, then large ones.
         if self.target.width > 0 {
             let two_sided = !mesh.culls_back_faces();
             for class in 0..kernels::SMALL_CLASSES {
@@ -156,6 +158,7 @@ impl Rasteriser {
         self.projected.resize(0);
         self.clipped.iter_mut().for_each(Vec::clear);
         let mut bounds = [i32::MAX, i32::MAX, i32::MIN, i32::MIN];
+        // Vertices in the camera's frame.
         let seen: Vec<Vector3<f64>> = (0..mesh.positions[0].len() as u32)
             .map(|vertex| {
                 let p = mesh.position(vertex);
@@ -165,6 +168,7 @@ impl Rasteriser {
                 })
             })
             .collect();
+        // Cut each triangle at the near plane and split the polygon into a fan.
         for triangle in 0..mesh.corners[0].len() {
             let corners = mesh.corners.each_ref().map(|corner| seen[corner[triangle] as usize]);
             let polygon = clip_near(&corners, camera.near);
@@ -181,6 +185,7 @@ impl Rasteriser {
         if triangles == 0 {
             return [0; 4];
         }
+        // Fill up to whole clusters.
         for corner in &mut self.clipped {
             corner.resize(triangles.next_multiple_of(RenderMesh::CLUSTER), 0);
         }

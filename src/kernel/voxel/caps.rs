@@ -94,6 +94,7 @@ impl Caps {
         if let [root] = roots {
             return *root;
         }
+        // Split at the median of the longest axis of the centres.
         let centre = |caps: &Self, root: u32| caps.nodes[root as usize].centre;
         let (mut low, mut high) = (V3::repeat(f64::MAX), V3::repeat(f64::MIN));
         for root in roots.iter() {
@@ -115,6 +116,7 @@ impl Caps {
             triangle: None,
             children,
         };
+        // Moments of the children, and a ball around theirs.
         let mut node = self.merge(empty);
         node.radius =
             self.below(&node).map(|child| (child.centre - node.centre).norm() + child.radius).fold(0.0, f64::max);
@@ -159,6 +161,7 @@ impl Caps {
     /// that have become far move into the expansion.
     pub(super) fn narrow(&self, outer: &Local, point: V3, reach: f64, inner: &mut Local) {
         inner.shift_from(outer, point);
+        // Parts far from the ball join the expansion; large near parts are opened.
         let mut parts = Stack::default();
         for part in &outer.near {
             parts.push(*part);
@@ -177,6 +180,7 @@ impl Caps {
                 }
             }
         }
+        // Whole caps far from the ball only bound the gradient.
         let mut caps = Stack::default();
         for cap in &outer.near_caps {
             caps.push(*cap);

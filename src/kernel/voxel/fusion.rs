@@ -103,6 +103,7 @@ impl VolumeFusion {
         let [left, top] = [depth.left, depth.top].map(f64::from);
         let [right, bottom] = [depth.left + depth.width, depth.top + depth.height].map(f64::from);
         let per_truncation = 1.0 / truncation;
+        // Centres of a row of voxels along z, projected at once.
         for x in 0..n {
             for y in 0..n {
                 let first = camera_from_volume.point(&grid.centre([x as u32, y as u32, 0]));
@@ -114,6 +115,7 @@ impl VolumeFusion {
                     if !(own > 0.0 && column >= left && column < right && row >= top && row < bottom) {
                         continue;
                     }
+                    // Depth of the pixel that contains the centre, less the centre's own depth.
                     let (column, row) = ((column as u32 - depth.left) as usize, (row as u32 - depth.top) as usize);
                     let seen = f64::from(depth.depth[row * depth.width as usize + column]);
                     let along = seen - own;
@@ -121,6 +123,7 @@ impl VolumeFusion {
                     if !(seen > 0.0 && along > -truncation) {
                         continue;
                     }
+                    // Distance along the ray in units of the truncation.
                     let value = if along >= truncation {
                         1.0
                     } else {

@@ -65,6 +65,7 @@ pub(super) fn fill_interior(
     placement: &GridPlacement,
 ) {
     let n = placement.resolution as usize;
+    // Closed mesh, coarse solid: signed crossings along each column.
     if closed && placement.cell_size < 1.75 * solid.pitch {
         let corners = |triangle: usize| mesh.corners.each_ref().map(|corner| surface.corner(corner[triangle]));
         let winding = winding_rows((0..mesh.corners[0].len()).map(corners), n);
@@ -75,11 +76,13 @@ pub(super) fn fill_interior(
     }
     let fine = FineFromGrid::new(solid, camera_from_object, placement);
     let all = u128::MAX >> (128 - n);
+    // Closed mesh: one test per region of cells without surface.
     if closed {
         let is_inside = |cell: [usize; 3]| holds(solid, &fine.at(cell.map(|index| index as f64 + 0.5)));
         fill_runs(rows, n, surface.ends_inside(n), is_inside);
         return;
     }
+    // Mesh with holes: one lookup per cell.
     for (index, row) in rows.iter_mut().enumerate() {
         let mut rest = !*row & all;
         while rest != 0 {

@@ -200,6 +200,7 @@ impl CheckedBody {
     /// Where this body meets another, whose link's frame is expressed in this one's.
     fn meets(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>) -> Option<Meeting> {
         let found = |shapes: Shapes| move |near: Point3<f64>| Meeting { shapes, near };
+        // Polyhedra first, then polyhedra and curved shapes, then pairs of curved shapes.
         if let (Some(one), Some(two)) = (&self.solid, &other.solid)
             && let Some(near) = one.meets(two, here_from_there)
         {

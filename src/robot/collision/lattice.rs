@@ -219,6 +219,7 @@ impl Lattice {
             (height(&point, f64::from(self.distances[self.index(cell)]) + ROUNDING), point)
         };
         let mut best = at(cell);
+        // Steepest ascent over the six neighbours.
         while best.0 <= enough {
             let mut next = None;
             for axis in 0..3 {

@@ -98,6 +98,7 @@ impl GraspSampler {
         stream: &mut Stream,
     ) -> GraspRun {
         let mut losses = PairLosses::default();
+        // Pose of the object on the table, drawn once per run.
         let table = match support {
             Support::Air => None,
             Support::Table { margin, resting } => {
@@ -133,6 +134,7 @@ impl GraspSampler {
             {
                 grasp = self.rating.placed(object, lifted);
             }
+            // Keep what the closed hand holds, what the table allows, and what is unlike the kept grasps.
             let frame = Frame::of(&grasp.object_from_approach);
             if !self.is_held(holds, &grasp) {
                 losses.open += 1;
@@ -143,6 +145,7 @@ impl GraspSampler {
                 frames.push(frame);
             }
         }
+        // Energies of all pairs, and the frame from which the run starts.
         let mut tally = Tally::new(losses.pairs);
         (0..).zip(energies).for_each(|(index, energy)| tally.count(index, energy));
         let seed = match &table {

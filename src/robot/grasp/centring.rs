@@ -188,6 +188,7 @@ impl Closing {
         let shares: Vec<f64> = self.sides.iter().map(|of_solid| of_solid - side).collect();
         let mut gaps = Gaps::new(shares.len());
         gaps.set_speeds(|solid| shares[solid].abs() * speed);
+        // Conservative advancement until a solid touches and presses into the object.
         for _ in 0..MAX_STEPS_OF_CLOSING {
             let mut meets = false;
             let step = gaps.time(|solid| {

@@ -124,6 +124,7 @@ impl Closing {
         }
         let frames = self.hand.link_frames(joints);
         let mut come = 0.0;
+        // Conservative advancement: move by the smallest distance of a solid that does not leave the object.
         for _ in 0..MAX_STEPS_OF_CLOSING {
             let moved = Translation3::from(direction * come) * object_from_base;
             let mut nearest = f64::INFINITY;

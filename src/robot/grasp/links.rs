@@ -40,6 +40,7 @@ impl Links {
         if tree.len() > MAX_JOINTS {
             return Err(UnsearchableHand::TooManyJoints { count: tree.len(), max: MAX_JOINTS });
         }
+        // Driven joint, ratio and offset of each joint.
         let mut moved_by = vec![(0, 1.0, 0.0); tree.len()];
         for (index, driven) in hand.driven().iter().enumerate() {
             moved_by[driven.joint] = (index, 1.0, 0.0);
@@ -52,6 +53,7 @@ impl Links {
             let axis = joint.joint.axis.into_inner();
             let rotation = joint.joint.origin.rotation.matrix();
             let revolute = joint.joint.kind != JointKind::Prismatic;
+            // Rotation about the axis by an angle (Rodrigues): fixed part, part of the cosine, part of the sine.
             let along_axis = axis * axis.transpose();
             let [fixed, with_cos, with_sin] = if revolute {
                 [rotation * along_axis, rotation * (Matrix3::identity() - along_axis), rotation * axis.cross_matrix()]

@@ -83,6 +83,7 @@ impl Rating {
     fn rated(&mut self, object: &ObjectSearch, start: Start, max_advance: f64) -> Grasp {
         let hand = Arc::clone(&self.hand);
         let Start { object_from_approach, posture, amplitudes } = start;
+        // The hand before closing: its pose, its depth in the object and the energies of this state.
         let open = hand.posture_values(&posture);
         let frames = hand.link_frames(&open);
         let object_from_base = object_from_approach * hand.approach_pose(&frames).isometry().inverse();
@@ -104,15 +105,18 @@ impl Rating {
             verdict: GraspVerdict::Penetrates,
             clearances: Vec::new(),
         };
+        // A hand that starts too deep is not closed.
         if penetration > self.keeping.max_penetration {
             return grasp;
         }
+        // Move on along the approach until the hand meets the object.
         let direction = object_from_approach.rotation * Vector3::z();
         grasp.advance =
             self.closing.advance(&object.surface, &object_from_base, &grasp.joints, &direction, max_advance);
         let advanced = Translation3::from(direction * grasp.advance);
         grasp.object_from_approach = advanced * object_from_approach;
         let mut object_from_base = advanced * object_from_base;
+        // Close: a gripper gives way until both pads touch, any other hand closes where it is.
         let max = self.keeping.max_penetration;
         let closed = match self.closing.centred(&object.surface, &object_from_base, &grasp.posture, max) {
             Some(centred) => {
@@ -127,6 +131,7 @@ impl Rating {
             None => self.closing.close(&object.surface, &object_from_base, &grasp.posture),
         };
         grasp.joints = closed.joints;
+        // Rate the contacts of the closed hand: quality, grasp type, clearance over the table, verdict.
         grasp.contacts = self.closing.contacts(&object.surface, &object_from_base, &grasp.joints);
         grasp.quality = self.quality.of(&grasp.contacts, &object.mass);
         let turn = *grasp.object_from_approach.rotation.matrix();

@@ -152,6 +152,7 @@ fn step(
             square += column * column.transpose();
         }
         let weights = square.cholesky()?.solve(error);
+        // Joints at a limit that would exceed it are held, and the step is solved again without them.
         let mut held = false;
         for (joint, limits) in
             group.joints().iter().enumerate().filter_map(|(index, joint)| Some((index, joint.limits?)))

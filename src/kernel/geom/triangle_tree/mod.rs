@@ -89,6 +89,7 @@ fn widened(mut ends: Ends, axis: usize, [low, high]: [f32; 2]) -> Ends {
 impl Builder<'_> {
     /// Adds the triangles in `order`, whose first has index `first`; also returns their box.
     fn add(&mut self, order: &mut [u32], first: u32) -> (u32, Ends) {
+        // Leaf: up to four triangles; empty lanes repeat the last one.
         if order.len() <= WIDTH {
             let triangle = |lane: usize| self.mesh.triangles[order[lane.min(order.len() - 1)] as usize];
             let corners: [[[f32; WIDTH]; 3]; 3] = std::array::from_fn(|i| {
@@ -105,6 +106,7 @@ impl Builder<'_> {
             }
             return ((self.tree.leaves.len() - 1) as u32 | LEAF, ends);
         }
+        // Node: two splits make up to four children.
         let (left, right) = self.split(order);
         let parts: [&mut [u32]; WIDTH] = {
             let (a, b) = if left.len() > WIDTH { self.split(left) } else { (left, &mut [][..]) };

@@ -90,6 +90,7 @@ fn first_hit_body<L: Doubles>(l: L, tree: &TriangleTree, ray: &Ray, reach: f64) 
     while next != NONE {
         let mut nearest = (f64::INFINITY, NONE);
         if next & LEAF != 0 {
+            // Leaf: keep the nearest hit; at equal distances the first in the order of the leaves.
             let index = next & !LEAF;
             let leaf = &tree.leaves[index as usize];
             let distances = leaf.met(l, ray);
@@ -101,6 +102,7 @@ fn first_hit_body<L: Doubles>(l: L, tree: &TriangleTree, ray: &Ray, reach: f64) 
                 }
             }
         } else {
+            // Node: visit the nearest child next and stack the others.
             let node = &tree.nodes[next as usize];
             let entries = node.entries(l, ray, bound);
             for (distance, child) in entries.into_iter().zip(node.children) {
@@ -116,6 +118,7 @@ fn first_hit_body<L: Doubles>(l: L, tree: &TriangleTree, ray: &Ray, reach: f64) 
                 }
             }
         }
+        // Unstack a child that may still contain a nearer hit.
         while (nearest.1 == NONE || nearest.0 > bound) && depth > 0 {
             depth -= 1;
             nearest = waiting[depth];

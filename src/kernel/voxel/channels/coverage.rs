@@ -65,6 +65,7 @@ impl CoverageBlocks {
         let scale = placement.cell_size / solid.pitch;
         let steps: [Vector3<f64>; 3] = std::array::from_fn(|axis| rotation.column(axis) * scale);
         let offset = |point: [f64; 3]| steps[0] * point[0] + steps[1] * point[1] + steps[2] * point[2];
+        // Points of a rank-1 lattice in a unit cell, as offsets in fine cells: by axis, then in groups of lanes.
         // By axis, then in groups of lanes.
         let mut lattice = [[[0.0; LANES]; POINTS / LANES]; 3];
         for i in 0..POINTS {
@@ -80,6 +81,7 @@ impl CoverageBlocks {
         let (mut inner, mut border) = (Vec::new(), Vec::new());
         let (group_reach, reach) = (Reach::new(&steps, GROUP as f64), Reach::new(&steps, 1.0));
         let groups = n.div_ceil(GROUP);
+        // Whole groups of cells first, then the cells of those that are not uniform.
         for group in 0..groups.pow(3) {
             let first = [group / groups / groups, group / groups % groups, group % groups].map(|v| v * GROUP);
             let middle = Point3::from(corner + offset(first.map(|v| (v + GROUP / 2) as f64)));
@@ -104,6 +106,7 @@ impl CoverageBlocks {
                 }
             }
         }
+        // Count the solid points of the remaining cells.
         count_inner_points(self.level, &solid.words, &lattice, &inner, out);
         count_points(self.level, &solid.words, &lattice, &border, out);
     }

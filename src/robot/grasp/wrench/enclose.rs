@@ -35,6 +35,7 @@ impl<const D: usize> Simplex<D> {
 
     /// Gauss and Jordan with partial pivoting, from the corners.
     fn invert(&mut self, set: &WrenchSet) -> Option<()> {
+        // Columns are the corners with a last row of ones, so that the inverse gives barycentric coordinates.
         let mut matrix = [[0.0; CORNERS]; CORNERS];
         for (column, corner) in self.corners[..=D].iter().enumerate() {
             let corner: [f64; D] = set.point(*corner);
@@ -43,6 +44,7 @@ impl<const D: usize> Simplex<D> {
         }
         let mut inverse = [[0.0; CORNERS]; CORNERS];
         (0..=D).for_each(|row| inverse[row][row] = 1.0);
+        // Eliminate one column per step, with the largest remaining pivot.
         for step in 0..=D {
             let size = |row: &usize| matrix[*row][step].abs();
             let pivot = (step..=D).fold(step, |best, row| if size(&row) > size(&best) { row } else { best });

@@ -190,6 +190,7 @@ impl<const D: usize> Space<D> {
         mut upper: f64,
     ) -> Epsilon {
         let (flat, closed) = (FLAT * set.scale(), limits.tolerance.max(CLOSED * set.scale()));
+        // Start from the simplex around the origin, with its facets in a queue by distance.
         self.nearest.clear();
         self.polytope.start(simplex, set.len());
         self.nearest.extend(self.polytope.alive().map(|(name, facet)| Reverse((order(facet), name))));
@@ -199,10 +200,12 @@ impl<const D: usize> Space<D> {
                 // All facets are at the upper bound.
                 break (EpsilonEnd::Closed, upper);
             };
+            // Entries of facets that were removed or reused are skipped.
             let facet = self.polytope.facets[name as usize];
             if facet.offset.is_nan() || order(&facet) != bits {
                 continue;
             }
+            // The nearest facet bounds epsilon from below: test the lower limits.
             let lower = facet.offset.max(0.0);
             if lower >= upper - closed {
                 break (EpsilonEnd::Closed, lower);
@@ -210,6 +213,7 @@ impl<const D: usize> Space<D> {
             if lower > limits.above {
                 break (EpsilonEnd::Above, lower);
             }
+            // The support point along its normal bounds epsilon from above: test the upper limits.
             let (index, height) = set.support(level, &facet.normal);
             if height < upper {
                 (upper, weakest) = (height, Some(facet.normal));
@@ -220,6 +224,7 @@ impl<const D: usize> Space<D> {
             if upper < limits.below {
                 break (EpsilonEnd::Below, lower);
             }
+            // The support point is on the facet: the facet belongs to the hull.
             if height - facet.offset <= closed {
                 break (EpsilonEnd::Closed, lower);
             }
@@ -234,6 +239,7 @@ impl<const D: usize> Space<D> {
                 }
             });
         };
+        // Directions that decided are tried first on the next set.
         weakest.into_iter().for_each(|direction| self.remember(&direction));
         match end {
             (EpsilonEnd::Outside, _) => Epsilon { facets, ..Epsilon::OUTSIDE },

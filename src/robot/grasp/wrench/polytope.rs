@@ -129,6 +129,7 @@ impl<const D: usize> Polytope<D> {
             let (mut count, mut ridges) = (self.seen.len(), self.ridges.len());
             self.seen.resize(count + D, (0, 0.0));
             self.ridges.resize(ridges + D, Ridge::default());
+            // Visible neighbours join the list once, the others give a ridge.
             for (slot, neighbour) in neighbours.into_iter().enumerate() {
                 let facet = &mut self.facets[neighbour as usize];
                 let height = height(facet, point);
@@ -154,10 +155,12 @@ impl<const D: usize> Polytope<D> {
             let (seen, high) = self.seen[ridge.seen as usize];
             let slot = ridge.slot as usize;
             let (upper, hidden) = (&self.facets[seen as usize], &self.facets[ridge.hidden as usize]);
+            // Plane of the new facet: the mean of the two at the ridge, weighted so that it passes through the point.
             let mut facet = between(upper, high, hidden, ridge.low);
             facet.key = upper.key.wrapping_sub(self.keys[usize::from(upper.corners[slot])]).wrapping_add(key);
             facet.corners[slot] = index;
             facet.neighbours[slot] = ridge.hidden;
+            // Reuse the slot of a removed facet, and correct the neighbour's link to it.
             let fresh = free.pop().unwrap_or(self.facets.len() as u32);
             self.facets[ridge.hidden as usize].neighbours.iter_mut().for_each(|back| {
                 *back = if *back == seen { fresh } else { *back };
@@ -169,6 +172,7 @@ impl<const D: usize> Polytope<D> {
             }
             self.fresh.push(fresh);
         }
+        // Remove the visible facets.
         for (seen, _) in &self.seen {
             self.facets[*seen as usize].offset = GONE;
             free.push(*seen);
@@ -181,6 +185,7 @@ impl<const D: usize> Polytope<D> {
     fn join(&mut self) {
         const ONE: u32 = 1 << 24;
         assert!(self.fresh.len() < 1 << 23, "places are 23 bits");
+        // Hash table of ridges: each bucket has a count in its upper byte and a sum of indices below.
         let room = (32 * self.fresh.len()).next_power_of_two();
         if self.buckets.len() < room {
             self.buckets.resize(room, 0);
@@ -199,6 +204,7 @@ impl<const D: usize> Polytope<D> {
             }
             self.names.push(names);
         }
+        // Link the two facets of each ridge; ridges of shared buckets are collected.
         self.crowded.clear();
         for (index, ((fresh, names), ridge)) in self.fresh.iter().zip(&self.names).zip(&self.ridges).enumerate() {
             let mut neighbours = [ridge.hidden; D];
@@ -214,9 +220,11 @@ impl<const D: usize> Polytope<D> {
             neighbours[ridge.slot as usize] = ridge.hidden;
             self.facets[*fresh as usize].neighbours = neighbours;
         }
+        // Clear the used buckets for the next point.
         for name in self.names.iter().flatten() {
             buckets[(name >> shift) as usize & mask] = 0;
         }
+        // Link the ridges of shared buckets by sorting.
         self.crowded.sort_unstable();
         for pair in self.crowded.chunks_exact(2) {
             let [(_, one, slot), (_, other, other_slot)] = [pair[0], pair[1]];

@@ -137,6 +137,7 @@ fn wrenches_body<L>(_: L, blocks: &[[[f64; LANES]; 6]], direction: &[f64; 6]) ->
 /// The best of each lane first, then of the lanes: the same at every width.
 #[inline(always)]
 fn support_body<const D: usize>(blocks: &[[[f64; LANES]; 6]], direction: &[f64; 6]) -> (u16, f64) {
+    // Height of each wrench along the direction; each lane keeps its first highest.
     let mut best = [f64::NEG_INFINITY; LANES];
     let mut point = [0u64; LANES];
     for (index, block) in blocks.iter().enumerate() {
@@ -152,6 +153,7 @@ fn support_body<const D: usize>(blocks: &[[[f64; LANES]; 6]], direction: &[f64; 
             point[lane] = if better { index as u64 } else { point[lane] };
         }
     }
+    // The highest of the lanes; at equal heights the lowest index.
     let (mut found, mut max) = (u64::MAX, f64::NEG_INFINITY);
     for lane in 0..LANES {
         let index = point[lane] * LANES as u64 + lane as u64;
