@@ -1,4 +1,4 @@
-//! Mistakes of a document as they are found, each key once.
+//! Collection of the mistakes in a document, each key once.
 
 use std::{collections::BTreeSet, fmt::Display, ops::Bound};
 
@@ -9,10 +9,10 @@ use super::{
     requirement::Requirement,
 };
 
-/// A document and the mistakes that were found in it so far.
+/// A document and the mistakes found in it so far.
 ///
-/// A key is reported once: what is known to be wrong, lies inside of it or holds it, is not reported again. So each check may
-/// say what it sees without asking what others said.
+/// A key is reported once. Later mistakes at the same key, inside it or in a table that contains it are ignored, so each check
+/// may report without knowing the results of others.
 ///
 /// ```
 /// use graspmill_form::{Checker, Document};
@@ -31,20 +31,20 @@ use super::{
 pub struct Checker {
     pub(super) document: Document,
     errors: Mistakes,
-    /// Paths of what is wrong.
+    /// Paths of values with mistakes.
     wrong: BTreeSet<Vec<Step>>,
 }
 
-/// A mistake that was just reported, for its remedy.
+/// A mistake that was just reported, to which a remedy can be added.
 pub struct Report<'a>(Option<&'a mut FormError>);
 
 impl Report<'_> {
-    /// Says how to mend it.
+    /// Adds a remedy.
     pub fn help(self, help: impl Into<String>) {
         self.help_if(Some(help.into()));
     }
 
-    /// Says how to mend it, where that is known.
+    /// Adds a remedy, if one is known.
     pub fn help_if(self, help: Option<String>) {
         if let Some(error) = self.0 {
             error.help = help;
@@ -53,17 +53,17 @@ impl Report<'_> {
 }
 
 impl Checker {
-    /// A document with the mistakes that reading it found.
+    /// Creates a checker of a document, with the mistakes that reading found.
     pub fn new(document: Document, errors: Mistakes) -> Self {
         Self { document, errors, wrong: BTreeSet::new() }
     }
 
-    /// The document, without what is wrong.
+    /// The document, without values that have mistakes.
     pub fn document(&self) -> &Document {
         &self.document
     }
 
-    /// Whether something is written at a path, and not known to be wrong.
+    /// Whether a value is written at a path and has no known mistake.
     pub fn has(&self, path: impl Into<Path>) -> bool {
         self.document.has(path)
     }
@@ -73,15 +73,15 @@ impl Checker {
         self.errors.count()
     }
 
-    /// Whether the value at a path, or one inside of it, was reported.
+    /// Whether a mistake was reported for the value at a path or for one inside it.
     pub fn is_wrong(&self, path: impl Into<Path>) -> bool {
         let steps = path.into().0;
-        // In the order of paths, what lies inside of a value follows right behind it.
+        // In the order of paths, the values inside a value follow directly after it.
         let mut behind = self.wrong.range::<[Step], _>((Bound::Included(&steps[..]), Bound::Unbounded));
         behind.next().is_some_and(|wrong| wrong.starts_with(&steps))
     }
 
-    /// Reports a mistake, unless the key is known to be wrong already.
+    /// Reports a mistake, unless one is already known for the key.
     pub fn fail(&mut self, path: impl Into<Path>, problem: Problem) -> Report<'_> {
         let path = path.into();
         let is_inside = (0..path.0.len()).any(|depth| self.wrong.contains(&path.0[..depth]));
@@ -102,7 +102,7 @@ impl Checker {
         self.fail(path, Problem::Invalid { expected: expected.into(), found: found.into() })
     }
 
-    /// Reports a range of which the first number is above the second. Returns whether they are in order; equal ones are.
+    /// Reports a range whose first number is above the second. Returns whether the numbers are in order; equal numbers are.
     pub fn check_range<T: PartialOrd + Display>(&mut self, path: impl Into<Path>, [low, high]: &[T; 2]) -> bool {
         if low > high {
             self.invalid(path, "the lower number first", format!("[{low}, {high}]"));
@@ -120,12 +120,12 @@ impl Checker {
         self.fail(path, Problem::Contradiction { other: other.to_string(), because: because.into() })
     }
 
-    /// Reports a key that must be there.
+    /// Reports a missing required key.
     pub fn missing(&mut self, path: impl Into<Path>, expected: impl Into<Requirement>) -> Report<'_> {
         self.fail(path, Problem::Missing { expected: expected.into() })
     }
 
-    /// Reports a name, or a file, that is not there.
+    /// Reports a name or a file that does not exist.
     pub fn not_found(
         &mut self,
         path: impl Into<Path>,
@@ -145,10 +145,10 @@ impl Checker {
         self.errors.push(error);
     }
 
-    /// The document, once everything was checked.
+    /// Returns the document after all checks.
     ///
     /// # Errors
-    /// Every mistake.
+    /// All mistakes.
     pub fn finish(self) -> Result<Document, FormErrors> {
         if self.errors.is_empty() { Ok(self.document) } else { Err(self.into_errors()) }
     }
@@ -185,7 +185,7 @@ mod tests {
         checker.invalid(b.index(1), "1", "2");
         assert!(checker.is_wrong("a") && checker.is_wrong("a.b") && checker.is_wrong(b.index(1)));
         assert!(!checker.is_wrong(b.index(0)) && !checker.is_wrong("a.bc") && !checker.is_wrong(b.index(1).key("x")));
-        // Around it, at it and inside of it nothing more is said; beside it is.
+        // No further mistake is reported at the key, around it or inside it, but keys next to it are reported.
         for path in [Path::from("a"), b.clone(), b.index(1), b.index(1).key("x")] {
             checker.missing(path, "something else").help("nobody reads this");
         }

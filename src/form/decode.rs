@@ -11,14 +11,13 @@ use super::{
     walk::{Hints, complete},
 };
 
-/// Reads a text as strictly as its schema says it: `label` names the file in messages, each override is
-/// `dotted.key=value`.
+/// Reads a text strictly by its schema. `label` names the file in messages, and each override is `dotted.key=value`.
 ///
-/// The checker holds the mistakes found so far, and goes on collecting those that the caller's own checks find; what is wrong
-/// has a placeholder in the value, about which the checker reports nothing more.
+/// The checker contains the mistakes found so far and collects those of the caller's own checks. Wrong values are replaced by
+/// placeholders, about which the checker reports nothing more.
 ///
 /// # Errors
-/// Every mistake, where they leave no value: a required key that has no placeholder, since its type takes only some strings.
+/// All mistakes, if they leave no value: a required key that has no placeholder, since its type takes only some strings.
 pub fn decode<T: DeserializeOwned>(
     label: &str,
     text: &str,
@@ -30,25 +29,25 @@ pub fn decode<T: DeserializeOwned>(
     Checker::new(document, syntax).decode(schema, hints)
 }
 
-/// The value of a text that travels with the program, such as standard defaults.
+/// Reads a text that is part of the program, such as standard defaults.
 ///
-/// It is read by way of a table, as [`decode`] does, so that a type is compiled for one reader alone.
+/// The text is read as a table first, as in [`decode`], so that a type is compiled for one reader only.
 ///
 /// # Panics
-/// When the text is not one of this type: a mistake of the program, which a test finds.
+/// When the text does not fit the type: a bug of the program, which a test finds.
 pub fn decode_own<T: DeserializeOwned>(text: &str) -> T {
     let table: toml::Table = text.parse().expect("TOML");
     T::deserialize(table).expect("the text has the keys of the type")
 }
 
 impl Checker {
-    /// [`decode`] of a document that has been read.
+    /// Decodes a document that was already read; see [`decode`].
     ///
     /// # Errors
-    /// Errors of [`decode`].
+    /// See [`decode`].
     pub fn decode<T: DeserializeOwned>(mut self, schema: &Schema, hints: &dyn Hints) -> Result<(T, Self), FormErrors> {
         self.check_schema(schema, hints);
-        // The placeholders are for the value alone: the document stays as written.
+        // The placeholders are only for the value: the document stays as written.
         let mut root = self.document.root.clone();
         complete(&mut root, schema.value());
         match T::deserialize(root.to_table()) {
@@ -58,10 +57,10 @@ impl Checker {
         }
     }
 
-    /// A value of keys that passed the schema, defaults filled in.
+    /// Decodes keys that passed the schema, with defaults filled in.
     ///
     /// # Errors
-    /// When the type refuses what its schema lets pass: a mistake of the program, reported with those of the file.
+    /// When the type refuses keys that its schema accepts: a bug of the program, reported with the mistakes of the file.
     pub fn value_of<T: DeserializeOwned>(self, keys: &toml::Table) -> Result<(T, Self), FormErrors> {
         match T::deserialize(keys.clone()) {
             Ok(value) => Ok((value, self)),
@@ -69,7 +68,7 @@ impl Checker {
         }
     }
 
-    /// The mistakes, and one of the program: its types refuse what its schema lets pass.
+    /// The mistakes, and a bug of the program: its types refuse keys that its schema accepts.
     fn into_mismatch(mut self, error: &toml::de::Error) -> FormErrors {
         let root = Path::default();
         let problem = Problem::Syntax { message: error.message().to_owned() };
@@ -212,7 +211,7 @@ mod tests {
         let (shop, mut checker) = read(text).expect("placeholders stand in");
         assert_eq!((shop.name.as_str(), &shop.hours), ("", &Hours::Whole(false)));
         assert_eq!(shop.tools[0], Tool { kind: Kind::Hammer, weight: 1.0 });
-        // About placeholders nothing is said; about the rest it is.
+        // Placeholders are not reported; other values are.
         checker.invalid("name", "a name that rhymes", "\"\"");
         checker.invalid("hours", "a shop that opens", "false");
         checker.invalid(Path::from("tools").index(1).key("weight"), "a light saw", "2 kg");

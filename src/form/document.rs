@@ -1,4 +1,4 @@
-//! A TOML document as a tree whose every value knows where it was written: in the file or in an override.
+//! A TOML document as a tree in which every value has its location: in the file or in an override.
 
 use std::{collections::BTreeMap, ops::Range};
 
@@ -14,7 +14,7 @@ use super::{
     source::{Location, Source},
 };
 
-/// A document and the overrides laid over it.
+/// A document merged with its overrides.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Document {
     /// Name of the document as a whole, for messages.
@@ -24,14 +24,14 @@ pub struct Document {
     pub(super) root: Node,
 }
 
-/// One value and where it and its key stand; an empty table at the start by default.
+/// One value with the locations of the value and its key; by default an empty table at the start.
 #[derive(Clone, Debug, PartialEq, Default)]
 pub(super) struct Node {
     /// The value.
     pub value: NodeValue,
-    /// Where the key stands, or the value itself for an element of an array.
+    /// Location of the key, or of the value for an element of an array.
     pub key_span: Span,
-    /// Where the value stands.
+    /// Location of the value.
     pub span: Span,
 }
 
@@ -61,10 +61,10 @@ impl Default for NodeValue {
 }
 
 impl Document {
-    /// Reads `text` (messages call it `label`) and lays the overrides, each `dotted.key=value`, over it: tables are joined
-    /// key by key, everything else is replaced, later overrides win.
+    /// Reads `text` (called `label` in messages) and applies the overrides, each `dotted.key=value`: tables are merged key by
+    /// key, everything else is replaced, later overrides win.
     ///
-    /// Everything that can be read is in the document, every syntax error in the list.
+    /// The document contains everything that can be read, and the list contains every syntax error.
     pub fn read(label: &str, text: &str, overrides: &[String]) -> (Self, Mistakes) {
         let (name, sources) = (label.to_owned(), vec![Source::new(label, text)]);
         let mut document = Self { name, sources, root: Node::default() };
@@ -81,7 +81,7 @@ impl Document {
         (document, errors)
     }
 
-    /// The document under another name: `14 errors in {name}`. A new one has the label of its file.
+    /// Renames the document for messages: `14 errors in {name}`. The default name is the label of its file.
     #[must_use]
     pub fn named(self, name: &str) -> Self {
         Self { name: name.to_owned(), ..self }
@@ -92,12 +92,12 @@ impl Document {
         &self.name
     }
 
-    /// Whether something is written at a path.
+    /// Whether a value is written at a path.
     pub fn has(&self, path: impl Into<Path>) -> bool {
         self.node(&path.into()).is_some()
     }
 
-    /// The string at a path, where one is written.
+    /// The string at a path, if there is one.
     pub fn text(&self, path: impl Into<Path>) -> Option<&str> {
         match &self.node(&path.into())?.value {
             NodeValue::Text(text) => Some(text),
@@ -105,12 +105,12 @@ impl Document {
         }
     }
 
-    /// Kind and value of what is written at a path.
+    /// Type and value at a path.
     pub fn finding(&self, path: impl Into<Path>) -> Option<Finding> {
         self.node(&path.into()).map(Node::finding)
     }
 
-    /// Where to point for a path: its value, else the key of the nearest value above that was written.
+    /// Location to report for a path: its value, or else the key of the nearest written value above it.
     pub fn location_of(&self, path: impl Into<Path>) -> Location {
         let mut node = &self.root;
         for step in &path.into().0 {
@@ -133,19 +133,19 @@ impl Document {
 
     pub(super) fn location(&self, span: &Span) -> Location {
         let location = self.sources[span.source].location(&span.range);
-        // An override is one line: its number says which.
+        // An override is one line, which its number identifies.
         if span.source > 0 { Location { line: span.source as u32, ..location } } else { location }
     }
 
     fn lay_over(&mut self, text: &str, errors: &mut Mistakes) {
         let source = self.sources.len();
         self.sources.push(Source::new(OVERRIDE, text));
-        // A value that is no TOML is taken as a string, so that `--set name=mugs` needs no quotes within quotes.
+        // A value that is not TOML is read as a string, so that `--set name=mugs` needs no quotes within quotes.
         let quoted = text.split_once('=').map(|(key, value)| {
             format!("{} = \"{}\"", key.trim(), value.trim().replace('\\', "\\\\").replace('"', "\\\""))
         });
         let message = match DeTable::parse(text) {
-            // Empty texts and comments are TOML, and say nothing.
+            // Empty texts and comments are valid TOML without a value.
             Ok(table) if table.get_ref().is_empty() => "expected key=value".to_owned(),
             Ok(table) => {
                 let table = self.table(table.into_inner(), source, errors);
@@ -156,7 +156,7 @@ impl Document {
         match quoted.as_deref().map(DeTable::parse) {
             Some(Ok(table)) => {
                 let mut table = self.table(table.into_inner(), source, errors);
-                // Point at the text as given: the key up to '=', the value behind it.
+                // Locations are those of the given text: the key before '=', the value after it.
                 let split = text.find('=').unwrap_or(text.len());
                 table.values_mut().for_each(|node| node.point_at(source, split, text.len()));
                 self.root.lay_over(table);
@@ -191,7 +191,7 @@ impl Document {
                     0
                 }))
             }
-            // TOML's grammar is stricter than this parser's, up to the names of infinity and NaN, which it knows too.
+            // TOML's grammar is stricter than this parser's, except for the names of infinity and NaN, which both accept.
             DeValue::Float(number) => NodeValue::Float(number.as_str().parse().unwrap_or(f64::NAN)),
             DeValue::Array(array) => {
                 let elements = array.into_iter().map(|element| {
@@ -220,7 +220,7 @@ impl Node {
         }
     }
 
-    /// Lays a table over the node: tables are joined, everything else is replaced.
+    /// Merges a table into the node: tables are merged, everything else is replaced.
     fn lay_over(&mut self, above: BTreeMap<String, Self>) {
         let NodeValue::Table(below) = &mut self.value else { return };
         for (key, node) in above {
@@ -233,7 +233,7 @@ impl Node {
         }
     }
 
-    /// Gives the node and all below it the spans of an override: keys left of `split`, values right of it.
+    /// Sets the spans of the node and all nodes below it to those of an override: keys left of `split`, values right of it.
     fn point_at(&mut self, source: usize, split: usize, end: usize) {
         self.key_span = Span { source, range: 0..split };
         self.span = Span { source, range: (split + 1).min(end)..end };
@@ -242,7 +242,7 @@ impl Node {
         }
     }
 
-    /// Kind and value of the node, for messages.
+    /// Type and value of the node, for messages.
     pub fn finding(&self) -> Finding {
         match &self.value {
             NodeValue::Boolean(boolean) => Finding::Boolean(*boolean),
@@ -300,7 +300,7 @@ mod tests {
         let (document, _) = read("[a]\nb = 1\n", &["a.c=two words"]);
         let location = |path: &str| document.location_of(path).to_string();
         assert_eq!(location("a.b"), "a.toml:2:5");
-        // Nothing is written there: the key of the nearest table.
+        // No value is written there: use the key of the nearest table.
         assert_eq!(location("a.x"), "a.toml:1:2");
         // The first override.
         assert_eq!(location("a.c"), "--set:1:5");

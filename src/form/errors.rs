@@ -1,4 +1,4 @@
-//! Mistakes of a file: typed, placed, and shown like a compiler's message.
+//! Mistakes in a file: typed, located, and shown like compiler messages.
 
 use std::{fmt, fmt::Write as _, sync::Arc};
 
@@ -9,20 +9,20 @@ use super::{
     source::Location,
 };
 
-/// Label of the texts that are laid over a file.
+/// Label of the overrides of a file.
 pub(super) const OVERRIDE: &str = "--set";
 
 /// One mistake.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{location}: {}{problem}{}", prefix(key), suffix(help))]
 pub struct FormError {
-    /// Where it stands.
+    /// Location of the mistake.
     pub location: Location,
-    /// The dotted key; empty where there is none.
+    /// The dotted key; empty if there is none.
     pub key: String,
     /// Kind of the mistake, with its values.
     pub problem: Problem,
-    /// The remedy, where one is known.
+    /// The remedy, if one is known.
     pub help: Option<String>,
 }
 
@@ -34,16 +34,16 @@ fn suffix(help: &Option<String>) -> String {
     help.as_ref().map(|help| format!("; {help}")).unwrap_or_default()
 }
 
-/// Kind of a mistake, with what was expected and what was found.
+/// Kind of a mistake, with the expected and the found value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Problem {
-    /// The text is no TOML.
+    /// The text is not TOML.
     #[error("not TOML: {message}")]
     Syntax {
-        /// The parser's words.
+        /// Message of the parser.
         message: String,
     },
-    /// A key that the table does not have.
+    /// A key that the table does not define.
     #[error("unknown key `{found}`")]
     UnknownKey {
         /// The key.
@@ -59,7 +59,7 @@ pub enum Problem {
         /// The value.
         found: Finding,
     },
-    /// A word that is none of a list.
+    /// A word that is not in a list.
     #[error("`{found}` is not one of {}", choices.join(", "))]
     NotAChoice {
         /// The word.
@@ -75,7 +75,7 @@ pub enum Problem {
         /// The number or array.
         found: Finding,
     },
-    /// A key that must be there.
+    /// A missing required key.
     #[error("missing: expected {expected}")]
     Missing {
         /// The requirement on its value.
@@ -86,29 +86,29 @@ pub enum Problem {
     Contradiction {
         /// The other key.
         other: String,
-        /// Why.
+        /// Reason.
         because: String,
     },
-    /// A file or a name that is not there.
+    /// A file or a name that does not exist.
     #[error("{what} not found: {detail}")]
     NotFound {
         /// Kind of the thing.
         what: String,
-        /// Name, and where it was searched.
+        /// Name, and where it was searched for.
         detail: String,
     },
     /// A value of the right type that cannot be used.
     #[error("expected {expected}, found {found}")]
     Invalid {
-        /// A description of values that could be used.
+        /// Description of valid values.
         expected: String,
-        /// The value that stands there.
+        /// The value in the file.
         found: String,
     },
 }
 
 impl Problem {
-    /// A short stable name, for machines.
+    /// Short stable name for programs.
     pub fn code(&self) -> &'static str {
         match self {
             Self::Syntax { .. } => "syntax",
@@ -123,7 +123,7 @@ impl Problem {
         }
     }
 
-    /// The expectation, in words.
+    /// The expected value as text.
     pub fn expected(&self) -> String {
         match self {
             Self::Syntax { .. } => "a TOML document (https://toml.io/en/v1.1.0)".to_owned(),
@@ -134,11 +134,11 @@ impl Problem {
             }
             Self::Invalid { expected, .. } => expected.clone(),
             Self::Contradiction { other, .. } => format!("either this or `{other}`"),
-            Self::NotFound { what, .. } => format!("a {what} that is there"),
+            Self::NotFound { what, .. } => format!("an existing {what}"),
         }
     }
 
-    /// The finding, in words.
+    /// The found value as text.
     pub fn found(&self) -> String {
         match self {
             Self::Syntax { message } => message.clone(),
@@ -154,7 +154,7 @@ impl Problem {
 }
 
 impl FormError {
-    /// Several lines: the message, the location, the source line with the spot underlined, the remedy.
+    /// Renders several lines: the message, the location, the source line with the mistake underlined, and the remedy.
     pub fn render(&self) -> String {
         let Self { location, key, problem, help } = self;
         let mut text = format!("error: {}{problem}\n", prefix(key));
@@ -191,8 +191,8 @@ impl Serialize for FormError {
     }
 }
 
-/// Mistakes as they are found. The first [`Mistakes::MOST`] are kept, of the others their count: a file of a million wrong lines
-/// takes neither memory nor pages.
+/// Mistakes in the order found. The first [`Mistakes::MOST`] are kept and the others only counted, so that a file with a million
+/// wrong lines needs neither memory nor pages.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mistakes {
     list: Vec<FormError>,
@@ -200,10 +200,10 @@ pub struct Mistakes {
 }
 
 impl Mistakes {
-    /// Mistakes that are kept, at most.
+    /// Maximum number of kept mistakes.
     pub const MOST: usize = 1000;
 
-    /// Adds a mistake; returns it where it is kept.
+    /// Adds a mistake; returns it if it is kept.
     pub fn push(&mut self, error: FormError) -> Option<&mut FormError> {
         if self.list.len() == Self::MOST {
             self.more += 1;
@@ -213,7 +213,7 @@ impl Mistakes {
         self.list.last_mut()
     }
 
-    /// Adds those of another file.
+    /// Adds the mistakes of another file.
     pub fn append(&mut self, other: Self) {
         self.more += other.more;
         for error in other.list {
@@ -226,12 +226,12 @@ impl Mistakes {
         self.list.len() + self.more
     }
 
-    /// Whether there is none.
+    /// Whether there are no mistakes.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    /// The mistakes that are kept.
+    /// The kept mistakes.
     pub fn iter(&self) -> impl Iterator<Item = &FormError> {
         self.list.iter()
     }
@@ -242,10 +242,10 @@ impl Mistakes {
 #[serde(transparent)]
 pub struct FormErrors {
     list: Vec<FormError>,
-    /// Count of further ones.
+    /// Number of further mistakes.
     #[serde(skip)]
     more: usize,
-    /// Name of the file with all that it names.
+    /// Name of the file, which also stands for the files that it names.
     #[serde(skip)]
     name: String,
 }
@@ -272,7 +272,7 @@ impl FormErrors {
         self.list.len() + self.more
     }
 
-    /// All mistakes as a compiler shows them, and how many.
+    /// Renders all mistakes like a compiler, followed by their number.
     pub fn render(&self) -> String {
         let mut text: String = self.list.iter().map(|error| error.render() + "\n").collect();
         if self.more > 0 {

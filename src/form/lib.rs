@@ -1,18 +1,18 @@
-//! Strict TOML: files in which every key is known, every value is checked, and every mistake is reported at once, each with
-//! its line, its key and a remedy.
+//! Strict TOML: every key must be known, every value is checked, and all mistakes are reported at once, each with its line, its
+//! key and a remedy.
 //!
 //! ```text
 //!  text, overrides       schema_of::<T>, Hints        the caller's own checks
 //!        |                        |                             |
 //!        v                        v                             v
 //!    Document --------> Checker::check_schema ---> T + Checker::{fail, missing, ...} ---> finish
-//!  keys and values      takes out what does        what types cannot say                 T, or
+//!  keys and values      takes out what does        what types cannot express             T, or
 //!  with their locations not fit the types                                                FormErrors
 //! ```
 //!
-//! [`decode`] goes the first two steps for files of one form. A file whose form depends on one of its keys, or whose defaults
-//! stand in other files, goes them one by one: [`Document::read`], [`Checker::check_schema`], [`Schema::lay_over`]. A value
-//! that does not fit is taken out and replaced by its default or a placeholder, so that the checks that follow still run.
+//! [`decode`] does the first two steps for files of one form. A file whose form depends on one of its keys, or whose defaults
+//! are in other files, is read step by step: [`Document::read`], [`Checker::check_schema`], [`Schema::lay_over`]. A value that
+//! does not fit is removed and replaced by its default or a placeholder, so that later checks still run.
 //!
 //! ```
 //! use graspmill_form::{decode, schema_of};
@@ -51,7 +51,7 @@
 //! # Ok::<(), graspmill_form::FormErrors>(())
 //! ```
 //!
-//! Knows no file in particular, and nothing of the rest of this crate.
+//! This crate knows no particular file.
 
 mod checker;
 mod decode;

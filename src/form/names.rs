@@ -1,6 +1,6 @@
-//! Names that are nearly right, and patterns of names.
+//! Suggestions for misspelt names.
 
-/// `did you mean ...?` for the known name that is nearest to `found`, when one is near.
+/// Returns `did you mean ...?` with the known name nearest to `found`, if one is similar enough.
 ///
 /// ```
 /// use graspmill_form::did_you_mean;
@@ -12,7 +12,7 @@ pub fn did_you_mean<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -
     nearest(found, known).map(|name| format!("did you mean `{name}`?"))
 }
 
-/// The known name that is nearest to `found`, when one is near: a third of its letters may differ, case does not count.
+/// The known name nearest to `found`, if one is similar enough: a third of its letters may differ, and case is ignored.
 pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let plain = |text: &str| text.to_lowercase().replace(['-', ' '], "_");
     let wanted = plain(found);
@@ -23,14 +23,14 @@ pub fn nearest<'a>(found: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
         if wanted.len() >= 3 && name.split('_').any(|word| word == wanted) {
             return Some(1);
         }
-        // Names are at least as far apart as their lengths.
+        // The distance of two names is at least the difference of their lengths.
         let is_far = name.chars().count().abs_diff(length) > max_distance;
         (!is_far).then(|| strsim::damerau_levenshtein(&wanted, &name)).filter(|distance| *distance <= max_distance)
     };
     known.into_iter().filter_map(|name| Some((distance(name)?, name))).min().map(|(_, name)| name)
 }
 
-/// Index of the first item that stands in a list before.
+/// Index of the first item that repeats an earlier one.
 pub fn first_repeated<T: PartialEq>(items: &[T]) -> Option<usize> {
     (1..items.len()).find(|index| items[..*index].contains(&items[*index]))
 }
@@ -53,9 +53,9 @@ mod tests {
         ] {
             assert_eq!(nearest(found, known), name, "{found}");
         }
-        // A key of megabytes is compared with nothing.
+        // A key of megabytes is not compared.
         assert_eq!(nearest(&"x".repeat(2_000_000), known), None);
-        // The first by name, where two are as near.
+        // Of two equally near names, the alphabetically first.
         assert_eq!(nearest("bag", ["bat", "bad"]), Some("bad"));
     }
 }

@@ -13,7 +13,7 @@ pub(super) enum Step {
 
 /// The path from the root of a document to a value; shown as `objects[1].meshes."a b".unit`.
 ///
-/// A `&str` becomes the path of its dotted keys, so that most checks name a key as people write it:
+/// A `&str` becomes the path of its dotted keys, so that checks can name a key as people write it:
 ///
 /// ```
 /// use graspmill_form::Path;
@@ -26,13 +26,13 @@ pub(super) enum Step {
 pub struct Path(pub(super) Vec<Step>);
 
 impl Path {
-    /// The path one key further.
+    /// Appends a key to the path.
     #[must_use]
     pub fn key(&self, key: &str) -> Self {
         self.step(Step::Key(key.to_owned()))
     }
 
-    /// The path one element of an array further.
+    /// Appends an array index to the path.
     #[must_use]
     pub fn index(&self, index: usize) -> Self {
         self.step(Step::Index(index))
@@ -43,7 +43,7 @@ impl Path {
     }
 }
 
-/// Splits at the dots: for keys that hold none themselves.
+/// Splits at dots, for keys that contain no dots.
 impl From<&str> for Path {
     fn from(dotted: &str) -> Self {
         Self(dotted.split('.').filter(|key| !key.is_empty()).map(|key| Step::Key(key.to_owned())).collect())

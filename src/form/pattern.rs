@@ -1,6 +1,6 @@
-//! Patterns of names and paths: `*` any part of a name, `**` any folders, `?` one letter, `\` takes the next letter as it is.
+//! Patterns of names and paths: `*` matches any part of a name, `**` any folders, `?` one letter, `\` the next letter literally.
 
-/// Whether `pattern` fits `path` (separated by `/`). A pattern without `/` is compared with the last part alone.
+/// Whether `pattern` matches `path` (separated by `/`). A pattern without `/` is compared with the last part only.
 pub fn fits_path(pattern: &str, path: &str) -> bool {
     if pattern.contains('/') {
         let parts: Vec<&str> = path.split('/').collect();
@@ -11,7 +11,7 @@ pub fn fits_path(pattern: &str, path: &str) -> bool {
     }
 }
 
-/// Folder by folder, with one point to fall back to, so never exponential.
+/// Matches folder by folder with one backtracking point, so never in exponential time.
 fn folders(wanted: &[&str], parts: &[&str]) -> bool {
     let (mut w, mut p) = (0, 0);
     let mut stars: Option<(usize, usize)> = None;
@@ -34,7 +34,7 @@ fn folders(wanted: &[&str], parts: &[&str]) -> bool {
     wanted[w..].iter().all(|pattern| *pattern == "**")
 }
 
-/// Whether `pattern` fits all of `text`: greedy with one point to fall back to, so never exponential.
+/// Whether `pattern` matches all of `text`: greedy with one backtracking point, so never in exponential time.
 pub fn fits_name(pattern: &str, text: &str) -> bool {
     let (pattern, text): (Vec<char>, Vec<char>) = (pattern.chars().collect(), text.chars().collect());
     let (mut p, mut t) = (0, 0);
@@ -65,7 +65,7 @@ pub fn fits_name(pattern: &str, text: &str) -> bool {
     pattern[p..].iter().all(|letter| *letter == '*')
 }
 
-/// The pattern that fits `text` alone.
+/// The pattern that matches only `text`.
 pub fn literal_pattern(text: &str) -> String {
     let escape = |letter: char| if matches!(letter, '*' | '?' | '\\') { vec!['\\', letter] } else { vec![letter] };
     text.chars().flat_map(escape).collect()

@@ -9,19 +9,19 @@ use super::{
     schema::Schema,
 };
 
-/// Keyword of a default under another name.
+/// Prefix of the keyword of a named default.
 const DEFAULT_NAME: &str = "x-default-";
 
 /// Prints references: sections and tables of keys.
 pub struct Reference<'a> {
-    /// Keys whose alphabetical order would mislead, in their order; the others follow by name.
+    /// Keys that come first, in this order; the others follow alphabetically.
     pub order: &'a [&'a str],
-    /// Whether the words of a key at the top level are listed.
+    /// Whether the choices of a top-level key are listed.
     pub with_top_choices: bool,
 }
 
 impl Reference<'_> {
-    /// Every key of a file.
+    /// Prints every key of a file.
     pub fn print(&self, schema: &Schema) -> String {
         let root = schema.value();
         let mut text = format!("{}\n\n## Top level\n\n", words(root));
@@ -39,9 +39,9 @@ impl Reference<'_> {
         text
     }
 
-    /// The keys of a table, and of the tables below it.
+    /// Prints the keys of a table and of the tables below it.
     fn forms(&self, text: &mut String, path: &str, schema: &Value) {
-        // A table of several forms: each with what it means and its keys.
+        // A table with several forms: each with its meaning and its keys.
         for (index, branch) in schema["anyOf"].as_array().into_iter().flatten().enumerate() {
             let before = if index > 0 { "\n" } else { "" };
             let _ = writeln!(text, "{before}- {}: {}", kind(branch), words(branch));
@@ -54,7 +54,7 @@ impl Reference<'_> {
         if schema.get("properties").is_some() {
             self.table(text, path, schema);
         }
-        // The tables below it, free ones by NAME.
+        // The tables below it; free keys are shown as NAME.
         for (key, below) in self.keys(schema) {
             let path = format!("{path}.{key}");
             let entries = &below["additionalProperties"];
@@ -83,7 +83,7 @@ impl Reference<'_> {
         }
     }
 
-    /// The keys of a table in their order.
+    /// Keys of a table in their order.
     fn keys<'s>(&self, schema: &'s Value) -> Vec<(&'s str, &'s Value)> {
         let rank = |key: &str| self.order.iter().position(|known| *known == key).unwrap_or(self.order.len());
         let properties = schema["properties"].as_object().into_iter().flatten();
@@ -99,7 +99,7 @@ fn choices(text: &mut String, schema: &Value, indent: &str) {
     }
 }
 
-/// The default, and those under other names; `required` where there is none and must be a value.
+/// The default and named defaults; `required` if there is none and a value is required.
 fn default(property: &Value, is_required: bool) -> String {
     let standard = property.get("default").map(|value| format!("`{}`", toml_of(value)));
     let keywords = property.as_object().into_iter().flatten();
@@ -113,7 +113,7 @@ fn default(property: &Value, is_required: bool) -> String {
     }
 }
 
-/// The type of a value, in short.
+/// Short name of the type of a value.
 fn kind(schema: &Value) -> String {
     match (schema["type"].as_str(), schema.get("anyOf")) {
         (_, Some(branches)) => {
@@ -127,7 +127,7 @@ fn kind(schema: &Value) -> String {
     }
 }
 
-/// The plural of a type.
+/// Plural of a type.
 fn plural(kind: &str) -> String {
     let singulars =
         [("a string", "strings"), ("a whole number", "whole numbers"), ("a number", "numbers"), ("array", "arrays")];
@@ -138,7 +138,7 @@ fn plural(kind: &str) -> String {
     kind.split(" or ").map(plural).collect::<Vec<_>>().join(" or ")
 }
 
-/// A value to show: an example, the default, or the first of the choices.
+/// A value to show: an example, the default, or the first choice.
 fn example(property: &Value) -> Option<&Value> {
     let given = property["examples"].get(0).or_else(|| property.get("default"));
     given.or_else(|| property["oneOf"].get(0).and_then(|choice| choice.get("const")))

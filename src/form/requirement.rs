@@ -1,4 +1,4 @@
-//! Requirements of a schema on a value, and what stands there instead.
+//! Requirements of a schema on a value, and the values found instead.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use serde_json::Value;
 /// A requirement on a value.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Requirement {
-    /// One of some words.
+    /// One of several words.
     Choice(Vec<String>),
     /// One of several forms.
     AnyOf(Vec<Requirement>),
@@ -21,19 +21,19 @@ pub enum Requirement {
     Text,
     /// An array.
     Array {
-        /// Fewest elements.
+        /// Minimum number of elements.
         min: Option<u64>,
-        /// Most elements.
+        /// Maximum number of elements.
         max: Option<u64>,
-        /// The requirement on each of them.
+        /// Requirement on each element.
         each: Box<Requirement>,
     },
     /// A table.
     Table {
-        /// Required keys; all keys where none is required, none where they are free.
+        /// Required keys; all keys if none is required, no keys if they are free.
         keys: Vec<String>,
     },
-    /// In words: what no schema says.
+    /// Text about a requirement that a schema cannot express.
     Words(String),
 }
 
@@ -62,16 +62,16 @@ pub struct Bounds {
     pub min: Option<f64>,
     /// Largest value.
     pub max: Option<f64>,
-    /// The number has to be larger than this.
+    /// Exclusive lower bound.
     pub above: Option<f64>,
-    /// The number has to be smaller than this.
+    /// Exclusive upper bound.
     pub below: Option<f64>,
-    /// Unit, as `x-unit` says it.
+    /// Unit from `x-unit`.
     pub unit: Option<String>,
 }
 
 impl Bounds {
-    /// The range that a schema gives.
+    /// Reads the range from a schema.
     pub(super) fn of(schema: &Value) -> Self {
         let limit = |keyword: &str| schema[keyword].as_f64();
         Self {
@@ -95,7 +95,7 @@ impl Bounds {
 
 impl fmt::Display for Bounds {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // A limit of the number's type says nothing to people.
+        // The limits of the number's type are of no use to people.
         let said = |limit: Option<f64>| limit.filter(|limit| *limit < f64::from(u32::MAX));
         let (min, max, above, below) = (said(self.min), said(self.max), said(self.above), said(self.below));
         let has_low = min.or(above).is_some();
@@ -115,7 +115,7 @@ impl fmt::Display for Bounds {
 }
 
 impl Requirement {
-    /// The requirement that a schema expresses.
+    /// Reads the requirement from a schema.
     pub(super) fn of(schema: &Value) -> Self {
         if let Some(choices) = choices(schema) {
             return Self::Choice(choices);
@@ -177,7 +177,7 @@ impl fmt::Display for Requirement {
     }
 }
 
-/// The words of an enumeration.
+/// Words of an enumeration.
 pub(super) fn choices(schema: &Value) -> Option<Vec<String>> {
     let words = |list: &[Value], word: fn(&Value) -> Option<&str>| {
         list.iter().map(|value| word(value).map(str::to_owned)).collect::<Option<Vec<String>>>()
@@ -188,19 +188,19 @@ pub(super) fn choices(schema: &Value) -> Option<Vec<String>> {
     }
 }
 
-/// Whether a table of this schema must have the key.
+/// Whether the schema requires the key.
 pub(super) fn is_required(schema: &Value, key: &str) -> bool {
     schema["required"].as_array().is_some_and(|list| list.iter().any(|known| known == key))
 }
 
-/// A value that stands where something else was asked for.
+/// A value found where another one was required.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Finding {
     /// `true` or `false`.
     Boolean(bool),
     /// A whole number.
     Integer(i64),
-    /// A number with a point, finite or not.
+    /// A floating-point number, finite or not.
     Float(f64),
     /// A string.
     Text(String),
@@ -208,9 +208,9 @@ pub enum Finding {
     Datetime(String),
     /// An array of this length.
     Array(usize),
-    /// A table of these keys.
+    /// A table with these keys.
     Table(Vec<String>),
-    /// A number or field that could not be read, as it is written.
+    /// A number or field that could not be read, as written.
     Written(String),
 }
 

@@ -1,20 +1,19 @@
 //! JSON Schemas of files, made from Rust types.
 //!
-//! One truth: the walk over a document goes by the schema, editors complete and check with it, and references are printed
-//! from it. Draft 7, without references, since that is what TOML editors know best.
+//! The schema is the only source: documents are checked against it, editors complete and check with it, and references are
+//! printed from it. Draft 7 without references, because TOML editors support it best.
 
 use schemars::{JsonSchema, generate::SchemaSettings};
 use serde_json::{Map, Value, json};
 
-/// The schema of a file. Beyond the draft's keywords: `x-unit`, the unit of a number, and `x-default-NAME`, another default
-/// than `default` under that name.
+/// The schema of a file. Additional keywords are `x-unit`, the unit of a number, and `x-default-NAME`, a default with that name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Schema(Value);
 
-/// The schema of the type `T`; `title` says what such a file is.
+/// The schema of the type `T`; `title` describes such a file.
 ///
 /// # Panics
-/// When a string has a pattern other than a fixed count of hexadecimal digits: no other is checked.
+/// When a string has a pattern other than a fixed number of hexadecimal digits: no other pattern is checked.
 pub fn schema_of<T: JsonSchema>(title: &str) -> Schema {
     let generator = SchemaSettings::draft07().with(|settings| settings.inline_subschemas = true).into_generator();
     let mut schema = generator.into_root_schema_for::<T>().to_value();
@@ -31,12 +30,12 @@ impl Schema {
         &self.0
     }
 
-    /// JSON of the schema, to say more than the types do.
+    /// JSON of the schema, to express more than the types do.
     pub fn value_mut(&mut self) -> &mut Value {
         &mut self.0
     }
 
-    /// Adds the keys of another schema behind its own. The whole has no others.
+    /// Appends the keys of another schema. Unknown keys remain forbidden.
     pub fn add_keys(&mut self, other: Self) {
         let Self(other) = other;
         for keyword in ["properties", "required"] {
@@ -50,13 +49,13 @@ impl Schema {
         self.0["additionalProperties"] = json!(false);
     }
 
-    /// Lays one file of this schema over another: sections are joined key by key; a value, and a table that is one of several
-    /// forms, is replaced whole.
+    /// Merges one file of this schema over another: sections are merged key by key; a value, and a table with several forms, is
+    /// replaced as a whole.
     pub fn lay_over(&self, below: &mut toml::Table, above: toml::Table) {
         lay_over(below, above, &self.0);
     }
 
-    /// Writes the defaults under `keyword`, those that differ from `unless`; what has a default is not required.
+    /// Writes the defaults under `keyword`, skipping those equal to `unless`; a key with a default is not required.
     pub fn insert_defaults(&mut self, defaults: &toml::Table, keyword: &str, unless: Option<&toml::Table>) {
         insert_defaults(&mut self.0, defaults, keyword, unless);
     }
@@ -99,7 +98,7 @@ fn insert_defaults(schema: &mut Value, defaults: &toml::Table, keyword: &str, un
     }
 }
 
-/// Takes out what TOML cannot say (null) and what editors stumble over (Rust's number formats).
+/// Removes values that TOML cannot express (null) and formats that editors do not know (Rust's number formats).
 fn simplify(schema: &mut Value) {
     let Value::Object(map) = schema else { return };
     if let Some(Value::Array(types)) = map.get_mut("type") {
@@ -125,7 +124,7 @@ fn simplify(schema: &mut Value) {
     if let Some(pattern) = map.get("pattern") {
         assert!(hexadecimal_digits(pattern).is_some(), "the pattern {pattern} would not be checked");
     }
-    // Only where schemas stand: examples and defaults are data, keys of `properties` are names.
+    // Only at positions of schemas: examples and defaults are data, keys of `properties` are names.
     for (keyword, below) in map {
         match (keyword.as_str(), below) {
             ("properties" | "definitions", Value::Object(keys)) => keys.values_mut().for_each(simplify),
@@ -137,7 +136,7 @@ fn simplify(schema: &mut Value) {
     }
 }
 
-/// Number of hexadecimal digits that a string must have, where its schema asks for some.
+/// Number of hexadecimal digits that a string must have, if its schema requires them.
 pub(super) fn digits_of_pattern(schema: &Value) -> Option<usize> {
     hexadecimal_digits(schema.get("pattern")?)
 }

@@ -1,42 +1,42 @@
-//! Texts, and where something stands in them.
+//! Texts and locations in them.
 
 use std::{fmt, ops::Range};
 
-/// Bytes between two counts of characters.
+/// Bytes between two character counts.
 const BLOCK: usize = 256;
 
-/// Longest line that a message shows whole [characters].
+/// Longest line that a message shows in full [characters].
 const MAX_LINE: u32 = 200;
 
-/// Characters shown before the spot on a longer line.
+/// Characters shown before the location on a longer line.
 const LEAD: u32 = 60;
 
 /// Mark for a part of a line that is not shown.
 const CUT: &str = "...";
 
-/// A text with a label and an index of its lines: finding a location takes the same time anywhere in it.
+/// A text with a label and an index of its lines, so that finding a location takes constant time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
     label: String,
     text: String,
     /// First byte of each line.
     line_starts: Vec<usize>,
-    /// Number of characters that begin before each block of [`BLOCK`] bytes.
+    /// Number of characters that start before each block of [`BLOCK`] bytes.
     characters: Vec<u32>,
 }
 
 /// A location in a text.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Location {
-    /// Label of the text: the file's name, or `--set`.
+    /// Label of the text: the file name, or `--set`.
     pub file: String,
     /// Line, from 1; for `--set` the number of the override, from 1.
     pub line: u32,
     /// Column in characters, from 1.
     pub column: u32,
-    /// Characters from the column on that are meant, on its line; at least 1.
+    /// Number of characters from the column on, within the line; at least 1.
     pub width: u32,
-    /// The line itself; a part of it around the column where it is longer than 200 characters.
+    /// The line, or the part around the column if it is longer than 200 characters.
     pub text: String,
     /// Characters of `text` before the column.
     pub lead: u32,
@@ -49,7 +49,7 @@ impl fmt::Display for Location {
 }
 
 impl Source {
-    /// A text; `label` is what messages call it.
+    /// Creates a source from a text; messages call it `label`.
     pub fn new(label: &str, text: &str) -> Self {
         let line_starts = [0].into_iter().chain(text.match_indices('\n').map(|(newline, _)| newline + 1)).collect();
         let mut total = 0;
@@ -63,11 +63,11 @@ impl Source {
         Self { label: label.to_owned(), text: text.to_owned(), line_starts, characters }
     }
 
-    /// The location of some bytes of the text; borders inside a character are moved before it.
+    /// The location of a range of bytes; bounds inside a character are moved before it.
     pub fn location(&self, range: &Range<usize>) -> Location {
         let start = self.text.floor_char_boundary(range.start);
         let end = self.text.floor_char_boundary(range.end).max(start);
-        // The line: the last one that begins at or before the location.
+        // The line is the last one that starts at or before the location.
         let line = self.line_starts.partition_point(|first| *first <= start);
         let line_start = self.line_starts[line - 1];
         let line_end = self.line_starts.get(line).map_or(self.text.len(), |next| next - 1);
@@ -83,19 +83,19 @@ impl Source {
         }
     }
 
-    /// Characters that begin before a byte.
+    /// Number of characters that start before a byte.
     fn count_to(&self, byte: usize) -> u32 {
         let block = byte / BLOCK;
         self.characters[block] + count_characters(&self.text.as_bytes()[block * BLOCK..byte])
     }
 
-    /// The line, or the part of a long one around `spot`; how many of its characters stand before `spot`.
+    /// The line, or the part of a long line around `spot`, and the number of its characters before `spot`.
     fn excerpt(&self, line: Range<usize>, spot: usize) -> (String, u32) {
         let lead = self.count_to(spot) - self.count_to(line.start);
         if self.count_to(line.end) - self.count_to(line.start) <= MAX_LINE {
             return (self.text[line].trim_end().to_owned(), lead);
         }
-        // Walking from the spot and not from the line's start: many mistakes on one long line stay cheap.
+        // Starts at the location instead of the line's start, so that many mistakes on one long line stay cheap.
         let before = self.text[line.start..spot].char_indices().rev().take(LEAD as usize).last();
         let first = before.map_or(spot, |(byte, _)| line.start + byte);
         let shown = self.text[first..line.end].chars().take(MAX_LINE as usize);
@@ -112,7 +112,7 @@ impl Source {
     }
 }
 
-/// Number of characters that begin in some bytes of UTF-8.
+/// Number of characters that start in these UTF-8 bytes.
 fn count_characters(bytes: &[u8]) -> u32 {
     bytes.iter().filter(|byte| **byte & 0b1100_0000 != 0b1000_0000).count() as u32
 }

@@ -1,7 +1,7 @@
-//! The comparison of a document with a schema: every mistake is reported, none stops the walk.
+//! Comparison of a document with a schema: every mistake is reported, and none stops the comparison.
 //!
-//! Values that do not fit are taken out of the document, so that a default, or a placeholder, stands in for them and the
-//! checks that follow can report their mistakes in the same run.
+//! Values that do not fit are removed from the document and replaced by a default or a placeholder, so that later checks can
+//! report their mistakes in the same run.
 
 use std::{collections::BTreeSet, mem, sync::Arc};
 
@@ -17,12 +17,12 @@ use super::{
     schema::{Schema, digits_of_pattern},
 };
 
-/// Knowledge about keys beyond the schema at hand. `()` has none.
+/// Knowledge about keys beyond the schema. `()` has none.
 pub trait Hints {
-    /// A remedy for a key, the last of its path, that the table does not have, and that is near to none of its keys.
+    /// Remedy for an unknown key, the last of its path, that is not similar to a known one.
     fn unknown_key(&self, path: &Path, key: &str) -> Option<String>;
 
-    /// The requirement to report for a missing key in place of the schema's, and a remedy.
+    /// Requirement to report for a missing key instead of the schema's, and a remedy.
     fn missing(&self, path: &Path) -> Option<(Requirement, String)>;
 }
 
@@ -37,7 +37,7 @@ impl Hints for () {
 }
 
 impl Checker {
-    /// Compares the document with a schema: reports what does not fit, and takes it out of the document.
+    /// Compares the document with a schema, reports values that do not fit, and removes them from the document.
     pub fn check_schema(&mut self, schema: &Schema, hints: &dyn Hints) {
         let mut root = mem::take(&mut self.document.root);
         Walk { checker: self, hints }.value(&mut root, schema.value(), &Path::default());
@@ -51,7 +51,7 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// Reports a value; it may not stay.
+    /// Reports a value that must be removed.
     fn reject(&mut self, node: &Node, path: &Path, problem: Problem) -> bool {
         self.checker.report_at(&node.span, path, problem);
         false
@@ -66,7 +66,7 @@ impl Walk<'_> {
         self.reject(node, path, problem)
     }
 
-    /// Whether the value may stay.
+    /// Checks a value; returns whether it may stay.
     fn value(&mut self, node: &mut Node, schema: &Value, path: &Path) -> bool {
         if let Some(choices) = choices(schema) {
             return self.choice(node, choices, path);
@@ -101,7 +101,7 @@ impl Walk<'_> {
         }
     }
 
-    /// Reports the keys of a table of which no form knows any: nothing can be said about what else is missing.
+    /// Reports the keys of a table if no form knows any of them: then no missing key can be reported.
     fn is_of_no_form(&mut self, node: &Node, branches: &[Value], path: &Path) -> bool {
         let NodeValue::Table(table) = &node.value else { return false };
         let forms = branches.iter().filter_map(|branch| branch["properties"].as_object());
@@ -144,7 +144,7 @@ impl Walk<'_> {
         if limit("minItems").is_some_and(|min| count < min) || limit("maxItems").is_some_and(|max| count > max) {
             return self.out_of_range(node, schema, path);
         }
-        // Tables stay, whatever is wrong in them: checks that follow name elements by their index.
+        // Tables with mistakes stay, because later checks name elements by their index.
         let of_tables = schema["items"].get("properties").is_some();
         let (mut index, mut all_stay) = (0, true);
         elements.retain_mut(|element| {
@@ -158,7 +158,7 @@ impl Walk<'_> {
 
     fn table(&mut self, node: &mut Node, schema: &Value, path: &Path) -> bool {
         let NodeValue::Table(table) = &mut node.value else { return false };
-        // Each value by the schema of its key, else by that of free keys; other keys are unknown.
+        // Each value is checked by the schema of its key, or else by that of free keys; other keys are unknown.
         let mut known: Option<Arc<[String]>> = None;
         table.retain(|key, child| match schema_of_key(schema, key) {
             Some(below) => self.value(child, below, &path.key(key)),
@@ -169,7 +169,7 @@ impl Walk<'_> {
                 false
             }
         });
-        // Required keys that are not there. One that was written, but wrong, has been reported.
+        // Missing required keys. A written key with a wrong value was already reported.
         let required = schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str);
         let mut is_complete = true;
         for key in required.filter(|key| !table.contains_key(*key)) {
@@ -187,7 +187,7 @@ impl Walk<'_> {
     }
 }
 
-/// The schema of a key's value, where the table may have the key.
+/// The schema of a key's value, if the table may have the key.
 fn schema_of_key<'a>(schema: &'a Value, key: &str) -> Option<&'a Value> {
     let free = || schema.get("additionalProperties").filter(|free| free.is_object());
     schema["properties"].get(key).or_else(free)
@@ -197,7 +197,7 @@ fn is_hexadecimal(text: &str, count: usize) -> bool {
     text.len() == count && text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'))
 }
 
-/// The form of a value that was most likely meant.
+/// The most likely intended form of a value.
 fn best_branch<'a>(node: &Node, branches: &'a [Value]) -> Option<&'a Value> {
     let score = |branch: &Value| -> Option<usize> {
         match (&node.value, branch["type"].as_str()) {
@@ -214,12 +214,12 @@ fn best_branch<'a>(node: &Node, branches: &'a [Value]) -> Option<&'a Value> {
             _ => None,
         }
     };
-    // The first of the best.
+    // The first of the best forms.
     let scored = branches.iter().filter_map(|branch| Some((score(branch)?, branch)));
     scored.rev().max_by_key(|(score, _)| *score).map(|(_, branch)| branch)
 }
 
-/// Puts a placeholder for each required key that is not there, so that the whole can be read as its type.
+/// Inserts a placeholder for each missing required key, so that the whole can be read as its type.
 pub(super) fn complete(node: &mut Node, schema: &Value) {
     if let Some(branches) = schema["anyOf"].as_array() {
         if let Some(branch) = best_branch(node, branches) {

@@ -43,7 +43,7 @@ fn a_map_opens_with_the_datasets_labels_distances_and_witnesses() {
         .read_witnesses(&Folder::at(&data))
         .unwrap_err()
         .to_string();
-    assert!(error.contains("not of this map's field"), "{error}");
+    assert!(error.contains("does not belong to the field of this map"), "{error}");
     let error = ReachabilityMap::open(&Folder::at(workspace.path("nowhere"))).err().expect("no map").to_string();
     assert!(error.contains("field.mcap") && error.contains("run"), "{error}");
 }

@@ -223,7 +223,7 @@ fn masks_contacts_and_the_world_are_taken_or_refused_with_the_remedy() {
     assert_eq!(mesh("mixed"), mesh("one"));
     let elsewhere = workspace.write("elsewhere.csv", format!("x,y,z\n{millimetres}"));
     let said = base("elsewhere").option("--target", "5").option("--touch", &elsewhere).expect_code(2).stderr;
-    assert!(said.contains("elsewhere.csv: none of the contacts (1) lies in the object's grid"), "{said}");
+    assert!(said.contains("elsewhere.csv: none of the contacts (1) is in the object's grid"), "{said}");
     assert!(!workspace.path("elsewhere").exists());
     // Half a turn about x: the camera's z is the world's -z.
     let rows: Vec<Vec<f64>> = serde_json::from_value(touched["world_from_camera"].clone()).expect("rows");

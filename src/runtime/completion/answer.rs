@@ -1,4 +1,4 @@
-//! The answer of a model or a baseline about an object, and the meshes made from it.
+//! Result of a model or a baseline for an object, and the meshes made from it.
 
 use std::borrow::Borrow;
 
@@ -6,36 +6,36 @@ use infer::{CompletionModel, Prediction, Thresholds};
 use kernel::geom::{GridPlacement, OccupancyGrid};
 use surface::{CompletedMesh, CubeField, DetailedMesh, OBSTACLE_THRESHOLD, SeenObject};
 
-/// Ways to make a target's mesh of the network's answer.
+/// Meshing methods for targets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Detail {
-    /// The fast mesh of all cells that the object may touch, as of obstacles.
+    /// Fast mesh of all cells that the object may touch, as for obstacles.
     Fast,
-    /// The surface where coverage has it.
+    /// Surface of the coverage.
     Surface,
-    /// The thesis's algorithm 2: observed points merged with occupied cells, and the smoothest field of their sign.
+    /// Algorithm 2 of the thesis: observed points merged with occupied cells, and the smoothest field of their sign.
     Algorithm2,
-    /// Coverage joined with the surface that the camera saw, and the smoothest field that keeps to both.
+    /// Coverage joined with the surface that the camera observed, and the smoothest field that fits both.
     #[default]
     Joined,
 }
 
-/// Fields of one object, and where its surface lies in them.
+/// Fields of one object, and the thresholds of its surface in them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
     /// The fields.
     pub prediction: Prediction,
-    /// Where the surface lies.
+    /// Thresholds of the surface.
     pub thresholds: Thresholds,
 }
 
 impl Answer {
-    /// A model's prediction.
+    /// Wraps a model's prediction.
     pub fn of_model(model: &CompletionModel, prediction: Prediction) -> Self {
         Self { prediction, thresholds: model.facts().thresholds }
     }
 
-    /// Occupied cells, of which nothing else is known.
+    /// Wraps occupied cells without further fields.
     pub fn of_cells(cells: &OccupancyGrid) -> Self {
         Self {
             prediction: Prediction { occupancy: CubeField::from_grid(cells), coverage: None },
@@ -48,17 +48,17 @@ impl Answer {
         self.prediction.occupancy.grid_above(self.thresholds.occupancy)
     }
 
-    /// The fast mesh of a field of occupancy.
+    /// Fast mesh of an occupancy field.
     pub(super) fn obstacle(&self, occupancy: &CubeField, placement: &GridPlacement) -> CompletedMesh {
         CompletedMesh::obstacle(occupancy, placement, self.thresholds.occupancy)
     }
 
-    /// A target's mesh, and voxels per cell along each axis where they are finer than cells. `seen`, the object as the camera
-    /// saw it, is asked for where the way needs it. Contacts are points of the surface, in `CameraCv` [m]. Without coverage the
-    /// surface is that of the occupied cells.
+    /// Mesh of a target, and voxels per cell along each axis if they are finer than cells. `seen`, which returns the object as
+    /// the camera saw it, is called only if the method needs it. Contacts are points of the surface, in `CameraCv` [m]. Without
+    /// coverage, the surface is that of the occupied cells.
     ///
     /// # Errors
-    /// Fails where `seen` does.
+    /// Errors of `seen`.
     ///
     /// # Panics
     /// If the fields' sides are not the placement's resolution.

@@ -13,49 +13,49 @@ use super::{
     error::CompletionError,
 };
 
-/// Fewest cells with a seen point: those of a square of five.
+/// Minimum number of cells with an observed point: a square of five by five.
 const MIN_CELLS: u32 = 25;
 
 /// Time by part.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Timings {
-    /// Grids of the input.
+    /// Time to fill the grids of the input.
     pub input: Duration,
-    /// The network.
+    /// Time of the network.
     pub network: Duration,
-    /// From grids to a mesh.
+    /// Time from grids to a mesh.
     pub mesh: Duration,
 }
 
 impl Timings {
-    /// All parts together.
+    /// Total of all parts.
     pub fn total(&self) -> Duration {
         self.input + self.network + self.mesh
     }
 }
 
-/// An object with the part that no camera saw.
+/// An object completed by the part that no camera saw.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Completed {
-    /// Where the grids lie.
+    /// Placement of the grids.
     pub placement: GridPlacement,
-    /// Cells that hold a seen point.
+    /// Cells that contain an observed point.
     pub partial: OccupancyGrid,
     /// Cells that the camera sees through, and those below the plane.
     pub free: OccupancyGrid,
-    /// The network's answer, or a baseline's.
+    /// Prediction of the network or the baseline.
     pub prediction: Prediction,
     /// A closed, manifold mesh in `CameraCv` [m], wound outward.
     pub mesh: TriMesh,
     /// Pieces under 1 % of the volume that were dropped.
     pub dropped: usize,
-    /// Bodies of the mesh, and how much of it is loose.
+    /// Disconnected bodies of the mesh, and their shares.
     pub bodies: LooseBodies,
     /// Pixels left out as outliers.
     pub outliers: usize,
     /// Cells that were touched.
     pub touched: u32,
-    /// Contacts outside of the grid, which were left out.
+    /// Contacts outside the grid, which were ignored.
     pub contacts_outside: usize,
     /// Voxels per cell along each axis; `None` for a mesh of the grid's own cells.
     pub factor: Option<usize>,
@@ -63,7 +63,7 @@ pub struct Completed {
     pub timings: Timings,
 }
 
-/// A model with everything around it. It can be shared by threads; each call runs on its caller's.
+/// Completes objects with a model or a baseline. Threads can share it; each call runs on the thread of its caller.
 ///
 /// ```no_run
 /// use graspmill_runtime::completion::{
@@ -99,17 +99,17 @@ enum Method {
 const BASELINE_RESOLUTION: u32 = 40;
 
 impl Completer {
-    /// Completes by this model.
+    /// Creates a completer for a model.
     pub fn new(model: CompletionModel, detail: Detail) -> Self {
         Self { method: Method::Model(Box::new(model)), detail, smoothing: None }
     }
 
-    /// Completes by a baseline, which has learnt nothing.
+    /// Creates a completer for a baseline that learns nothing.
     pub fn by_baseline(baseline: Baseline, detail: Detail) -> Self {
         Self { method: Method::Baseline(baseline), detail, smoothing: None }
     }
 
-    /// Smooths the meshes of targets, whatever makes them. Obstacles stay as they are: smoothing shrinks.
+    /// Smooths the meshes of targets, for every meshing method. Obstacles stay as they are, because smoothing shrinks.
     pub fn with_smoothing(self, rule: LaplacianRule) -> Self {
         Self { smoothing: Some(rule), ..self }
     }
@@ -122,7 +122,7 @@ impl Completer {
         }
     }
 
-    /// Takes a picture apart.
+    /// Segments a picture.
     ///
     /// # Panics
     /// If the clusters' tolerance is not positive.
@@ -130,7 +130,7 @@ impl Completer {
         Scene::segment(frame, rule)
     }
 
-    /// Completes an object that is to be grasped.
+    /// Completes an object to grasp.
     ///
     /// # Errors
     /// When the picture's border cuts it, too little of it was seen, or the network's answer can't be used.
@@ -138,8 +138,7 @@ impl Completer {
         self.by(scene, cluster, Some(self.detail), &[])
     }
 
-    /// Completes an object that is to be grasped and was touched at these points, in `CameraCv` [m]. Those outside of its grid
-    /// are left out.
+    /// Completes an object to grasp that was touched at these points, in `CameraCv` [m]. Points outside its grid are ignored.
     ///
     /// # Errors
     /// Like those of [`Completer::complete`]; and when there are contacts, but none in the grid.
@@ -152,8 +151,8 @@ impl Completer {
         self.by(scene, cluster, Some(self.detail), contacts)
     }
 
-    /// Completes an object that is only to be avoided: the fast mesh of all cells that it may touch, some .7 cell outside of
-    /// it. Cells that the camera sees through are not among them.
+    /// Completes an object to avoid: the fast mesh of all cells that it may touch, about 0.7 cells outside it. Cells that the
+    /// camera sees through are excluded.
     ///
     /// # Errors
     /// Like those of [`Completer::complete`].
@@ -185,7 +184,7 @@ impl Completer {
         let after_input = Instant::now();
         let answer = self.predict(scene, &input, &touched)?;
         let after_network = Instant::now();
-        // Without an occupied cell there is what was seen alone: a sheet, and no body to grasp.
+        // Without an occupied cell there are only observed points: a sheet, and no body to grasp.
         if detail.is_some() && answer.cells().count() == 0 {
             return Err(CompletionError::Nothing);
         }
@@ -223,7 +222,7 @@ impl Completer {
         })
     }
 
-    /// Occupancy, and coverage where the method knows it.
+    /// Occupancy, and coverage if the method predicts it.
     fn predict(&self, scene: &Scene, input: &NetworkInput, touched: &OccupancyGrid) -> Result<Answer, CompletionError> {
         match &self.method {
             Method::Model(model) => {
@@ -235,7 +234,7 @@ impl Completer {
                 Ok(Answer::of_model(model, model.predict(&inputs)?))
             }
             Method::Baseline(baseline) => {
-                // Touched cells count as seen ones.
+                // Touched cells count as observed ones.
                 let mut partial = input.partial.clone();
                 touched.cells().for_each(|cell| partial.set(cell));
                 let up = scene.plane.map_or(SeenCells::IMAGE_UP, |plane| plane.normal.into());
@@ -248,20 +247,20 @@ impl Completer {
     }
 }
 
-/// The object as the camera saw it; outliers say nothing.
+/// The object as the camera saw it, without outliers.
 fn seen_object(scene: &Scene, input: &NetworkInput) -> SeenObject {
     let DepthFrame { camera, depth, .. } = &scene.frame;
     SeenObject::new(camera, depth, &input.pixels, &input.outliers)
 }
 
-/// Points of a seen object with their normals, as baselines take them.
+/// Points of an observed object with their normals, as input of baselines.
 pub fn seen_points(object: &SeenObject) -> Vec<SeenPoint> {
     let point =
         |(position, normal): ([f64; 3], [f64; 3])| SeenPoint { position: position.into(), normal: normal.into() };
     object.oriented_points().map(point).collect()
 }
 
-/// Cells that an obstacle may touch: the network's, without those that the camera sees through, and all seen ones.
+/// Cells that an obstacle may touch: the network's cells without those that the camera sees through, and all observed cells.
 fn possible_cells(occupancy: &CubeField, input: &NetworkInput) -> CubeField {
     let mut possible = occupancy.clone();
     input.free.cells().for_each(|cell| *possible.at_mut(cell.map(|index| index as usize)) = 0.0);
@@ -269,7 +268,7 @@ fn possible_cells(occupancy: &CubeField, input: &NetworkInput) -> CubeField {
     possible
 }
 
-/// Cells with a contact, and how many contacts lie outside of the grid.
+/// Cells with a contact, and the number of contacts outside the grid.
 fn touched_cells(contacts: &[[f32; 3]], placement: &GridPlacement) -> (OccupancyGrid, usize) {
     let n = placement.resolution;
     let mut grid = OccupancyGrid::new(n);

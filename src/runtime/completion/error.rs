@@ -3,33 +3,33 @@
 use infer::PredictError;
 use perception::{InputError, Refusal};
 
-/// Why an object has no completed mesh.
+/// Reason why an object has no completed mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CompletionError {
     /// The picture does not show it well enough.
     #[error("{0}")]
     Refused(#[from] Refusal),
-    /// Too little of it is left without outliers.
+    /// Too few points remain without outliers.
     #[error("{0}")]
     Input(#[from] InputError),
-    /// Only a few cells of its grid hold a seen point.
-    #[error("its visible part fills {cells} of the grid's cells, {needed} are needed: bring the camera nearer")]
+    /// Too few cells of the grid contain an observed point.
+    #[error("its visible part fills {cells} of the grid's cells, but {needed} are required: move the camera closer")]
     FewCells {
-        /// Cells with a seen point.
+        /// Cells with an observed point.
         cells: u32,
-        /// Cells that are needed.
+        /// Required number of cells.
         needed: u32,
     },
     /// Contacts were given to a model that has no input for them.
-    #[error("the model has no input for contacts: take one that was trained with touch, or leave out --touch")]
+    #[error("the model has no input for contacts: use one that was trained with touch, or leave out --touch")]
     TakesNoTouch,
-    /// All contacts lie outside of the object's grid.
-    #[error("none of the contacts ({count}) lies in the object's grid: they are in metres, in the camera's frame")]
+    /// All contacts are outside the object's grid.
+    #[error("none of the contacts ({count}) is in the object's grid: give them in metres, in the camera's frame")]
     NoContactInside {
-        /// Contacts that were given.
+        /// Number of given contacts.
         count: usize,
     },
-    /// The network or the baseline gave nothing that could be meshed.
+    /// The network or the baseline returned no occupied cell.
     #[error("nothing was completed: no occupied cell was found")]
     Nothing,
     /// The network could not be run.

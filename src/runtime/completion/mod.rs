@@ -1,4 +1,4 @@
-//! Completion of what a depth camera saw: a picture becomes objects, an object's visible part a closed mesh.
+//! Shape completion for depth cameras: from a picture to objects, and from an object's visible part to a closed mesh.
 
 mod answer;
 mod completer;

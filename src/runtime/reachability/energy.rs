@@ -1,20 +1,20 @@
-//! The thesis's energy of a grasp with reachability in it (algorithm 5).
+//! Grasp energy of the thesis with a reachability term (algorithm 5).
 
-/// Which numbers are put together how.
+/// Formula of the energy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EnergyForm {
     /// Potential + 0.1 d for stable grasps within reach, contact + 10 d for all others: it falls monotonically from far
     /// outside to deep inside.
     Falling,
-    /// Formula as printed: -0.1, 1 and -10 before a value that is negative inside. Those factors fit a field that is
-    /// positive inside: with this sign the energy rises with depth, and far outside is best of all. A named quirk.
+    /// Formula as printed: -0.1, 1 and -10 before a value that is negative inside. These factors suit a field that is positive
+    /// inside: with this sign the energy rises with depth, and poses far outside are best. Kept as a named quirk.
     Printed {
         /// The largest value of the field [cells], `reach_max`.
         reach_max: f64,
     },
 }
 
-/// Energy of a grasp; low is good.
+/// Energy of a grasp; lower is better.
 ///
 /// `potential` is below zero for a stable grasp; `contact` is the mean distance of the hand to the object; `distance` is
 /// the field's value at the grasp's pose, negative inside, in cells (divide metres by the side of a cell).

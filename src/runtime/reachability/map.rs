@@ -7,7 +7,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use super::{Ball, EndEffectorVolume, Obstacle};
 use kernel::geom::{FieldLookup, FieldMetric, PoseGrid, PoseLabel};
 
-/// Cells between two counts of the reachable ones before.
+/// Cells between two stored counts of earlier reachable cells.
 const STRIDE: usize = 64;
 
 /// The robot, its planning group and the frames of the poses.
@@ -17,9 +17,9 @@ pub struct RobotFacts {
     pub robot: String,
     /// The planning group, from the base outward.
     pub joints: Vec<String>,
-    /// The site that is brought to the poses.
+    /// The site that reaches the poses.
     pub target: String,
-    /// The frame that the poses are in.
+    /// The frame of the poses.
     pub frame: String,
 }
 
@@ -40,24 +40,24 @@ pub struct ReachabilityParts {
     pub robot: RobotFacts,
 }
 
-/// Why parts make no [`ReachabilityMap`].
+/// Reason why parts do not form a [`ReachabilityMap`].
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidMap {
-    /// Another count than the grid or the labels ask for.
+    /// A count that differs from that of the grid or the labels.
     #[error("{found} {what}, {expected} expected")]
     Count {
-        /// Kind of item that was counted.
+        /// Kind of counted item.
         what: &'static str,
         /// Count given.
         found: usize,
         /// Count required.
         expected: usize,
     },
-    /// Cells as the unit of a grid of directions.
-    #[error("a grid of directions has no distances in cells; measure in metres (profile `standard`)")]
+    /// A grid of directions with cells as the unit.
+    #[error("a grid of directions has no distances in cells; use metres (profile `standard`)")]
     Metric,
-    /// A distance with the other label's sign.
-    #[error("cell {cell}: distance {distance} of a cell that is {}; it must be negative where reachable and nowhere else", label.name())]
+    /// A distance whose sign contradicts the label.
+    #[error("cell {cell}: distance {distance} of a cell that is {}; it must be negative exactly for reachable cells", label.name())]
     Sign {
         /// Index of the cell.
         cell: usize,
@@ -68,7 +68,7 @@ pub enum InvalidMap {
     },
 }
 
-/// An obstacle that was put into a map.
+/// An obstacle that was added to a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ObstacleId(u64);
 
@@ -79,22 +79,22 @@ pub struct NearestCell<'a> {
     pub cell: usize,
     /// The pose of its centre: x, y, z [m], roll, pitch, yaw [rad].
     pub pose: [f64; 6],
-    /// Label of the cell, obstacles counted.
+    /// Label of the cell, including obstacles.
     pub label: PoseLabel,
-    /// Joint values that bring the robot there, of a reachable cell of a map that has them.
+    /// Joint values that reach the pose, for a reachable cell of a map with witnesses.
     pub witness: Option<&'a [f64]>,
 }
 
-/// One pose of a ranking.
+/// A pose in a ranking.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ranked {
-    /// Index of the pose in the list that was ranked.
+    /// Index of the pose in the ranked list.
     pub index: usize,
-    /// The field there, negative inside.
+    /// Distance at the pose, negative inside.
     pub distance: f64,
 }
 
-/// The reachable set of a robot: distances, labels, witnesses, and obstacles that come and go.
+/// The reachable set of a robot: distances, labels, witnesses, and obstacles that can be added and removed.
 ///
 /// Poses are x, y, z [m], roll, pitch, yaw [rad] with rotation Rz(yaw) Ry(pitch) Rx(roll), of the target site in the frame
 /// that [`RobotFacts`] names; `Pose::xyz_rpy` gives them.
@@ -137,17 +137,17 @@ pub struct ReachabilityMap {
     lookup: FieldLookup,
     labels: Vec<PoseLabel>,
     distances: Vec<f32>,
-    /// Labels and distances without obstacles, while there are any.
+    /// Labels and distances without obstacles, stored while there are obstacles.
     clear: Option<(Vec<PoseLabel>, Vec<f32>)>,
-    /// Cells that each obstacle blocks, of those reachable without any.
+    /// Cells that each obstacle blocks, among those reachable without obstacles.
     obstacles: Vec<(ObstacleId, Vec<u32>)>,
     next: u64,
     witnesses: Option<Vec<f64>>,
-    /// Reachable cells, without obstacles.
+    /// Number of reachable cells without obstacles.
     reachable: usize,
     /// Number of reachable cells before every `STRIDE`-th cell.
     reachable_before: Vec<u32>,
-    /// The grid's rotations, and the orientations that mean each.
+    /// The grid's rotations, and the orientations that describe each.
     rotations: Vec<(Rotation3<f64>, Vec<usize>)>,
 }
 
@@ -155,10 +155,10 @@ pub struct ReachabilityMap {
 pub type ArmCover<'a> = &'a dyn Fn(&[f64], &mut Vec<Ball>);
 
 impl ReachabilityMap {
-    /// Makes a map of its parts.
+    /// Builds a map from its parts.
     ///
     /// # Errors
-    /// When a count or a sign does not fit.
+    /// When a count or a sign does not match.
     pub fn new(parts: ReachabilityParts) -> Result<Self, InvalidMap> {
         let ReachabilityParts { grid, metric, labels, distances, witnesses, robot } = parts;
         let count = |what, found, expected| {
@@ -209,7 +209,7 @@ impl ReachabilityMap {
         Ok(())
     }
 
-    /// Whether the map knows joint values of its reachable cells.
+    /// Whether the map has joint values of its reachable cells.
     pub fn has_witnesses(&self) -> bool {
         self.witnesses.is_some()
     }
@@ -229,30 +229,30 @@ impl ReachabilityMap {
         self.lookup.metric()
     }
 
-    /// One label per cell, obstacles counted.
+    /// One label per cell, including obstacles.
     pub fn labels(&self) -> &[PoseLabel] {
         &self.labels
     }
 
-    /// Signed distance of each cell, obstacles counted.
+    /// Signed distance of each cell, including obstacles.
     pub fn distances(&self) -> &[f32] {
         &self.distances
     }
 
     /// Signed distance at a pose, negative inside the reachable set.
     ///
-    /// Between centres and outside the grid as [`FieldLookup::value_and_gradient`] says.
+    /// See [`FieldLookup::value_and_gradient`] for values between centres and outside the grid.
     pub fn distance(&self, pose: &[f64; 6]) -> f64 {
         self.distance_and_gradient(pose).0
     }
 
-    /// Signed distance at a pose, and its gradient per metre (x, y, z) and per radian (roll, pitch, yaw). The field falls, and
-    /// a pose lies deeper inside, against the gradient.
+    /// Signed distance at a pose, and its gradient per metre (x, y, z) and per radian (roll, pitch, yaw). Moving against the
+    /// gradient lowers the distance and leads deeper inside.
     pub fn distance_and_gradient(&self, pose: &[f64; 6]) -> (f64, [f64; 6]) {
         self.lookup.value_and_gradient(&self.distances, pose)
     }
 
-    /// Signed distances and gradients at many poses, as [`Self::distance_and_gradient`] gives them.
+    /// Signed distances and gradients at many poses; see [`Self::distance_and_gradient`].
     pub fn distances_and_gradients<'a>(
         &'a self,
         poses: impl IntoIterator<Item = &'a [f64; 6]> + 'a,
@@ -260,8 +260,8 @@ impl ReachabilityMap {
         poses.into_iter().map(|pose| self.distance_and_gradient(pose))
     }
 
-    /// Whether a pose lies in the box of the grid's cells: within half a step of a centre on every axis that does not wrap.
-    /// Directions are all round.
+    /// Whether a pose is in the box of the grid's cells: within half a step of a centre on every non-periodic axis. Directions
+    /// cover the whole sphere.
     pub fn is_in_grid(&self, pose: &[f64; 6]) -> bool {
         let axes = match self.grid() {
             PoseGrid::Axes(grid) => &grid.axes()[..],
@@ -274,7 +274,7 @@ impl ReachabilityMap {
         inside && pose.iter().all(|coordinate| coordinate.is_finite())
     }
 
-    /// The cell nearest to a pose, as [`PoseGrid::nearest`] says; `None` for a pose that is not finite.
+    /// The cell nearest to a pose (see [`PoseGrid::nearest`]); `None` for a pose that is not finite.
     pub fn nearest_cell(&self, pose: &[f64; 6]) -> Option<NearestCell<'_>> {
         if !pose.iter().all(|coordinate| coordinate.is_finite()) {
             return None;
@@ -283,7 +283,7 @@ impl ReachabilityMap {
         Some(NearestCell { cell, pose: self.grid().pose(cell), label: self.labels[cell], witness: self.witness(cell) })
     }
 
-    /// Joint values that bring the robot to a cell; `None` where it is not reachable, or the map has no witnesses.
+    /// Joint values that reach a cell; `None` if it is not reachable or the map has no witnesses.
     pub fn witness(&self, cell: usize) -> Option<&[f64]> {
         if self.labels[cell] == PoseLabel::Reachable { self.clear_witness(cell) } else { None }
     }
@@ -297,7 +297,7 @@ impl ReachabilityMap {
         Some(&witnesses[row * joints..(row + 1) * joints])
     }
 
-    /// Poses by the field's value there, the deepest inside first; equal ones stay in order, those without a value last.
+    /// Ranks poses by distance, the deepest inside first; equal poses keep their order, and those without a value come last.
     pub fn rank(&self, poses: &[[f64; 6]]) -> Vec<Ranked> {
         let mut ranked: Vec<Ranked> =
             poses.iter().enumerate().map(|(index, pose)| Ranked { index, distance: self.distance(pose) }).collect();
@@ -308,8 +308,8 @@ impl ReachabilityMap {
         ranked
     }
 
-    /// Puts an obstacle into the world: cells at which the end effector touches it become `Colliding`, and the field is
-    /// that of the remaining ones.
+    /// Adds an obstacle: cells at which the end effector touches it become `Colliding`, and distances are computed for the
+    /// remaining cells.
     ///
     /// Only the end effector counts; for the arm see [`Self::add_obstacle_for_arm`].
     pub fn add_obstacle(&mut self, obstacle: &Obstacle, end_effector: &EndEffectorVolume) -> ObstacleId {
@@ -317,10 +317,10 @@ impl ReachabilityMap {
         self.put(blocked)
     }
 
-    /// [`Self::add_obstacle`], where cells count as blocked, too, when the arm touches the obstacle in all their
-    /// witnesses (of all cells that mean one pose). Other joint values might still be free: the result is conservative.
+    /// Adds an obstacle as [`Self::add_obstacle`] does, and also blocks cells in which the arm touches the obstacle for all
+    /// witnesses (of all cells that describe one pose). Other joint values might still be free: the result is conservative.
     ///
-    /// A map without witnesses knows no arm: only the end effector counts.
+    /// In a map without witnesses, only the end effector counts.
     pub fn add_obstacle_for_arm(
         &mut self,
         obstacle: &Obstacle,
@@ -342,7 +342,7 @@ impl ReachabilityMap {
                 for (_, alike) in &self.rotations {
                     let cells = alike.iter().map(|angle| position * angles + angle);
                     if !cells.clone().any(&mut passes) {
-                        // Cells that are unreachable without obstacles belong to no obstacle.
+                        // Cells that are unreachable without obstacles are not assigned to an obstacle.
                         blocked.extend(cells.filter(|cell| self.is_clear(*cell)).map(|cell| cell as u32));
                     }
                 }
@@ -353,8 +353,8 @@ impl ReachabilityMap {
         self.put(blocked)
     }
 
-    /// Takes an obstacle away: labels and distances are, to the byte, as if it had never been there. `false` when there is
-    /// no such obstacle.
+    /// Removes an obstacle: labels and distances become byte for byte those without it. Returns `false` if there is no such
+    /// obstacle.
     pub fn remove(&mut self, obstacle: ObstacleId) -> bool {
         let Some(position) = self.obstacles.iter().position(|(id, _)| *id == obstacle) else { return false };
         self.obstacles.remove(position);
@@ -362,14 +362,14 @@ impl ReachabilityMap {
         true
     }
 
-    /// Takes the obstacle away that came last; `None` when there is none.
+    /// Removes the obstacle that was added last; `None` if there is none.
     pub fn undo(&mut self) -> Option<ObstacleId> {
         let (last, _) = *self.obstacles.last()?;
         self.remove(last);
         Some(last)
     }
 
-    /// The obstacles and how many cells each blocks that would be reachable without any, in the order they came.
+    /// The obstacles in the order added, each with the number of cells that it blocks and that are reachable without obstacles.
     pub fn obstacles(&self) -> impl Iterator<Item = (ObstacleId, usize)> + '_ {
         self.obstacles.iter().map(|(id, blocked)| (*id, blocked.len()))
     }
@@ -382,7 +382,7 @@ impl ReachabilityMap {
         id
     }
 
-    /// Labels and distances for the obstacles that are there.
+    /// Recomputes labels and distances for the present obstacles.
     fn renew(&mut self) {
         if self.obstacles.is_empty() {
             if let Some(clear) = self.clear.take() {
@@ -442,7 +442,7 @@ impl ReachabilityMap {
                     }
                 }
             }
-            // Cells of all orientations alike at the positions touched; the marks are cleared for the next rotation.
+            // Cells of all equal orientations at the touched positions; the marks are cleared for the next rotation.
             for position in positions.drain(..) {
                 touched[position] = false;
                 let cells = alike.iter().map(|angle| position * angles + angle);
@@ -454,8 +454,8 @@ impl ReachabilityMap {
     }
 }
 
-/// The rotations of a grid, and the orientations that mean each: one computed rotation for all,
-/// so that they are judged alike.
+/// The rotations of a grid, and the orientations that describe each. Equal orientations share one computed rotation, so that they
+/// get equal results.
 fn rotations(grid: &PoseGrid) -> Vec<(Rotation3<f64>, Vec<usize>)> {
     let mut found: BTreeMap<[i32; 9], (Rotation3<f64>, Vec<usize>)> = BTreeMap::new();
     for angle in 0..grid.orientations() {

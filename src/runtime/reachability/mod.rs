@@ -1,5 +1,5 @@
-//! Queries of a grasp planner: how far inside the reachable set a pose is, which direction leads deeper, and what an obstacle
-//! changes.
+//! Queries for grasp planners: the distance of a pose from the border of the reachable set, the direction that leads deeper
+//! inside, and the effect of obstacles.
 
 mod energy;
 mod map;

@@ -16,22 +16,23 @@ pub struct Ball {
     pub radius: f64,
 }
 
-/// Part of the end effector that must not touch an obstacle: balls that cover it, in its own frame.
+/// Volume of the end effector that must not touch an obstacle: balls that cover it, in the end effector's frame.
 ///
-/// A cover reaches a little beyond what it covers, so poses that pass by closely may count as blocked; none that touches
-/// passes.
+/// The cover is slightly larger than the volume, so poses that pass by closely may count as blocked, but no touching pose counts
+/// as free.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EndEffectorVolume {
     balls: Vec<Ball>,
 }
 
 impl EndEffectorVolume {
-    /// These balls.
+    /// Creates a volume from balls.
     pub fn new(balls: Vec<Ball>) -> Self {
         Self { balls }
     }
 
-    /// And a box around `pose`, by half its sides [m], cut into pieces of sides up to `piece` [m] with a ball around each.
+    /// Adds a box around `pose` with these half sides [m], divided into pieces with sides up to `piece` [m] and a ball around
+    /// each.
     #[must_use]
     pub fn with_box(mut self, pose: &Pose<EndEffector, Object>, half: [f64; 3], piece: f64) -> Self {
         let counts = half.map(|half| (2.0 * half / piece).ceil().max(1.0) as usize);
@@ -45,7 +46,7 @@ impl EndEffectorVolume {
         self
     }
 
-    /// And all points within `radius` of a segment [m]: balls half a radius apart, a little larger.
+    /// Adds all points within `radius` of a segment [m]: slightly larger balls, half a radius apart.
     #[must_use]
     pub fn with_capsule(mut self, ends: [Point3<f64>; 2], radius: f64) -> Self {
         let along = ends[1] - ends[0];
@@ -63,7 +64,7 @@ impl EndEffectorVolume {
     }
 }
 
-/// Something in the world that the end effector must not touch. `World` is the frame that the field's poses are in.
+/// An object in the world that the end effector must not touch. `World` is the frame of the field's poses.
 pub struct Obstacle {
     kind: Kind,
     shape_from_world: Isometry3<f64>,
@@ -77,27 +78,27 @@ enum Kind {
     Occupancy(Occupied),
 }
 
-/// Why something is no [`Obstacle`].
+/// Reason why an [`Obstacle`] cannot be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum InvalidObstacle {
     /// A length is negative, infinite or not a number, or a pose is not finite.
     #[error("{what} = {value} must be finite and not negative")]
     Length {
-        /// Which.
+        /// Name of the length.
         what: &'static str,
-        /// Value given.
+        /// Given value.
         value: f64,
     },
     /// A mesh without triangles.
     #[error(transparent)]
     NoSurface(#[from] NoSurface),
-    /// Nothing is there.
-    #[error("no occupied cell or no point; leave the obstacle out")]
+    /// The obstacle is empty.
+    #[error("no occupied cell or no point; omit the obstacle")]
     Empty,
 }
 
 impl Obstacle {
-    /// A box around `pose`, by half its sides [m].
+    /// Creates a box around `pose` with these half sides [m].
     ///
     /// # Errors
     /// A length that is not finite or negative.
@@ -108,7 +109,7 @@ impl Obstacle {
         Self::new(Kind::Box(half), pose, Aabb { min: Point3::from(half.map(|half| -half)), max: Point3::from(half) })
     }
 
-    /// The box of these points, sides along the world's axes: how the thesis puts a mesh in.
+    /// Creates the axis-aligned box of these points in the world, as the thesis does for a mesh.
     ///
     /// # Errors
     /// No point, or one that is not finite.
@@ -119,7 +120,7 @@ impl Obstacle {
         Self::cuboid(&Pose::new(nalgebra::Rotation3::identity(), min.coords + half), half.into())
     }
 
-    /// The surface of a triangle mesh; what lies wholly inside a closed one does not touch it.
+    /// Creates an obstacle from the surface of a triangle mesh. A ball that is wholly inside a closed mesh does not touch it.
     ///
     /// # Errors
     /// A mesh without triangles, or a pose that is not finite.
@@ -128,8 +129,8 @@ impl Obstacle {
         Self::new(Kind::Mesh(query.into()), pose, mesh.aabb().ok_or(InvalidObstacle::Empty)?)
     }
 
-    /// The occupied cells of a grid of cubic cells of side `cell` [m], the lower corner of whose cell (0, 0, 0) is the
-    /// origin of the grid's frame.
+    /// Creates an obstacle from the occupied cells of a grid with cubic cells of side `cell` [m]. The lower corner of cell (0, 0,
+    /// 0) is the origin of the grid's frame.
     ///
     /// # Errors
     /// No occupied cell, or a side that is not above zero.
@@ -174,7 +175,7 @@ fn length(what: &'static str, value: f64) -> Result<(), InvalidObstacle> {
     if value.is_finite() && value >= 0.0 { Ok(()) } else { Err(InvalidObstacle::Length { what, value }) }
 }
 
-/// Occupied cells, and how far each cell's centre is from them.
+/// Occupied cells, and the distance of each cell's centre from them.
 struct Occupied {
     grid: OccupancyGrid,
     cell: f64,
@@ -194,7 +195,7 @@ impl Occupied {
             high = std::array::from_fn(|k| high[k].max(cell[k]));
             inside[((cell[0] * n + cell[1]) * n + cell[2]) as usize] = true;
         }
-        // A grid of poses of which only the positions differ: the same distances.
+        // A grid of poses whose positions alone differ has the same distances.
         let axis = |k: usize| {
             let (unit, count) = if k < 3 { (AxisUnit::Metre, n as usize) } else { (AxisUnit::Radian, 1) };
             Axis {

@@ -1,4 +1,4 @@
-//! Maps out of datasets: the field at once, witnesses when they are asked for.
+//! Maps read from datasets: the field at once, witnesses on request.
 
 use super::{ReachabilityMap, ReachabilityParts, RobotFacts};
 use format::{
@@ -14,13 +14,12 @@ impl ReachabilityMap {
     /// The product whose datasets have maps.
     pub const PRODUCT: Product = Product::REACHABILITY;
 
-    /// Whether a folder has the file of a map, sound or not.
+    /// Whether a folder has the file of a map, which may be damaged.
     pub fn is_in(folder: &Folder) -> bool {
         folder.contains(FIELD)
     }
 
-    /// The map of a reachability dataset, without witnesses: reads `field.mcap` and no other file, so that a robot needs
-    /// no more than that one.
+    /// Opens the map of a reachability dataset without witnesses. Reads only `field.mcap`, so a robot needs no other file.
     ///
     /// # Errors
     /// When the folder has no field, or it is damaged.
@@ -32,8 +31,8 @@ impl ReachabilityMap {
             .map_err(|error| invalid(folder, error.to_string()))
     }
 
-    /// Reads the joint values of all reachable cells out of the shards of the dataset that the map was opened from: 8
-    /// bytes per joint and reachable cell. Does nothing when the map has them.
+    /// Reads the joint values of all reachable cells from the shards of the dataset of the map: 8 bytes per joint and reachable
+    /// cell. Does nothing if the map already has them.
     ///
     /// # Errors
     /// When the dataset is not finished, a shard is missing or damaged, or the labels are those of another map.
@@ -50,7 +49,10 @@ impl ReachabilityMap {
             let block = sample.block()?;
             let own = self.clear_labels().get(position * angles..(position + 1) * angles);
             if own != Some(block.labels.as_slice()) || block.joints as usize != joints {
-                return Err(invalid(folder, format!("sample {} is not of this map's field", sample.index)));
+                return Err(invalid(
+                    folder,
+                    format!("sample {} does not belong to the field of this map", sample.index),
+                ));
             }
             witnesses.extend_from_slice(&block.witnesses);
         }
