@@ -38,7 +38,7 @@ struct Report<'a> {
 #[derive(Serialize)]
 struct SampleRow {
     sample: String,
-    /// File of the mesh; `None` where nothing is found.
+    /// File of the mesh; `None` if nothing is found.
     mesh: Option<String>,
     /// Overlap of the occupied cells with the true ones.
     overlap: GridOverlap,

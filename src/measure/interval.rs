@@ -43,7 +43,7 @@ impl Scores {
         bootstrap(&means, seed)
     }
 
-    /// Interval of this less the other, paired by object; `None` where they share none.
+    /// Interval of this less the other, paired by object; `None` if they share none.
     pub fn paired_difference(&self, other: &Self, seed: u64) -> Option<Interval> {
         let difference = |(object, values): (&String, &Vec<f64>)| Some(mean(values) - mean(other.0.get(object)?));
         let differences: Vec<f64> = self.0.iter().filter_map(difference).collect();

@@ -48,7 +48,7 @@ pub struct VertexComparison {
 }
 
 impl VertexComparison {
-    /// Compares two meshes in one frame; `None` where every vertex of a mesh is too far away to count.
+    /// Compares two meshes in one frame; `None` if every vertex of a mesh is too far away to count.
     ///
     /// # Errors
     /// When one of them has no triangles.

@@ -45,7 +45,7 @@ impl DepthFrame {
         self.rectification.as_ref().map_or(&self.depth, Rectification::measured)
     }
 
-    /// Pixel of the given picture that a pixel shows; `None` where it shows nothing of it.
+    /// Pixel of the given picture that a pixel shows; `None` if it shows nothing of it.
     pub(crate) fn source(&self, pixel: u32) -> Option<u32> {
         self.rectification.as_ref().map_or(Some(pixel), |rectification| rectification.source(pixel))
     }

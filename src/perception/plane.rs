@@ -64,7 +64,7 @@ impl Plane {
     }
 }
 
-/// The plane with the largest count of points; `None` where none has enough.
+/// The plane with the largest count of points; `None` if none has enough.
 pub fn find_plane(frame: &DepthFrame, rule: &PlaneRule) -> Option<Plane> {
     plane_of(&frame.points(), rule)
 }

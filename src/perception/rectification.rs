@@ -49,7 +49,7 @@ impl Rectification {
         if is_inside { v as u32 * width + u as u32 } else { NO_SOURCE }
     }
 
-    /// Coordinates in the given picture of a point of the picture without distortion [px], pixel centres at +0.5; `None` where no
+    /// Coordinates in the given picture of a point of the picture without distortion [px], pixel centres at +0.5; `None` if no
     /// ray of the lens leads.
     fn in_given(&self, [u, v]: [f64; 2]) -> Option<[f64; 2]> {
         let [fx, fy, cx, cy] = self.numbers;
@@ -78,7 +78,7 @@ impl Rectification {
         &self.measured
     }
 
-    /// Pixel of the given picture that a pixel shows; `None` where it shows nothing of it.
+    /// Pixel of the given picture that a pixel shows; `None` if it shows nothing of it.
     pub(crate) fn source(&self, pixel: u32) -> Option<u32> {
         Some(self.sources[pixel as usize]).filter(|source| *source != NO_SOURCE)
     }

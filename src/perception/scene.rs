@@ -41,7 +41,7 @@ impl Default for SceneRule {
 pub struct Scene {
     /// The picture.
     pub frame: DepthFrame,
-    /// The surface that objects stand on; `None` where none was found or wanted.
+    /// The surface that objects stand on; `None` if none was found or wanted.
     pub plane: Option<Plane>,
     /// Objects, the largest first.
     pub clusters: Vec<Cluster>,
@@ -97,7 +97,7 @@ impl Scene {
 }
 
 impl Refusal {
-    /// Why a cluster with this visible surface cannot be completed; `None` where it can.
+    /// Why a cluster with this visible surface cannot be completed; `None` if it can.
     pub fn of(cluster: &Cluster, sheet: &TriMesh) -> Option<Self> {
         if cluster.touches_border {
             Some(Self::AtBorder)

@@ -1,4 +1,4 @@
-//! Kinds of assets, and the parts of their shapes that stand in a dataset.
+//! Kinds of assets, and the parts of their shapes that a dataset contains.
 
 use serde::Serialize;
 
@@ -27,14 +27,14 @@ impl AssetKind {
     }
 }
 
-/// Part of an asset's shape that stands in the dataset.
+/// Part of an asset's shape that a dataset contains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum AssetUse {
-    /// The shape itself (`shapes.mcap`), and data made of it.
+    /// The shape itself (`shapes.mcap`), and data made from it.
     Copied,
-    /// Data made of the shape: grids, depth, images.
+    /// Data made from the shape: grids, depth, images.
     Derived,
-    /// Facts alone: labels of poses, positions of contacts.
+    /// Only facts: labels of poses, positions of contacts.
     Measured,
 }

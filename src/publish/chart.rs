@@ -6,16 +6,16 @@ use serde::Serialize;
 
 use super::{escape::html as escaped, markup::Markup, tally::Spread};
 
-/// A chart and what it shows.
+/// A chart with its caption.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Figure {
     /// The chart.
     pub svg: Markup,
-    /// Words below it.
+    /// Caption below the chart.
     pub caption: String,
 }
 
-/// Meaning of a mark of a chart; the page's style gives each a colour-blind safe colour.
+/// Meaning of a mark in a chart; the page's style gives each a colour-blind safe colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ink {
     /// Partial grids, kept samples.
@@ -42,7 +42,7 @@ impl Ink {
 /// A histogram: counts over bins of equal width.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Histogram {
-    /// Words for people who cannot see it.
+    /// Text for readers who cannot see the chart.
     pub title: String,
     /// Label of the horizontal axis, with its unit.
     pub x_label: String,
@@ -54,11 +54,11 @@ pub struct Histogram {
     pub width: f64,
     /// Count in each bin.
     pub counts: Vec<u64>,
-    /// Upper end of the vertical axis, for charts that are compared; the highest count when `None`.
+    /// Upper end of the vertical axis, for charts to compare; the highest count if `None`.
     pub y_end: Option<u64>,
     /// Colour.
     pub ink: Ink,
-    /// A value to point out, with its name (the median, say).
+    /// A value to mark, with its name, such as the median.
     pub mark: Option<(f64, String)>,
 }
 
@@ -125,7 +125,7 @@ pub struct Bar {
     pub ink: Ink,
 }
 
-/// Lying bars with their names and values.
+/// Horizontal bars with their names and values.
 pub fn bar_chart(title: &str, bars: &[Bar]) -> Markup {
     const ROW: f64 = 24.0;
     const NAMES: f64 = 168.0;
@@ -166,12 +166,12 @@ pub fn bar_chart(title: &str, bars: &[Bar]) -> Markup {
 pub struct StackedRow {
     /// Name of the row.
     pub name: String,
-    /// The parts from the left: the page's name for a colour, and a count.
+    /// Parts from the left: the page's name of a colour, and a count.
     pub parts: Vec<(&'static str, u64)>,
 }
 
-/// Lying bars of several parts, with the count of the first part and its share of `whole`, which is what one row counts at
-/// most; bars are as long as the longest allows.
+/// Horizontal bars with several parts, the count of the first part, and its share of `whole`, the largest possible count of a
+/// row. The longest bar fills the width.
 pub fn stacked_rows(title: &str, rows: &[StackedRow], whole: u64) -> Markup {
     const ROW: f64 = 18.0;
     const NAMES: f64 = 76.0;
@@ -208,10 +208,10 @@ pub fn stacked_rows(title: &str, rows: &[StackedRow], whole: u64) -> Markup {
     Markup(svg)
 }
 
-/// One column of [`columns`]: a name, what was kept and what was rejected.
+/// One column of [`columns`]: a name, and the counts of kept and rejected items.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// Name of the column, shown when pointed at.
+    /// Name of the column, shown as a tooltip.
     pub name: String,
     /// Lower part.
     pub kept: u64,
@@ -219,7 +219,7 @@ pub struct Column {
     pub rejected: u64,
 }
 
-/// Standing columns side by side, rejected on top of kept; for any count of objects.
+/// Columns side by side, rejected on top of kept, for any number of objects.
 pub fn columns(title: &str, x_label: &str, y_label: &str, bars: &[Column]) -> Markup {
     const WIDE: f64 = 820.0;
     let max = bars.iter().map(|bar| bar.kept + bar.rejected).max().unwrap_or(0).max(1);
@@ -227,7 +227,7 @@ pub fn columns(title: &str, x_label: &str, y_label: &str, bars: &[Column]) -> Ma
         Scales { end: (WIDE - RIGHT, HEIGHT - BOTTOM), ..Scales::new((0.0, bars.len().max(1) as f64), max as f64) };
     let mut svg = opening(title, WIDE, HEIGHT);
     scale.horizontal_lines(&mut svg, y_label);
-    // A few objects make no walls.
+    // A few objects do not become wide blocks.
     let step = (scale.x(1.0) - scale.x(0.0)).min(26.0);
     let width = if step > 3.0 { step - 1.0 } else { step };
     for (index, bar) in bars.iter().enumerate() {
@@ -266,7 +266,7 @@ pub fn columns(title: &str, x_label: &str, y_label: &str, bars: &[Column]) -> Ma
     Markup(svg)
 }
 
-/// From data to positions on a chart.
+/// Mapping from data to positions on a chart.
 struct Scales {
     x_range: (f64, f64),
     y_max: f64,
@@ -311,7 +311,7 @@ impl Scales {
     }
 
     fn horizontal_lines(&self, svg: &mut String, y_label: &str) {
-        // Counts have no halves.
+        // Counts are whole numbers.
         for tick in ticks(0.0, self.y_max, 4).into_iter().filter(|tick| *tick == tick.trunc()) {
             let y = self.y(tick);
             let _ = write!(
@@ -362,7 +362,7 @@ fn ticks(low: f64, high: f64, count: usize) -> Vec<f64> {
     (first..=last).map(|tick| tick as f64 * step).collect()
 }
 
-/// A count with its thousands apart (by thin spaces, which no country reads as a decimal sign).
+/// A count with thin spaces between thousands, because no country uses them as a decimal sign.
 pub(super) fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
@@ -405,7 +405,7 @@ pub(super) fn percent(share: f64) -> String {
     }
 }
 
-/// A histogram of values from the least one to where 95 of a hundred lie, and half as far again.
+/// A histogram of values from the smallest to 1.5 times the range below the 95th percentile.
 pub(super) fn value_histogram(
     values: &[f64],
     spread: &Spread,

@@ -1,4 +1,4 @@
-//! Whether a release is whole, and whether its documents speak of the dataset that they stand beside.
+//! Check of a release: whether it is complete, and whether its documents describe the dataset in the same folder.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -15,9 +15,9 @@ use super::release::{
 use format::dataset::{DatasetError, Manifest, Problem, VerifyReport};
 use kernel::files::{Bound, Folder};
 
-const REMEDY: &str = "fetch the release again, or make it anew with `graspmill release`";
+const REMEDY: &str = "download the release again, or make it again with `graspmill release`";
 
-/// Problems of single files that are listed.
+/// Largest number of listed problems of single files.
 const MOST_PROBLEMS: usize = 1000;
 
 /// Findings of the check of a release.
@@ -32,22 +32,22 @@ pub struct ReleaseCheck {
 }
 
 impl ReleaseCheck {
-    /// Adds what is wrong to what was found of the dataset; that a file is not there which the release leaves out is no
-    /// problem, but a note.
+    /// Adds the problems to the findings about the dataset. A file that the release leaves out becomes a note instead of a
+    /// problem.
     pub fn add_to(&self, report: &mut VerifyReport) {
         let known = |problem: &Problem| self.left_out.contains(&problem.file);
         if !self.left_out.is_empty() {
             report.problems.retain(|problem| !known(problem));
-            report.notes.push(format!("a recipe: {} files of the dataset are left out", self.left_out.len()));
+            report.notes.push(format!("a recipe: {} files of the dataset are not included", self.left_out.len()));
         }
         report.problems.extend(self.problems.iter().cloned());
     }
 }
 
-/// Checks the release in a folder; `None` where the folder is none.
+/// Checks the release in a folder; `None` if the folder is not a release.
 ///
-/// Every file must have the SHA-256 that `manifest-sha256.txt` names, no other file may stand in the folder, and card,
-/// Croissant, citation, licences and provenance must name root and shards of the manifest.
+/// Every file must have the SHA-256 in `manifest-sha256.txt`, the folder must contain no other file, and card, Croissant,
+/// citation, licences and provenance must name root and shards of the manifest.
 ///
 /// # Errors
 /// When the list or the manifest can't be read, or the operating system refuses to list the folder.
@@ -77,7 +77,7 @@ fn problem(file: &str, what: String) -> Problem {
     Problem { file: file.to_owned(), shard: None, location: String::new(), what, remedy: REMEDY }
 }
 
-/// Every file against its digest, and every file of the folder against the list.
+/// Compares every file with its digest, and every file of the folder with the list.
 fn check_files(
     folder: &Folder,
     manifest: &Manifest,
@@ -87,13 +87,13 @@ fn check_files(
     let mut push = |found: Problem| if problems.len() < MOST_PROBLEMS { problems.push(found) } else { more += 1 };
     let entries = manifest.entries();
     for (path, saved) in listed {
-        // A file that has grown is another one, whatever its digest; documents have a bound.
+        // A file that is too large has changed and is not hashed; documents have a bound.
         let most = entries.get(path).map_or(Bound::RELEASE_TEXT.bytes, |entry| entry.bytes);
         match folder.size(path) {
             Ok(size) if size > most => {
                 push(problem(
                     path,
-                    format!("its content has changed: it has {size} bytes, at most {most} are expected"),
+                    format!("its content has changed: it has {size} bytes, but at most {most} are expected"),
                 ));
                 continue;
             }
@@ -103,7 +103,10 @@ fn check_files(
             Ok(found) if found.sha256 == *saved => {}
             Ok(found) => {
                 let (saved, found) = (&saved[..16], &found.sha256[..16]);
-                push(problem(path, format!("its content has changed: saved SHA-256 {saved}, calculated {found}")));
+                push(problem(
+                    path,
+                    format!("its content has changed: the listed SHA-256 is {saved}, the calculated one {found}"),
+                ));
             }
             Err(error) => push(problem(path, error.to_string())),
         }
@@ -112,7 +115,7 @@ fn check_files(
     for path in files_below(folder)?.iter().filter(|path| !known.contains(path.as_str())) {
         push(Problem {
             remedy: "delete it or move it away",
-            ..problem(path, format!("{CHECKSUMS} does not know this file"))
+            ..problem(path, format!("{CHECKSUMS} does not list this file"))
         });
     }
     if more > 0 {
@@ -121,7 +124,7 @@ fn check_files(
     Ok(problems)
 }
 
-/// The recipe, where it is one of this very dataset.
+/// Reads the recipe, if it belongs to this dataset.
 fn read_recipe(folder: &Folder, manifest: &Manifest, problems: &mut Vec<Problem>) -> Option<Recipe> {
     let text = folder.read(RECIPE, Bound::RELEASE_TEXT).ok()?;
     let recipe: Recipe = match serde_json::from_slice(&text) {
@@ -135,20 +138,20 @@ fn read_recipe(folder: &Folder, manifest: &Manifest, problems: &mut Vec<Problem>
         problems.push(problem(RECIPE, other_root(&recipe.root.hex(), manifest)));
         return None;
     }
-    // A recipe can't excuse a file that the dataset does not have with that content.
+    // A recipe may leave out only files that the dataset has with that content.
     let known = manifest.entries();
     let is_known = |file: &LeftOutFile| known.get(&file.path).is_some_and(|entry| entry.digest == file.blake3);
     for file in recipe.left_out.iter().filter(|file| !is_known(file)) {
-        problems.push(problem(RECIPE, format!("{} is no file of the manifest with that digest", file.path)));
+        problems.push(problem(RECIPE, format!("{} is not a file of the manifest with that digest", file.path)));
     }
     Some(recipe)
 }
 
 fn other_root(found: &str, manifest: &Manifest) -> String {
-    format!("it is of root {found}, the manifest of {}", manifest.root)
+    format!("its root is {found}, that of the manifest {}", manifest.root)
 }
 
-/// Each document against root and shards of the manifest.
+/// Compares each document with root and shards of the manifest.
 fn check_documents(
     folder: &Folder,
     manifest: &Manifest,
@@ -167,7 +170,7 @@ fn check_documents(
         |path: &str| -> Option<Value> { serde_json::from_slice(&folder.read(path, Bound::RELEASE_TEXT).ok()?).ok() };
     let mut compare = |path: &str, name: &str, sha256: Option<&str>| {
         if sha256 != listed.get(name).map(String::as_str) {
-            problems.push(problem(path, format!("it names another SHA-256 of {name} than {CHECKSUMS}")));
+            problems.push(problem(path, format!("its SHA-256 of {name} differs from {CHECKSUMS}")));
         }
     };
     if let Some(croissant) = json(CROISSANT) {
@@ -189,7 +192,7 @@ fn check_documents(
         let whole = subjects.get("dataset").copied().unwrap_or(&Value::Null);
         let job = &provenance["predicate"]["buildDefinition"]["externalParameters"]["job"]["digest"]["graspmillJob"];
         if whole["graspmillRoot"].as_str() != Some(&root) || job.as_str() != Some(&manifest.job.0.hex()) {
-            problems.push(problem(PROVENANCE, format!("its subject or its job is not that of root {root}")));
+            problems.push(problem(PROVENANCE, format!("its subject or its job does not belong to root {root}")));
         }
     }
 }

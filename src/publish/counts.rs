@@ -1,4 +1,4 @@
-//! Counts of a dataset in words, what its user wants to know first.
+//! Counts of a dataset as text, for a first overview.
 
 use super::{chart::grouped, headline::of_noun, products::pages_of};
 use format::{
@@ -7,22 +7,22 @@ use format::{
 };
 use kernel::files::Folder;
 
-/// Parts that the samples of a dataset consist of, such as poses, where people count those.
+/// Parts of the samples of a dataset, such as poses, if users count those.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CountedParts {
-    /// Noun of one part and of several.
+    /// Singular and plural noun of the parts.
     pub noun: Noun,
-    /// Parts of all samples.
+    /// Number of parts in all samples.
     pub count: u64,
 }
 
-/// The parts of a dataset's samples; `None` for a product whose samples are counted whole.
+/// Parts of a dataset's samples; `None` for a product that counts whole samples.
 pub fn counted_parts(manifest: &Manifest) -> Option<CountedParts> {
     let parts = pages_of(manifest.product).parts.as_ref()?;
     Some(CountedParts { noun: parts.noun, count: (parts.count)(manifest) })
 }
 
-/// Warnings of what the samples of a finished dataset show, beside those of its manifest.
+/// Warnings from the samples of a finished dataset, in addition to those of its manifest.
 ///
 /// # Errors
 /// When a file of the dataset is missing or damaged.
@@ -31,10 +31,10 @@ pub fn warnings(folder: &Folder) -> Result<Vec<String>, DatasetError> {
     (pages_of(reader.manifest().product).warnings)(&reader)
 }
 
-/// Lines with the counts of the finished dataset in a folder: its headline, its samples, then what its product counts besides.
+/// Lines with the counts of the finished dataset in a folder: its headline, its samples, then further counts of its product.
 ///
 /// # Errors
-/// When a file of the dataset that holds counts is missing or damaged.
+/// When a file with counts is missing or damaged.
 pub fn counts_in_words(folder: &Folder) -> Result<Vec<String>, DatasetError> {
     let reader = DatasetReader::open(folder)?;
     let pages = pages_of(reader.manifest().product);
@@ -43,7 +43,7 @@ pub fn counts_in_words(folder: &Folder) -> Result<Vec<String>, DatasetError> {
     Ok(lines)
 }
 
-/// Samples of the plan, and what became of them.
+/// Planned samples by result.
 fn samples_in_words(manifest: &Manifest) -> String {
     let counts = &manifest.counts;
     let rejects: Vec<String> =

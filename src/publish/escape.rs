@@ -1,6 +1,6 @@
-//! Text on its way into a document: what the document's format gives a meaning to is spelled out.
+//! Escapes text for a document, so that the document's format does not interpret it.
 
-/// Text for HTML and SVG, between tags or inside a quoted attribute.
+/// Escapes text for HTML and SVG, between tags or inside a quoted attribute.
 pub(super) fn html(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for character in text.chars() {
@@ -16,19 +16,18 @@ pub(super) fn html(text: &str) -> String {
     out
 }
 
-/// Text for one line of Markdown (CommonMark 0.31 with the tables and strike-throughs of GitHub): a paragraph, a list item,
-/// a heading or a cell of a table. No text begins a tag, an entity, a link, an emphasis or a block; control characters
-/// become spaces.
+/// Escapes text for one line of Markdown (CommonMark 0.31 with the tables and strike-throughs of GitHub): a paragraph, a list
+/// item, a heading or a table cell. The result starts no tag, entity, link, emphasis or block; control characters become spaces.
 pub(super) fn markdown(text: &str) -> String {
     inline(text.trim(), true)
 }
 
-/// A sentence of this program for one line of Markdown: what stands between backticks is a code span, all else text.
+/// Escapes a sentence of this program for one line of Markdown: text between backticks becomes a code span, the rest plain text.
 pub(super) fn prose(text: &str) -> String {
     let (mut out, mut rest) = (String::with_capacity(text.len() + 8), text.trim());
     loop {
         let span = rest.split_once('`').and_then(|(before, rest)| Some((before, rest.split_once('`')?)));
-        // A bar would end a table's cell even inside a code span.
+        // A bar would end a table cell even inside a code span.
         let Some((before, (span, after))) = span.filter(|(_, (span, _))| !span.is_empty() && !span.contains('|'))
         else {
             return out.clone() + &inline(rest, out.is_empty());
@@ -39,7 +38,7 @@ pub(super) fn prose(text: &str) -> String {
     }
 }
 
-/// Text inside a line, or at its beginning.
+/// Text inside a line or at its start.
 fn inline(text: &str, begins_line: bool) -> String {
     let line: Vec<char> = text.chars().map(|character| if character.is_control() { ' ' } else { character }).collect();
     let mut out = String::with_capacity(text.len() + 8);
@@ -49,7 +48,7 @@ fn inline(text: &str, begins_line: bool) -> String {
         let special = match character {
             '\\' | '`' | '*' | '[' | ']' | '|' | '~' | '$' => true,
             '_' => !is_inside_word(&line, index),
-            // A heading's marks stand at its start and, after a space, at its end.
+            // Heading marks are at the start of a heading and, after a space, at its end.
             '#' => index == 0 || line[index - 1] == ' ',
             '>' => is_first,
             '-' | '+' | '=' => is_first && line.get(1).is_none_or(|next| !next.is_alphanumeric() && *next != '.'),
@@ -70,14 +69,14 @@ fn inline(text: &str, begins_line: bool) -> String {
     out
 }
 
-/// Index of the point or bracket after the number that would begin an ordered list.
+/// Index of the point or bracket after a number that would start an ordered list.
 fn list_marker(line: &[char]) -> Option<usize> {
     let digits = line.iter().take_while(|character| character.is_ascii_digit()).count();
     let ends = line.get(digits + 1).is_none_or(|next| *next == ' ');
     (digits > 0 && ends && matches!(line.get(digits), Some('.' | ')'))).then_some(digits)
 }
 
-/// Whether a run of underscores has letters or digits on both sides: it emphasises nothing there.
+/// Whether a run of underscores has letters or digits on both sides and therefore emphasises nothing.
 fn is_inside_word(line: &[char], index: usize) -> bool {
     let is_letter = |character: Option<&char>| character.is_some_and(|character| character.is_alphanumeric());
     let before = line[..index].iter().rev().find(|character| **character != '_');
@@ -85,27 +84,27 @@ fn is_inside_word(line: &[char], index: usize) -> bool {
     is_letter(before) && is_letter(after)
 }
 
-/// Whether what follows an ampersand makes it an entity: a name or a number, and a semicolon.
+/// Whether an ampersand starts an entity: a name or a number and a semicolon follow.
 fn begins_entity(rest: &[char]) -> bool {
     let name = rest.iter().take_while(|character| character.is_ascii_alphanumeric() || **character == '#').count();
     name > 0 && rest.get(name) == Some(&';')
 }
 
-/// Text as a code span of Markdown, outside of tables: between more backticks than any run of them inside.
+/// Formats text as a Markdown code span outside tables, with more backticks around it than any run inside.
 pub(super) fn code(text: &str) -> String {
     let line: String = text.chars().map(|character| if character.is_control() { ' ' } else { character }).collect();
     let longest = line.split(|character| character != '`').map(str::len).max().unwrap_or(0);
     let fence = "`".repeat(longest + 1);
-    // A space beside each fence is no part of the span.
+    // A space next to each fence is not part of the span.
     let pad = if longest > 0 || line.starts_with(' ') || line.is_empty() { " " } else { "" };
     format!("{fence}{pad}{line}{pad}{fence}")
 }
 
-/// Text as a string of JSON, which is one of YAML too.
+/// Formats text as a JSON string, which is also a YAML string.
 pub(super) fn quoted(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 2);
     for character in serde_json::Value::from(text).to_string().chars() {
-        // JSON allows these as they are, YAML does not print them or takes them for line ends.
+        // JSON allows these characters unescaped, but YAML does not print them or treats them as line ends.
         match character {
             '\u{7f}'..='\u{9f}' | '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}' => {
                 out.push_str(&format!("\\u{:04x}", character as u32));
@@ -116,7 +115,7 @@ pub(super) fn quoted(text: &str) -> String {
     out
 }
 
-/// Text inside the braces of a BibTeX field.
+/// Escapes text for the braces of a BibTeX field.
 pub(super) fn bibtex(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for character in text.chars() {
@@ -130,7 +129,7 @@ pub(super) fn bibtex(text: &str) -> String {
     out
 }
 
-/// An address inside the braces of a BibTeX field, which takes it as it is: what would end the field is written in percent.
+/// Escapes a URL for the braces of a BibTeX field, which is verbatim: characters that would end the field are percent-encoded.
 pub(super) fn address(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for character in text.chars() {
@@ -155,7 +154,7 @@ mod tests {
     #[test]
     fn markdown_stays_text() {
         for (text, expected) in [
-            // Names and sentences as they are.
+            // Names and sentences stay unchanged.
             ("003_cracker_box", "003_cracker_box"),
             ("072-a_toy_airplane, view 4", "072-a_toy_airplane, view 4"),
             ("-0.25 to 3.5 m, B & C > D #4", "-0.25 to 3.5 m, B & C > D \\#4"),

@@ -109,7 +109,7 @@ impl InspectionHeader {
     }
 }
 
-/// The facts of a dataset of any product. `Display` is for people; serialised, it is for machines.
+/// The facts of a dataset of any product. `Display` writes text; serialising gives JSON.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inspection {
     text: String,

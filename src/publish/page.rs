@@ -89,7 +89,7 @@ pub(super) struct SpeedView {
 }
 
 impl SpeedView {
-    /// The figures that a run left; `None` where it left none.
+    /// The figures that a run left; `None` if it left none.
     pub fn of(header: &InspectionHeader, what: &'static str) -> Option<Self> {
         let speed: &Speed = header.notes.speed.as_ref()?;
         Some(Self {

@@ -4,7 +4,7 @@ use super::{picture::Panel, products::pages_of};
 use format::dataset::{DatasetError, DatasetReader, Selection};
 use kernel::{files::Folder, ids::ItemId};
 
-/// Draws the sample of an object and an item in panels, each at most `side` pixels wide and high; `None` where the dataset
+/// Draws the sample of an object and an item in panels, each at most `side` pixels wide and high; `None` if the dataset
 /// stores no such sample. Of a robot's map every sample has that robot, so that the name is empty.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! Products as people meet them: rows of a table. Reports, inspections, releases and previews know the rows alone.
+//! Publication of products: rows of a table. Reports, inspections, releases and previews know only these rows.
 
 use std::path::PathBuf;
 
@@ -19,34 +19,34 @@ use format::{
 };
 use kernel::{files::Folder, render::DepthSource};
 
-/// A product as people meet it: one row of the table of products.
+/// Texts, pages and pictures of a product: one row of the table of products.
 pub struct ProductPages {
     /// The product.
     pub product: Product,
-    /// Sentences about it.
+    /// Sentences about the product.
     pub(super) words: ProductWords,
-    /// Templates of its pages.
+    /// Templates of the product's pages.
     pub(super) templates: &'static PageTemplates,
     /// Passes over a finished dataset.
     pub(super) survey: fn(&DatasetReader) -> Result<Box<dyn Survey>, DatasetError>,
-    /// Parts that each sample consists of, where people count those.
+    /// Parts of each sample, if users count those.
     pub(super) parts: Option<SampleParts>,
-    /// Headline of a finished dataset, the first thing that its user wants to know: `run`, `inspect`, pages and cards begin with it.
+    /// Headline of a finished dataset; `run`, `inspect`, pages and cards start with it.
     pub(super) headline: fn(&DatasetReader) -> Result<String, DatasetError>,
-    /// Further lines with counts that only this product has.
+    /// Further lines with counts of this product.
     pub(super) counts_in_words: fn(&Folder, &Manifest) -> Result<Vec<String>, DatasetError>,
-    /// Warnings of what the samples show, each with its remedy.
+    /// Warnings from the samples, each with its remedy.
     pub(super) warnings: fn(&DatasetReader) -> Result<Vec<String>, DatasetError>,
     /// Writes the preview.
     pub(super) write_preview: WritePreview,
-    /// Whether the preview of a run shows more than the dataset stores, so that a release keeps it.
+    /// Whether the preview of a run shows more than the dataset stores; a release then keeps it.
     pub(super) preview_shows_more: bool,
-    /// Assets of its datasets, and files that show them.
+    /// Assets of the product's datasets, and files that show them.
     pub(super) assets: ProductAssets,
 }
 
-/// Writes `preview.mcap` into the folder of a dataset; depth images that the dataset does not store come from the source,
-/// where there is one.
+/// Writes `preview.mcap` into the folder of a dataset; depth images that the dataset does not store come from the source, if
+/// there is one.
 pub type WritePreview = fn(&DatasetReader, Option<&mut dyn DepthSource>) -> Result<PathBuf, PreviewError>;
 
 /// Sentences about a product. Text between backticks is code.
@@ -57,13 +57,13 @@ pub(super) struct ProductWords {
     pub sample: &'static str,
     /// Labels of the samples.
     pub labels: &'static str,
-    /// Making of the samples, a sentence.
+    /// Sentence about how the samples are made.
     pub acquisition: &'static str,
-    /// Further methods to read a dataset; empty where there are none.
+    /// Further methods to read a dataset; empty if there are none.
     pub reading: &'static str,
     /// Parts of each picture of a release, and the meaning of their colours.
     pub legend: &'static str,
-    /// Samples that a reader is advised to regenerate.
+    /// Recommended number of samples to regenerate.
     pub regenerated: u32,
     /// Categories of tasks by the names of Hugging Face.
     pub tasks: &'static [&'static str],
@@ -71,7 +71,7 @@ pub(super) struct ProductWords {
 
 /// Parts that a sample consists of, such as the poses at one position.
 pub(super) struct SampleParts {
-    /// Noun of one part and of several.
+    /// Singular and plural noun of the parts.
     pub noun: Noun,
     /// Parts of all stored samples.
     pub count: fn(&Manifest) -> u64,
@@ -81,22 +81,22 @@ pub(super) struct SampleParts {
 pub(super) struct ProductAssets {
     /// Kind of the subjects.
     pub subjects: AssetKind,
-    /// Part of an object's shape that stands in a dataset.
+    /// Part of an object's shape that a dataset contains.
     pub objects: AssetUse,
-    /// Part of a hand's or a robot's shape that stands in a dataset.
+    /// Part of a hand's or a robot's shape that a dataset contains.
     pub descriptions: AssetUse,
     /// Extra files with copies of shapes.
     pub shape_files: &'static [&'static str],
-    /// Extra files with data made of the assets.
+    /// Extra files with data made from the assets.
     pub data_files: &'static [&'static str],
 }
 
-/// Pictures of a release, at most.
+/// Maximum number of pictures in a release.
 pub(super) const PICTURES: usize = 4;
 
-/// Facts, distributions and choices out of one pass over a dataset: all that page, card and inspection need.
+/// Facts, distributions and choices from one pass over a dataset, for page, card and inspection.
 pub(super) trait Survey {
-    /// The facts, for people and machines.
+    /// The facts, as text or JSON.
     fn inspection(&self) -> Inspection;
 
     /// The page of a report.
@@ -114,7 +114,7 @@ pub(super) trait Survey {
     /// When a file of the dataset is missing or damaged.
     fn pictures(&self, reader: &DatasetReader) -> Result<Vec<(String, Picture)>, DatasetError>;
 
-    /// Draws one sample in panels, each at most `side` pixels wide and high; none where the product has no such panels.
+    /// Draws one sample in panels, each at most `side` pixels wide and high; empty if the product has no such panels.
     ///
     /// # Errors
     /// When a file of the dataset is missing or damaged.
@@ -122,8 +122,8 @@ pub(super) trait Survey {
         Ok(Vec::new())
     }
 
-    /// Samples that can stand in the first picture of a set, where one scene is shown as several datasets know it; none where
-    /// the product has nothing to show of a scene.
+    /// Samples for the first picture of a set, which shows one scene from several datasets; empty if the product does not show
+    /// scenes.
     ///
     /// # Errors
     /// When a file of the dataset is missing or damaged.
@@ -144,6 +144,6 @@ pub(super) trait Survey {
 pub(super) struct Page {
     /// Values for the first of [`ProductPages::templates`].
     pub values: Value,
-    /// Things that it shows in pictures.
+    /// Number of items that the page shows in pictures.
     pub shown: usize,
 }

@@ -11,7 +11,7 @@ pub(super) struct SceneSample {
     pub index: SampleIndex,
     /// The scene by content.
     pub scene: ObjectId,
-    /// Number of the view that the sample is of; `None` where it is of the scene as a whole.
+    /// Number of the view that the sample is of; `None` if it is of the scene as a whole.
     pub view: Option<ItemId>,
     /// Distance from the sample that shows most, 0 or more: of several samples the nearest is shown.
     pub distance: f64,

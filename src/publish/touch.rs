@@ -44,7 +44,7 @@ pub struct TouchKind {
     /// Probes that something else stopped; `None` of lone objects.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub blocked: Option<u64>,
-    /// Forces and gaps that a hand felt; `None` where no hand touched.
+    /// Forces and gaps that a hand felt; `None` if no hand touched.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hand: Option<HandFacts>,
 }
@@ -109,7 +109,7 @@ impl TouchFacts {
     /// Samples evaluated, at most: they have to be read and decoded.
     pub const MAX: u64 = 2000;
 
-    /// Reads the samples of a dataset; `None` where no touch is stored.
+    /// Reads the samples of a dataset; `None` if no touch is stored.
     pub(crate) fn of(reader: &DatasetReader) -> Result<Option<Self>, DatasetError> {
         let channels = reader.manifest().channels().into_iter().filter(|channel| channel.is_touch());
         let mut sums: BTreeMap<Channel, KindSums> =

@@ -57,7 +57,7 @@ struct VariableBlock {
     current: [f32; LANES],
 }
 
-/// Second differences of the point ahead, 0 where there is no row: of one slab along y and z, of three slabs along x. A line of
+/// Second differences of the point ahead, 0 if there is no row: of one slab along y and z, of three slabs along x. A line of
 /// voxels stands before each slab, and one behind it.
 struct Bends {
     along_x: [Vec<f32>; 3],

@@ -238,7 +238,7 @@ impl ObjectPicture<'_> {
         at
     }
 
-    /// The surface's unit normal, towards the camera; `None` where no neighbour along an axis is of the same surface.
+    /// The surface's unit normal, towards the camera; `None` if no neighbour along an axis is of the same surface.
     fn normal(&self, pixel: u32, point: &Point3<f64>) -> Option<Vector3<f64>> {
         let (width, height) = (self.camera.width, self.camera.height);
         let (column, row) = (pixel % width, pixel / width);

@@ -164,13 +164,13 @@ fn selections_hold_and_nothing_is_overwritten() {
 
     let unknown = ExportSelection { objects: vec!["mugg".to_owned()], ..ExportSelection::default() };
     let error = export_as("npy", &shelf, &folder.path("unknown"), &unknown).unwrap_err().to_string();
-    assert!(error.contains("no object is called 'mugg'") && error.contains("mug, ring"), "{error}");
+    assert!(error.contains("no object has the name 'mugg'") && error.contains("mug, ring"), "{error}");
 
     let unpacked = ExportSelection { unpacked: true, ..ExportSelection::default() };
     let error = export_as("pcd", &shelf, &folder.path("unpacked"), &unpacked).unwrap_err().to_string();
-    assert!(error.contains("pcd holds packed bits alone; leave out --unpacked"), "{error}");
+    assert!(error.contains("pcd stores only packed bits; leave out --unpacked"), "{error}");
     let error = export_as("graspit", &shelf, &folder.path("map"), &ExportSelection::default()).unwrap_err().to_string();
-    assert!(error.contains("give --to npy, parquet, webdataset, binvox or pcd"), "{error}");
+    assert!(error.contains("use --to npy, parquet, webdataset, binvox or pcd"), "{error}");
 
     let none = ExportSelection { limit: Some(0), ..ExportSelection::default() };
     let error = export_as("npy", &shelf, &folder.path("none"), &none).unwrap_err();

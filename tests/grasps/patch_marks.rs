@@ -144,7 +144,7 @@ fn tried_grasps_are_samples_with_the_label_of_their_trials() {
     }
     Program::on("report", WORKSPACE.path("depth")).option("--out", WORKSPACE.path("depth.html")).succeed();
     let page = WORKSPACE.read("depth.html");
-    assert!(page.contains("What all trials of a grasp say together") && page.contains(", hidden"), "the page has it");
+    assert!(page.contains("The label combines all trials of a grasp") && page.contains(", hidden"), "the page has it");
     assert_intact(WORKSPACE.path("depth"), FULL_CHECK);
 }
 

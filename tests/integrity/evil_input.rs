@@ -343,7 +343,7 @@ const ARGUMENTS: [(&[&str], i32, &str); 103] = [
     (&["export", "DATA", "--to", "npy", "--out", "DATA"], 2, "not empty"),
     (&["export", "DATA", "--to", "acronym", "--out", "OUT"], 2, ""),
     (&["export", "DATA", "--to", "graspit", "--out", "OUT"], 2, ""),
-    (&["export", "DATA", "--to", "npy", "--out", "OUT", "--limit", "0"], 2, "no sample is selected"),
+    (&["export", "DATA", "--to", "npy", "--out", "OUT", "--limit", "0"], 2, "is selected; leave out"),
     (&["verify", "DATA", "--regenerate", "x"], 2, "--regenerate"),
     (&["verify", "DATA", "--set", "a=b"], 2, "--regenerate"),
     (&["verify", "DATA", "--seed", "-1"], 2, ""),

@@ -76,7 +76,7 @@ fn name_check(verification: &Verification) -> Option<&'static str> {
     assert_eq!(*code, 4, "{problems:?}");
     let signs = [
         ("saved digest", "digest of a file"),
-        ("saved SHA-256", "SHA-256 of a file"),
+        ("listed SHA-256", "SHA-256 of a file"),
         ("run.json", "run.json against manifest or job"),
         ("cut short", "digest of a file"),
     ];

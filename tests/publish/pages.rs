@@ -48,7 +48,7 @@ fn the_first_screen_shows_samples_and_every_link_leads_somewhere() {
         assert!((1..=6).contains(&links.len()), "{product}: {links:?}");
         assert_eq!(strip.matches("src=\"data:image/png;base64,").count(), links.len(), "{product}");
         assert!(links.iter().all(|link| link.starts_with("card-")), "{product}: {links:?}");
-        assert!(strip.contains("Each picture leads to its card below."), "{product}");
+        assert!(strip.contains("Each picture links to its card below."), "{product}");
         let ids: BTreeSet<&str> = between(&page, "id=\"", "\"").into_iter().collect();
         let lost: Vec<&str> = between(&page, "href=\"#", "\"").into_iter().filter(|link| !ids.contains(link)).collect();
         assert!(lost.is_empty(), "{product}: {lost:?}");
@@ -172,7 +172,7 @@ fn dots_at_contacts_are_seen() {
     let workspace = Workspace::new();
     let data = workspace.make_dataset("grasps", &small_job("grasps"), &["grasps.seeds=4"]);
     let page = page_of(&data);
-    assert!(page.contains("a black dot at each contact"), "the page speaks of dots");
+    assert!(page.contains("a black dot, never hidden, marks each contact"), "the page speaks of dots");
     let mut drawn = 0;
     for item in (0..4).map(ItemId) {
         // The same size as on the page.

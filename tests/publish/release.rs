@@ -177,7 +177,7 @@ fn what_was_changed_is_told() {
     mend();
     // A file too many, then one too few.
     let more = workspace.write("release/shards.zip", "x");
-    assert!(verify(&out).expect_code(4).text().contains("does not know this file"));
+    assert!(verify(&out).expect_code(4).text().contains("does not list this file"));
     fs::remove_file(more).expect("removed");
     fs::remove_file(out.join("LICENCES.md")).expect("removed");
     assert!(verify(&out).expect_code(4).text().contains("LICENCES.md"));
@@ -256,7 +256,7 @@ fn what_has_no_known_licence_is_not_shipped() {
     assert_eq!(files.keys().find(hidden), None);
     assert_eq!(read_json(out.join("recipe.json"))["root"], read_json(data.join("manifest.json"))["root"]);
     assert!(read_text(out.join("README.md")).contains("This is a recipe"));
-    assert!(verify(&out).succeed().text().contains("a recipe: 1 files of the dataset are left out"));
+    assert!(verify(&out).succeed().text().contains("a recipe: 1 files of the dataset are not included"));
     // It excuses the files that it names, and no other.
     fs::remove_file(out.join("index.parquet")).expect("removed");
     verify(&out).expect_code(4);

@@ -128,7 +128,7 @@ print(int(full.sum()))
     let refused =
         |arguments: &[&str]| Program::on("export", &data).args(["--out", "x"]).args(arguments).expect_code(2).stderr;
     let said = refused(&["--to", "npy"]);
-    assert!(said.contains("reachability") && said.contains("give --to parquet or graspit"), "{said}");
+    assert!(said.contains("reachability") && said.contains("use --to parquet or graspit"), "{said}");
     let said = refused(&["--to", "graspit", "--limit", "3"]);
     assert!(said.contains("leave out --split"), "{said}");
 }
@@ -203,7 +203,7 @@ fn a_report_of_nothing_reachable_stands() {
     let data = run(&workspace, "far", &["--set", "poses.x.from=4.0", "--set", "poses.x.to=4.6"]);
     Program::on("report", &data).succeed();
     let page = read_text(data.join("report.html"));
-    assert!(page.contains("all labels are alike") && !page.contains("NaN"), "no numbers without numbers");
+    assert!(page.contains("all labels are equal") && !page.contains("NaN"), "no numbers without numbers");
     let answers: Value = query(&data, &["--pose", "4,0,1,0,0,0"]).read_json();
     assert!(answers["poses"][0]["distance"].is_null(), "{answers}");
 }

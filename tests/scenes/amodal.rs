@@ -159,7 +159,7 @@ fn threads_and_tasks_change_nothing_and_splits_are_those_of_the_scenes() {
     assert_eq!(read.2, ["holdout", "test", "training"]);
     Program::on("report", &two).succeed();
     let page = workspace.read("two/report.html");
-    assert!(page.contains("what surrounds it") && page.contains("Slice from the side"));
+    assert!(page.contains("with its surroundings") && page.contains("Slice from the side"));
     assert_eq!(Program::on("inspect", &two).read_json()["scenes"], 6);
     assert!(two.join("preview.mcap").is_file());
 }

@@ -143,7 +143,7 @@ fn threads_and_tasks_change_nothing_and_rejected_views_have_no_heatmap() {
     }
     Program::on("report", &two).succeed();
     let page = workspace.read("two/report.html");
-    assert!(page.contains("A grasp that something forbids is background") && page.contains("patches of a grasp"));
+    assert!(page.contains("A forbidden grasp is background") && page.contains("patches of a grasp"));
     assert!(two.join("preview.mcap").exists());
     let estimated = Program::on("estimate", workspace.path("two.toml")).succeed().text();
     assert!(estimated.contains("15 views of 3 scenes") && estimated.contains("root of their trials"), "{estimated}");

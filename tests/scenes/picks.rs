@@ -212,7 +212,7 @@ fn threads_and_tasks_change_nothing() {
     assert!(inspected.contains("of 9 bodies kept") && inspected.contains("lost to container"), "{inspected}");
     Program::on("report", &two).succeed();
     let page = workspace.read("two/report.html");
-    assert!(page.contains("Grasps by what became of them") && page.contains("Trials by verdict"));
+    assert!(page.contains("Grasps by result") && page.contains("Trials by verdict"));
     assert!(two.join("preview.mcap").exists());
 }
 

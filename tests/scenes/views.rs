@@ -256,7 +256,7 @@ fn bodies_nearer_than_the_sensor_measures_are_counted_and_the_remedy_keeps_them(
         let facts = Program::on("inspect", &measured).read_json();
         assert_eq!(facts["too_near"], by_half);
         Program::on("report", &measured).succeed();
-        assert!(workspace.read(measured.join("report.html")).contains("nearer than the sensor measures"));
+        assert!(workspace.read(measured.join("report.html")).contains("nearer than the range of the sensor"));
 
         // Each remedy, followed.
         let back = warning.split_once("back by ").expect("a distance").1.split(' ').next().expect("a number");

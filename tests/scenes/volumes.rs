@@ -354,7 +354,7 @@ fn vgn_and_giga_read_the_exports_of_views_and_volumes() {
         assert!(one == other, "{name}");
     }
     let said = export(&volumes, "none", &["size=0.4"]).expect_code(2).stderr;
-    assert!(said.contains("has no number size") && said.contains("finger_depth"), "{said}");
+    assert!(said.contains("does not use size") && said.contains("finger_depth"), "{said}");
     assert!(export(&views, "none", &["finger_depth=-1"]).expect_code(2).stderr.contains("must be positive"));
     assert!(export(&views, "none", &["finger_depth"]).expect_code(2).stderr.contains("KEY=NUMBER"));
     let cameras = format!("{SHELL}, {{ overhead = {{ height = 0.8 }}, width = 64, height = 48, fx = 60.0 }}");

@@ -68,7 +68,7 @@ pub(super) struct NodeText<'a> {
 pub(super) struct EndText<'a> {
     pub name: &'a str,
     pub elements: Elements,
-    /// Sides; `None` where one is a symbol.
+    /// Sides; `None` if one is a symbol.
     pub dims: Option<Vec<Option<i64>>>,
 }
 

@@ -16,7 +16,7 @@ const ON_ROUND: f64 = 0.5;
 /// Share of the points near a box that must lie on a side to say where it is.
 const SIDE_SHARE: f64 = 0.05;
 
-/// The shape of the same kind that fits the points near its surface best; `None` where they do not determine it.
+/// The shape of the same kind that fits the points near its surface best; `None` if they do not determine it.
 pub(super) fn refined(shape: &Primitive, points: &[SeenPoint]) -> Option<Primitive> {
     let is_near = |point: &&SeenPoint| shape.signed_distance(&point.position).abs() <= TOLERANCE;
     let near: Vec<SeenPoint> = points.iter().filter(is_near).copied().collect();

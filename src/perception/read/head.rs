@@ -9,7 +9,7 @@ const TEXT_NUMBER: u64 = 64;
 /// Most bytes of a pixel of a PNG, by rows of red, green, blue and alpha of 16 bits; deflate that packs nothing adds little.
 const PNG_PIXEL: u64 = 9;
 
-/// Most bytes that a file with this head can use; `None` where its format's mark is missing, so that no more than the head is worth
+/// Most bytes that a file with this head can use; `None` if its format's mark is missing, so that no more than the head is worth
 /// reading.
 ///
 /// # Errors

@@ -1,6 +1,6 @@
 //! LZF, the compression of binary PCD files (Lehmann, liblzf): literal runs and references to what came before.
 
-/// The plain bytes; `None` where the stream does not hold exactly `length` of them.
+/// The plain bytes; `None` if the stream does not hold exactly `length` of them.
 pub(super) fn decompress(packed: &[u8], length: usize) -> Option<Vec<u8>> {
     let mut plain: Vec<u8> = Vec::new();
     // A byte of a stream gives at most 264 / 3 bytes: no length that is claimed is believed further.

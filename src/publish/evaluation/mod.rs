@@ -1,4 +1,4 @@
-//! The page of a comparison of completions: its table, and the best, the median and the worst sample of each method as pictures.
+//! Page of a comparison of completions: the table, and pictures of the best, median and worst sample of each method.
 
 mod templates;
 
@@ -21,17 +21,17 @@ pub(super) use templates::TEMPLATES;
 /// Side of each picture [px].
 const SIDE: u32 = 200;
 
-/// A comparison of completions on the samples of one dataset, in words.
+/// A comparison of completions on the samples of one dataset, as text.
 pub struct Evaluation {
     /// Name of the dataset.
     pub dataset: String,
     /// Root digest of the dataset.
     pub root: String,
-    /// Samples, objects and split, in a sentence.
+    /// Sentence with samples, objects and split.
     pub lead: String,
     /// Heads of the table's columns.
     pub head: Vec<String>,
-    /// A row per method and way of making meshes: as many texts as there are columns.
+    /// One row per completion method and meshing method, with one text per column.
     pub rows: Vec<Vec<String>>,
     /// Sentences about the table.
     pub notes: Vec<String>,
@@ -47,19 +47,19 @@ pub struct EvaluatedMethod {
     pub samples: Vec<EvaluatedSample>,
 }
 
-/// A sample as a method completed it. The grids have one resolution and one frame.
+/// A sample completed by a method. All grids share one resolution and one frame.
 pub struct EvaluatedSample {
-    /// Which sample it is, and how well it was completed, in a sentence.
+    /// Sentence that names the sample and its scores.
     pub caption: String,
-    /// Cells that the camera saw.
+    /// Cells that the camera observed.
     pub partial: OccupancyGrid,
-    /// Cells that the method made of them.
+    /// Cells that the method predicts.
     pub completed: OccupancyGrid,
     /// The true grid.
     pub truth: OccupancyGrid,
 }
 
-/// The page as its template takes it.
+/// Input of the page's template.
 #[derive(Serialize)]
 pub(super) struct EvaluationPage<'a> {
     dataset: &'a str,
@@ -107,7 +107,7 @@ impl Evaluation {
         EvaluationPage { dataset, root, lead, head, rows, notes, methods: methods.collect() }
     }
 
-    /// Writes the page. It depends on what is compared alone, not on clock, machine or path.
+    /// Writes the page. The bytes depend only on the comparison, not on time, machine or path.
     ///
     /// # Errors
     /// When the file can't be written.
@@ -119,7 +119,7 @@ impl Evaluation {
         files::replace(path, html.as_bytes()).map_err(DatasetError::io("writing", path))
     }
 
-    /// A comparison of one method with this name, with a sample and sentences or without.
+    /// A comparison of one method with this name, with or without a sample and sentences.
     #[cfg(test)]
     pub(super) fn example(name: &str, is_full: bool) -> Self {
         let grid = OccupancyGrid::new(2);

@@ -39,9 +39,7 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
         keys: &[],
         layout: |_| {
             "grasps/<object>.h5: grasps/transforms (N, 4, 4), the gripper in the object's frame [m], its origin that of the hand's \
-             base, z the approach, x the line along which the pads close; grasps/qualities/flex/object_in_gripper (N), 1 where \
-             it holds, whose attribute `from` says why: trial (in MuJoCo), or verdict (kept for its force closure, where the \
-             dataset has no trials); grasps/qualities/graspmill: further numbers; object, gripper: as ACRONYM has them; \
+             base, z the approach, x the line along which the pads close; grasps/qualities/flex/object_in_gripper (N), 1 if the grasp holds; its attribute `from` is trial (in MuJoCo) or verdict (kept for its force closure, if the dataset has no trials); grasps/qualities/graspmill: further numbers; object, gripper: as in ACRONYM; \
              meshes/<object>.obj: object/file [m], object/scale 1"
         },
         write,
@@ -77,7 +75,7 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
     Ok(written)
 }
 
-/// Sources of a label: a trial, or the verdict of the search.
+/// Source of a label: a trial, or the verdict of the search.
 const TRIAL: &str = "trial";
 const VERDICT: &str = "verdict";
 
@@ -86,11 +84,11 @@ struct LabelledGrasps {
     hand: String,
     /// Driven joint of the pregrasp.
     opening: Vec<f64>,
-    /// Conditions of the trials, where there were any: friction and mass [kg].
+    /// Conditions of the trials, if there are any: friction and mass [kg].
     conditions: Option<[f64; 2]>,
-    /// Coefficient of friction of the quality.
+    /// Coefficient of friction of the quality measure.
     friction: f64,
-    /// 4 x 4, row-major, of each grasp.
+    /// Pose of each grasp, 4 x 4, row-major.
     transforms: Vec<f64>,
     in_gripper: Vec<i64>,
     /// Item of the run, and rank in it.
@@ -99,7 +97,7 @@ struct LabelledGrasps {
 }
 
 impl LabelledGrasps {
-    /// The grasps of an object: those that were tried, or all where none was; `None` without any.
+    /// Grasps of an object: those with trials, or all if there are no trials; `None` without grasps.
     fn read(
         reader: &DatasetReader,
         hand: &HandShape,
@@ -198,7 +196,7 @@ impl LabelledGrasps {
         number(&mut object, "volume", solid.volume);
         let centre: [f64; 3] = solid.centre.coords.into();
         object.create_dataset("com").with_f64_data(&centre);
-        // An object that was never tried has no mass.
+        // An object without trials has no mass.
         if let Some([_, mass]) = self.conditions {
             number(&mut object, "mass", mass);
             number(&mut object, "density", mass / solid.volume);
@@ -226,9 +224,9 @@ fn text(group: &mut GroupBuilder, name: &str, value: &str) {
     group.create_dataset(name).with_vlen_strings(&[value]).with_shape(&[]);
 }
 
-/// ACRONYM's frame of a parallel-jaw gripper, in the frame of its base: the same origin, z the approach, x the line along which
-/// the pads close. `None` of a hand whose joints are more than one motor that slides pads of the base along one line, at
-/// right angles to the approach.
+/// ACRONYM's frame of a parallel-jaw gripper, expressed in its base frame: the same origin, z along the approach, x along the
+/// closing line of the pads. `None` unless the hand is one motor that slides pads of the base along one line at right angles to
+/// the approach.
 fn base_from_gripper(hand: &HandShape, run: &GraspRun, grasp: &Grasp) -> Option<IsometryMatrix3<f64>> {
     let axes: Vec<Vector3<f64>> = (hand.joints.iter())
         .map(|joint| (joint.slides && joint.carried_by == 0).then(|| joint.link_from_joint.rotation * *joint.axis))

@@ -1,4 +1,4 @@
-//! Views as one COCO file of instances with its images: boxes and masks of what is seen, with the silhouettes beside them.
+//! Views as one COCO file of instances with its images: boxes and masks of the visible pixels, with the full silhouettes.
 
 use serde_json::json;
 
@@ -21,18 +21,17 @@ const DEPTH_SCALE: f64 = 1.0;
 /// Views as COCO instances.
 pub(super) static FORMAT: ExportFormat = ExportFormat {
     name: "coco",
-    summary: "Views as COCO instances: images, boxes, masks and shares of what is seen.",
+    summary: "Views as COCO instances: images, boxes, masks and visible shares.",
     has_unpacked: false,
     forms: &[ExportForm {
         product: Product::VIEWS,
         counted: Noun { one: "view", many: "views" },
         keys: &[],
         layout: |_| {
-            "instances.json: images (file_name below this folder: rgb/*.png in colour, 8 bits, or where the views have no colours \
-             depth/*.png, 16 bits, depth in mm, 0 where there is no return; depth_file_name is that depth image in either case; sample, \
+            "instances.json: images (file_name below this folder: rgb/*.png in colour, 8 bits, or depth/*.png if the views have no colours, 16 bits, depth in mm, 0 = no return; depth_file_name is always the depth image; sample, \
              scene, split and intrinsics; pixel centres at +0.5), categories (name and digest of each object) and annotations: bbox, area \
              and segmentation of the pixels that see the body, as uncompressed run lengths, with amodal_bbox (not clipped), \
-             amodal_segmentation (in the image), amodal_area (parts outside the image included) and visible_share"
+             amodal_segmentation (in the image), amodal_area (including parts outside the image) and visible_share"
         },
         write,
     }],
@@ -89,7 +88,7 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
     Ok(Written::selection(selected.count(), "views", selection))
 }
 
-/// Adds the bodies that an image sees.
+/// Adds the bodies in an image.
 fn annotate(annotations: &mut Vec<serde_json::Value>, image_id: usize, image: &SceneImage, objects: &[AssetRow]) {
     let [width, height] = [image.camera.width, image.camera.height];
     for (number, body) in (1u8..).zip(&image.bodies).filter(|(_, body)| body.pixels_visible > 0) {

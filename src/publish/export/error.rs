@@ -11,29 +11,29 @@ use kernel::{ids::SampleIndex, remedy, words::Show};
 /// Error of an export.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
-    /// The dataset can't be read, or the output folder is none that can be filled.
+    /// The dataset can't be read, or the output folder can't be filled.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
-    /// The dataset is of a product that has no such form.
-    #[error("a dataset of {product}: only datasets of {} have the form {format}; {}", of.join(" and "), listed_forms(forms))]
+    /// The format does not support the product of the dataset.
+    #[error("{format} does not support datasets of {product}, only of {}; {}", of.join(" and "), listed_forms(forms))]
     OtherProduct {
         /// Product of the dataset.
         product: Product,
-        /// Format that was asked for.
+        /// Requested format.
         format: &'static str,
-        /// Names of the products that have it.
+        /// Names of the products that the format supports.
         of: Vec<&'static str>,
         /// Formats of its product.
         forms: Vec<&'static str>,
     },
-    /// Bytes per cell in a format that has packed bits alone.
-    #[error("{format} holds packed bits alone; leave out --unpacked")]
+    /// One byte per cell was requested from a format that stores only packed bits.
+    #[error("{format} stores only packed bits; leave out --unpacked")]
     AlwaysPacked {
         /// The format.
         format: &'static str,
     },
-    /// A number that the form does not need.
-    #[error("{format} of a dataset of {product} has no number {key}; it {}", known_keys(known))]
+    /// A number that the form does not use.
+    #[error("{format} of a dataset of {product} does not use {key}; it {}", known_keys(known))]
     UnknownKey {
         /// The format.
         format: &'static str,
@@ -44,7 +44,7 @@ pub enum ExportError {
         /// Keys that it has.
         known: Vec<&'static str>,
     },
-    /// A number that no length can be.
+    /// A number that is not a length.
     #[error("{key} = {value}: must be positive and finite")]
     BadNumber {
         /// The key.
@@ -52,18 +52,17 @@ pub enum ExportError {
         /// The number.
         value: f64,
     },
-    /// Images of several cameras in a format that has one.
+    /// Images of several cameras for a format that allows one.
     #[error(
-        "vgn has one camera for all images, and view {view} has another than the first one; make the views by a job with one camera"
+        "vgn requires one camera for all images, but view {view} has a different one than the first; make the views with a job that has one camera"
     )]
     OtherCamera {
         /// The view.
         view: SampleIndex,
     },
-    /// A depth that the file's 16 bits do not hold.
+    /// A depth beyond the range of the file's 16 bits.
     #[error(
-        "view {view} has a depth of {depth:.3} m, and its images hold depths up to {farthest:.3} m; give --to parquet, which holds any \
-         depth"
+        "view {view} has a depth of {depth:.3} m, but the images store depths up to {farthest:.3} m; use --to parquet, which stores any depth"
     )]
     TooFar {
         /// The view.
@@ -73,99 +72,96 @@ pub enum ExportError {
         /// The largest depth that fits [m].
         farthest: f64,
     },
-    /// A view with neither depth nor colours.
+    /// A view without depth and colours.
     #[error(
-        "view {view} has neither depth nor colours; give --to parquet, which holds masks and poses without an image"
+        "view {view} has neither depth nor colours; use --to parquet, which stores masks and poses without an image"
     )]
     NoImages {
         /// The view.
         view: SampleIndex,
     },
-    /// Cubes of several sizes in a format that has one.
+    /// Cubes of several sizes for a format that allows one.
     #[error(
-        "vgn has one size for all volumes, and sample {index} has another than the first one; `verify` the dataset"
+        "vgn requires one size for all volumes, but sample {index} has a different one than the first; `verify` the dataset"
     )]
     OtherCube {
         /// The volume.
         index: SampleIndex,
     },
-    /// A map is written as a whole.
+    /// A selection for a map, which is written as a whole.
     #[error("graspit writes the whole grid of poses; leave out --split, --object and --limit")]
     WholeGrid,
-    /// A map over directions in files that know six axes only.
+    /// A map over directions for files that support only six axes.
     #[error(
-        "graspit's files hold six axes, and this map has directions in place of pitch and yaw; export a map whose job gives \
-         `roll`, `pitch` and `yaw`, or read field.mcap"
+        "graspit's files require six axes, but this map has directions instead of pitch and yaw; export a map whose job sets `roll`, `pitch` and `yaw`, or read field.mcap"
     )]
     Directions,
-    /// Grasps that were not tried.
-    #[error("this dataset has no trials; run its job with [physics] in it")]
+    /// Grasps without trials.
+    #[error("this dataset has no trials; add [physics] to its job and run it")]
     NoTrials,
     /// A hand that cannot be described without further files.
     #[error(
-        "shapes.mcap has no hand for plain MuJoCo: its description names mesh files, and a body of it has no name; name its \
-         bodies"
+        "shapes.mcap has no hand for plain MuJoCo, because the hand's description uses mesh files and has a body without a name; give all bodies names"
     )]
     NoPlainHand,
-    /// A hand that ACRONYM's layout has no words for.
+    /// A hand that ACRONYM's layout cannot describe.
     #[error(
-        "acronym's layout is for parallel-jaw grippers, whose pads one motor slides along a line across the approach; {hand} is \
-         none: give --to parquet, which holds the grasps of any hand"
+        "acronym supports only parallel-jaw grippers, whose pads one motor slides along a line across the approach, and {hand} is not one; use --to parquet, which stores the grasps of any hand"
     )]
     NoParallelGripper {
         /// Name of the hand.
         hand: String,
     },
-    /// Grasps of an object that the library can't lay out.
-    #[error("the grasps of {name} can't be written as HDF5: {source}; export fewer by --limit")]
+    /// Grasps of an object that the library can't write.
+    #[error("the grasps of {name} can't be written as HDF5: {source}; export fewer with --limit")]
     Hdf5 {
         /// The object.
         name: String,
-        /// Why not.
+        /// Cause.
         source: Box<hdf5_pure::Error>,
     },
-    /// An object without inside.
-    #[error("{name} has no solid inside to be weighed")]
+    /// An object without a solid inside.
+    #[error("{name} has no solid inside, so its mass cannot be computed")]
     NoSolid {
         /// The object.
         name: String,
     },
-    /// A row of the asset table that does not say how the object's inside was found.
+    /// A row of the asset table without a valid method for the object's inside.
     #[error("assets.json: `inside` of {name} is {}, expected winding_number or crossings; `verify` the dataset", found.as_deref().unwrap_or("missing"))]
     NoInside {
         /// The object.
         name: String,
-        /// Text that stands there.
+        /// Text in the table.
         found: Option<String>,
     },
-    /// The dataset has no object, or scene where samples are of scenes, of that name.
-    #[error("no {what} is called '{name}'; the dataset has {}", listed(known))]
+    /// The dataset has no object of that name, or no scene for products made from scenes.
+    #[error("no {what} has the name '{name}'; the dataset has {}", listed(known))]
     UnknownObject {
-        /// Kind of what is selected: object, scene, ...
+        /// Kind of selected item: object, scene, ...
         what: &'static str,
-        /// The name asked for.
+        /// Requested name.
         name: String,
-        /// The names there are.
+        /// Names in the dataset.
         known: Vec<String>,
     },
-    /// No sample passes the selection.
-    #[error("no sample is selected, of {kept} in the dataset; leave out or change --split, --object or --limit")]
+    /// The selection contains no sample.
+    #[error("none of the dataset's {kept} samples is selected; leave out or change --split, --object or --limit")]
     NothingSelected {
         /// Stored samples of the dataset.
         kept: u64,
     },
-    /// Arrays need grids of one size.
-    #[error("sample {index} has {found} cells a side, the first one {expected}; `verify` the dataset")]
+    /// Grids of several sizes for an array.
+    #[error("sample {index} has {found} cells per side, but the first one {expected}; `verify` the dataset")]
     OtherResolution {
         /// The sample.
         index: SampleIndex,
         /// Resolution of the grid.
         found: u32,
-        /// The array's.
+        /// Resolution of the array.
         expected: u32,
     },
-    /// A block of poses that is none of the field's grid.
-    #[error("sample {index} holds no position of the grid of field.mcap; `verify` the dataset")]
+    /// A block of poses that is not in the field's grid.
+    #[error("the position of sample {index} is not in the grid of field.mcap; `verify` the dataset")]
     OtherGrid {
         /// The sample.
         index: SampleIndex,
@@ -175,15 +171,15 @@ pub enum ExportError {
     Io {
         /// Action that failed: "writing", "creating", ...
         action: &'static str,
-        /// On which file.
+        /// File of the action.
         path: PathBuf,
-        /// Why not.
+        /// Cause.
         source: io::Error,
     },
 }
 
 impl ExportError {
-    /// Wraps an I/O error with what was tried on which file.
+    /// Wraps an I/O error with the action and the file.
     pub(super) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::Io { action, path: path.to_owned(), source }
     }
@@ -191,33 +187,33 @@ impl ExportError {
 
 fn io_remedy(error: &io::Error) -> &'static str {
     match error.kind() {
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "make room, then export again",
-        io::ErrorKind::ReadOnlyFilesystem => "give a folder that can be written",
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "free disk space, then export again",
+        io::ErrorKind::ReadOnlyFilesystem => "choose a writable folder",
         _ => remedy::for_reading(error),
     }
 }
 
-/// The formats of a product, as a remedy.
+/// Formats of a product, as a remedy.
 fn listed_forms(names: &[&str]) -> String {
     match names {
-        [others @ .., last] if !others.is_empty() => format!("give --to {} or {last}", others.join(", ")),
-        _ => format!("give --to {}", names.concat()),
+        [others @ .., last] if !others.is_empty() => format!("use --to {} or {last}", others.join(", ")),
+        _ => format!("use --to {}", names.concat()),
     }
 }
 
-/// The numbers that a form needs.
+/// Numbers that a form uses.
 fn known_keys(known: &[&'static str]) -> String {
-    if known.is_empty() { "has none at all".to_owned() } else { format!("has {}", known.join(", ")) }
+    if known.is_empty() { "uses none".to_owned() } else { format!("uses {}", known.join(", ")) }
 }
 
-/// A few names, and how many more.
+/// A few names, and the number of further ones.
 fn listed(names: &[String]) -> String {
     const SHOWN: usize = 12;
     let mut sorted: Vec<&str> = names.iter().map(String::as_str).collect();
     sorted.sort_unstable();
     let head = sorted.iter().take(SHOWN).copied().collect::<Vec<_>>().join(", ");
     match sorted.len().checked_sub(SHOWN) {
-        Some(more) if more > 0 => format!("{head} and {more} more (assets.json of the dataset has all)"),
+        Some(more) if more > 0 => format!("{head} and {more} more (all are in assets.json of the dataset)"),
         _ => head,
     }
 }

@@ -48,7 +48,7 @@ pub struct ExportKey {
 }
 
 impl ExportFormat {
-    /// The form of datasets of a product; `None` where they have none in this format.
+    /// The form of datasets of a product; `None` if they have none in this format.
     pub fn form(&self, product: Product) -> Option<&'static ExportForm> {
         self.forms.iter().find(|form| form.product == product)
     }

@@ -119,7 +119,7 @@ impl<'a> SelectedSamples<'a> {
     }
 }
 
-/// The row of a sample in a ledger; `None` where the ledger is of another shard.
+/// The row of a sample in a ledger; `None` if the ledger is of another shard.
 fn row_of(ledger: &Ledger, index: SampleIndex) -> Option<&LedgerRow> {
     ledger.rows.get(usize::try_from(index.0.checked_sub(ledger.first.0)?).ok()?)
 }

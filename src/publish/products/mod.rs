@@ -1,5 +1,4 @@
-//! The table of products as people meet them: one row each. A new product is a new row here, and a folder of its own beside
-//! this file.
+//! Table of the publication of products, one row per product. A new product adds a row here and a folder next to this file.
 
 pub mod amodal;
 pub mod completion;
@@ -34,7 +33,7 @@ pub static PRODUCTS: [&ProductPages; 10] = [
 /// The row of a product.
 ///
 /// # Panics
-/// When the table lacks the product: a test compares the tables.
+/// When the table does not have the product: a test compares the tables.
 pub fn pages_of(product: Product) -> &'static ProductPages {
     PRODUCTS.iter().find(|pages| pages.product == product).expect("every product of the format has pages")
 }

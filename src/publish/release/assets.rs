@@ -56,7 +56,7 @@ pub(super) struct Known {
 }
 
 impl Known {
-    /// Licence by the asset table, else by this program; `None` where neither knows one.
+    /// Licence by the asset table, else by this program; `None` if neither knows one.
     fn of(kind: AssetKind, row: &AssetRow) -> Option<Self> {
         let word = |key: &str| row.facts.get(key).and_then(Value::as_str).map(str::to_owned);
         if let Some(licence) = word("licence") {

@@ -46,7 +46,7 @@ pub(super) struct Documents<'a> {
     counts: CountsView,
     licences: LicencesView,
     citation: CitationView<'a>,
-    /// `None` where nothing is left out.
+    /// `None` if nothing is left out.
     recipe: Option<RecipeView<'a>>,
     pictures: Vec<PictureView<'a>>,
     legend: &'static str,
@@ -57,7 +57,7 @@ pub(super) struct Documents<'a> {
     needs_packages: bool,
     /// Topic of the samples.
     topic: &'a str,
-    /// The licence as Hugging Face calls it; `None` where it has no name for it.
+    /// The licence as Hugging Face calls it; `None` if it has no name for it.
     hub_licence: Option<Markup>,
     tags: Vec<&'a str>,
     /// Hugging Face's category of size.
@@ -169,7 +169,7 @@ impl<'a> AboutView<'a> {
 struct ProductView {
     labels: &'static str,
     acquisition: &'static str,
-    /// Further methods to read a dataset; `None` where there are none.
+    /// Further methods to read a dataset; `None` if there are none.
     reading: Option<&'static str>,
     /// Samples that a reader is asked to make again.
     regenerated: u32,
@@ -280,14 +280,14 @@ struct CountsView {
     kept: String,
     bytes: String,
     rejected: String,
-    /// Rejects by reason; `None` where none was rejected.
+    /// Rejects by reason; `None` if none was rejected.
     reasons: Option<String>,
-    /// Stored samples by split; `None` where nothing is split.
+    /// Stored samples by split; `None` if nothing is split.
     splits: Option<String>,
     classes: String,
     /// Whether all numbers are of class `exact`.
     is_exact: bool,
-    /// Meshes that could not be used; `None` where all could.
+    /// Meshes that could not be used; `None` if all could.
     refused: Option<String>,
 }
 

@@ -36,7 +36,7 @@ pub(super) fn is_spdx(text: &str) -> bool {
         .is_ok_and(|expression| expression.requirements().all(|requirement| requirement.req.license.id().is_some()))
 }
 
-/// Whether a licence allows what is needed; `None` where it is no SPDX expression of licences whose terms are known.
+/// Whether a licence allows what is needed; `None` if it is no SPDX expression of licences whose terms are known.
 pub(super) fn allows(text: &str, need: Need) -> Option<bool> {
     let expression = Expression::parse(text).ok()?;
     if !expression.requirements().all(|requirement| terms_of(&requirement.req).is_some()) {

@@ -1,4 +1,4 @@
-//! Sets as people meet them: `report.html` beside the datasets, with one picture of what they hold together.
+//! Publication of sets: `report.html` beside the datasets, with one picture of what they hold together.
 
 mod figure;
 mod page;

@@ -12,7 +12,7 @@ use crate::{
 use format::dataset::{DatasetError, SetContent, SetTable, layout::REPORT};
 use kernel::{ids::ObjectId, words::size_in_words};
 
-/// The page as its template takes it.
+/// Input of the page's template.
 #[derive(Serialize)]
 pub(crate) struct SetPage<'a> {
     name: &'a str,
@@ -25,7 +25,7 @@ pub(crate) struct SetPage<'a> {
     differing: Vec<&'a str>,
 }
 
-/// The numbers that matter most.
+/// The most important numbers.
 #[derive(Serialize)]
 struct HeaderNumbers {
     datasets: String,
@@ -55,7 +55,7 @@ struct DatasetRow<'a> {
     size: String,
     /// The first digits of its root digest.
     root: String,
-    /// Path of the report from the set's folder; `None` where the page stands elsewhere.
+    /// Path of the report from the set's folder; `None` if the page stands elsewhere.
     report: Option<String>,
     /// Counts in words.
     counts: Vec<String>,

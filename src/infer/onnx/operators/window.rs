@@ -68,7 +68,7 @@ impl Window {
         self.kernel.iter().product()
     }
 
-    /// Cells with their padding, and windows, along each axis. `None` where a window does not fit.
+    /// Cells with their padding, and windows, along each axis. `None` if a window does not fit.
     fn moved_over(&self, space: &[u64]) -> Option<(Vec<u64>, Vec<u64>)> {
         let padded: Vec<u64> =
             (0..space.len()).map(|axis| space[axis] + self.before[axis] + self.after[axis]).collect();

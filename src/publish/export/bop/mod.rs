@@ -1,9 +1,9 @@
 //! Views as a dataset of the BOP challenge: models in millimetres, scenes of depth, poses and masks, targets of its test images.
 //!
 //! Layout and fields by the format description of BOP (bop.felk.cvut.cz, "BOP format") and its toolkit's rules of counting:
-//! `px_count_all` counts parts outside the image, boxes are largest less smallest pixel without 1, whole silhouettes are not
-//! clipped, and all is -1 where nothing is seen. Pixel centres are whole numbers there and at +0.5 here, so `cam_K` has half a
-//! pixel less.
+//! `px_count_all` counts parts outside the image, boxes are the largest minus the smallest pixel, without adding 1, whole
+//! silhouettes are not clipped, and all values are -1 if the body is not visible. Pixel centres are whole numbers there and at
+//! +0.5 here, so `cam_K` has half a pixel less.
 
 mod models;
 mod scene;
@@ -42,19 +42,19 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
              object's own frame); camera.json of the first image; test_targets_bop19.json and test_targets_bop24.json where test images \
              are exported; train, val_holdout (views of training objects that are held out), val and test: a folder per scene with \
              scene_camera.json, scene_gt.json, scene_gt_info.json, scene_gt_coco.json (boxes of silhouettes in the image), \
-             scene_gt_coco_modal.json (boxes of what is seen), depth (16 bits, depth_scale mm), rgb where the views are in colour, mask and \
+             scene_gt_coco_modal.json (boxes of visible pixels), depth (16 bits, depth_scale mm), rgb if the views have colours, mask and \
              mask_visib; pixel centres are whole numbers"
         },
         write,
     }],
 };
 
-/// Images of the test split, and their objects that are seen well enough.
+/// Images of the test split, and their sufficiently visible objects.
 #[derive(Default)]
 struct Targets {
-    /// Image, object, and how often it is seen: for localisation.
+    /// Image, object and number of visible instances, for localisation.
     bop19: Vec<Value>,
-    /// Images: for detection.
+    /// Images, for detection.
     bop24: Vec<Value>,
 }
 
@@ -62,7 +62,7 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
     let assets = reader.assets()?;
     let selected = SelectedSamples::of(reader, &assets.subjects, selection)?;
     let models = write_models(reader, &assets.objects, target)?;
-    // Scenes are numbered within their folder of a split, in the dataset's order.
+    // Scenes are numbered within the folder of their split, in the dataset's order.
     let mut numbers: BTreeMap<&'static str, u32> = BTreeMap::new();
     let mut current: Option<(ObjectId, SceneTexts)> = None;
     let (mut targets, mut camera) = (Targets::default(), None);
@@ -76,7 +76,7 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
             current = Some((sample.id.subject, SceneTexts::new(folder_of(split), *number)));
             *number += 1;
         }
-        let Some((_, scene)) = &mut current else { unreachable!("a scene was begun") };
+        let Some((_, scene)) = &mut current else { unreachable!("a scene was started") };
         if split == Some(Split::Test) {
             targets.add(scene, &image, |object| models.get(&object).map(|model| model.number));
         }
@@ -102,7 +102,7 @@ fn finish(scene: Option<(ObjectId, SceneTexts)>, target: &mut Target) -> Result<
     scene.map_or(Ok(()), |(_, texts)| texts.finish(target))
 }
 
-/// Folder of a split, by BOP's names of splits and of their types.
+/// Folder of a split, by BOP's names of splits and split types.
 fn folder_of(split: Option<Split>) -> &'static str {
     match split {
         None | Some(Split::Training) => "train",
@@ -125,7 +125,7 @@ impl Targets {
         }));
     }
 
-    /// Writes the lists; none where there is no test image.
+    /// Writes the lists, unless there is no test image.
     fn write(self, target: &mut Target) -> Result<(), ExportError> {
         if self.bop24.is_empty() {
             return Ok(());

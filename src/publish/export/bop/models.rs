@@ -19,7 +19,7 @@ use kernel::{
 /// Edges of an evaluation model are at most this share of its diameter, so that its vertices spread over its surface.
 const LONGEST_EDGE: f64 = 0.02;
 
-/// Triangles of an evaluation model, at most, where the model itself has no more.
+/// Maximum number of triangles of an evaluation model, unless the model itself has more.
 const MAX_TRIANGLES: usize = 1 << 16;
 
 /// A model of an object.
@@ -71,15 +71,15 @@ pub(super) fn write_models(
     Ok(models)
 }
 
-/// A row of the asset table whose symmetries make no sense.
+/// Error for a row of the asset table with invalid symmetries.
 fn invalid(reader: &DatasetReader, row: &AssetRow) -> ExportError {
     let path = reader.folder().path_of("assets.json");
-    let problem = format!("the symmetries of {} are no rotations and axes", row.name);
+    let problem = format!("the symmetries of {} are not rotations and axes", row.name);
     DatasetError::Invalid { path, problem, remedy: "`verify` the dataset" }.into()
 }
 
-/// Symmetries of an object about the centre of its box, in millimetres; nothing of an object without any, and `None` where its row makes
-/// no sense.
+/// Symmetries of an object about the centre of its box, in millimetres; empty for an object without symmetries, and `None` if its
+/// row is invalid.
 fn symmetries(row: &AssetRow, centre: &Vector3<f64>) -> Option<Map<String, Value>> {
     let mut found = Map::new();
     let Some(listed) = row.facts.get("symmetry") else { return Some(found) };
@@ -98,7 +98,7 @@ fn symmetries(row: &AssetRow, centre: &Vector3<f64>) -> Option<Map<String, Value
     Some(found)
 }
 
-/// A motion of an object in its own frame [m], as 16 numbers row by row, about another origin and in millimetres.
+/// Converts a motion of an object in its own frame [m], given as 16 numbers row by row, to another origin and millimetres.
 fn moved(matrix: &Value, centre: &Vector3<f64>) -> Option<Value> {
     let rows = numbers::<16>(matrix)?;
     let rotation = Matrix3::new(rows[0], rows[1], rows[2], rows[4], rows[5], rows[6], rows[8], rows[9], rows[10]);
@@ -116,7 +116,7 @@ fn numbers<const N: usize>(value: &Value) -> Option<[f64; N]> {
     read.try_into().ok()
 }
 
-/// A mesh about its centre in millimetres, as binary PLY with normals of the vertices.
+/// A mesh around its centre in millimetres, as binary PLY with vertex normals.
 fn model_file(mesh: &TriMesh, centre: &Vector3<f64>) -> Vec<u8> {
     let mut normals = vec![Vector3::<f64>::zeros(); mesh.vertices.len()];
     for (index, triangle) in mesh.triangles.iter().enumerate() {
@@ -144,7 +144,7 @@ fn model_file(mesh: &TriMesh, centre: &Vector3<f64>) -> Vec<u8> {
     text
 }
 
-/// Largest distance of two vertices [m]: of two corners of the convex hull.
+/// Largest distance between two vertices [m], found among the corners of the convex hull.
 fn diameter(mesh: &TriMesh) -> f64 {
     let points: Vec<Point3<f64>> = mesh.vertices.iter().map(|vertex| vertex.map(f64::from).into()).collect();
     // A flat mesh has no hull.

@@ -21,7 +21,7 @@ use kernel::{
     ids::{ObjectId, SampleIndex},
 };
 
-/// An image with its depth, and its colours where it has any.
+/// An image with its depth, and its colours if it has any.
 pub(super) struct Shown<'a> {
     pub view: SampleIndex,
     pub image: &'a SceneImage,
@@ -29,10 +29,10 @@ pub(super) struct Shown<'a> {
     pub colour: Option<&'a SceneColour>,
 }
 
-/// Boxes of a body in an image: of its silhouette alone, and of the pixels that see it; left, top, width and height [px].
+/// Boxes of a body in an image: of its full silhouette, and of its visible pixels; left, top, width and height [px].
 type InstanceBoxes = [[u32; 4]; 2];
 
-/// Texts of one scene while it grows, by number of the image.
+/// Texts of a scene that is being written, by image number.
 pub(super) struct SceneTexts {
     folder: String,
     number: u32,
@@ -47,7 +47,7 @@ pub(super) struct SceneTexts {
 }
 
 impl SceneTexts {
-    /// A scene without an image, with this number in the folder of its split.
+    /// Starts a scene with this number in the folder of its split.
     pub fn new(split: &str, number: u32) -> Self {
         Self {
             folder: format!("{split}/{number:06}"),
@@ -71,7 +71,7 @@ impl SceneTexts {
         self.camera.len()
     }
 
-    /// Writes the files of the next image, and notes it; returns the millimetres per step of its depth.
+    /// Writes the files of the next image and records it; returns the millimetres per step of its depth.
     ///
     /// # Errors
     /// When a depth does not fit into the file, or a file can't be written.
@@ -124,7 +124,7 @@ impl SceneTexts {
         Ok(scale)
     }
 
-    /// Notes a body that an image sees, with the masks of its silhouette and of what is seen.
+    /// Records a body in an image, with the masks of its silhouette and of its visible pixels.
     fn annotate(
         &mut self,
         image: usize,
@@ -183,7 +183,7 @@ impl SceneTexts {
     }
 }
 
-/// Left, top, width and height of the set pixels of a mask; zeros where none is.
+/// Left, top, width and height of the set pixels of a mask; zeros if there are none.
 fn box_of(mask: &[bool], width: u32) -> [u32; 4] {
     let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
     for (row, line) in (0..).zip(mask.chunks_exact(width as usize)) {

@@ -5,10 +5,10 @@ use serde_json::Value;
 /// Millimetres per metre.
 pub(super) const MM: f64 = 1e3;
 
-/// Millimetres per step of stored depth: the first in which all depths of an image fit.
+/// Millimetres per step of stored depth; the first value that fits all depths of an image is used.
 pub(super) const DEPTH_SCALES: [f64; 2] = [0.1, 1.0];
 
-/// Share of its silhouette that a target of the challenge of 2019 shows at least.
+/// Minimum visible share of the silhouette of a target in the challenge of 2019.
 pub(super) const LEAST_SEEN: f64 = 0.1;
 
 /// One line per entry of the outermost table or list.

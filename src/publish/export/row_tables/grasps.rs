@@ -219,7 +219,7 @@ impl<'a> ContactRow<'a> {
     }
 }
 
-/// The trial of a grasp; `None` where it was not tried.
+/// The trial of a grasp; `None` if it was not tried.
 fn trial_of(trials: &GraspTrials, rank: u32) -> Option<&GraspTrial> {
     trials.trials.binary_search_by_key(&rank, |trial| trial.grasp).ok().map(|index| &trials.trials[index])
 }

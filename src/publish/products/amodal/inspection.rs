@@ -18,13 +18,13 @@ use format::{
 };
 use kernel::{files::Folder, ids::SampleIndex, words::Split};
 
-/// Content of a dataset of amodal pairs. `Display` is for people; serialised, it is for machines.
+/// Content of a dataset of amodal pairs. `Display` writes text; serialising gives JSON.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AmodalInspection {
     /// Facts that the inspections of all products share.
     #[serde(flatten)]
     pub header: InspectionHeader,
-    /// Scenes whose bodies are seen.
+    /// Scenes of the bodies.
     pub scenes: u64,
     /// Bodies in views: kept + rejected.
     pub samples: u64,
@@ -34,15 +34,15 @@ pub struct AmodalInspection {
     pub splits: BTreeMap<Split, u64>,
     /// Rejected bodies by reason.
     pub rejected: BTreeMap<String, u64>,
-    /// Bodies in views by how much of them is seen, least first: words, bodies, kept pairs.
+    /// Bodies in views by visible share, smallest first: text, bodies, kept pairs.
     pub strata: Vec<(String, u64, u64)>,
-    /// Kept pairs whose body reaches out of the image.
+    /// Kept pairs whose body extends beyond the image.
     pub truncated: u64,
     /// Occupied cells of the partial grids.
     pub partial_cells: Spread,
     /// Occupied cells of the complete grids.
     pub complete_cells: Spread,
-    /// Shares of the silhouettes that are seen.
+    /// Visible shares of the silhouettes.
     pub visible_share: Spread,
     /// Shares of the solids inside the grids.
     pub solid_share: Spread,
@@ -57,17 +57,17 @@ pub struct AmodalInspection {
     pub objects: Vec<ScenesObject>,
 }
 
-/// Everything that a page needs but the pictures.
+/// Input of a page, except the pictures.
 pub(crate) struct AmodalSurvey {
     pub facts: AmodalInspection,
     /// Kept pairs that a page shows.
     pub shown: Vec<SampleIndex>,
 }
 
-/// Pairs that a page shows, at most.
+/// Maximum number of pairs on a page.
 const SHOWN: usize = 12;
 
-/// Strata of visibility: share below which a body is of it, and words.
+/// Strata of visibility: upper bound of the visible share, and text.
 const STRATA: [(f64, &str); 5] = [
     (f64::MIN_POSITIVE, "unseen"),
     (0.1, "seen by less than 10 %"),
@@ -160,7 +160,7 @@ impl AmodalSurvey {
 }
 
 impl AmodalInspection {
-    /// Rows of how much of the bodies is seen: words, bodies, kept pairs, share kept.
+    /// Rows by visible share: text, bodies, kept pairs, share kept.
     pub(super) fn stratum_rows(&self) -> Vec<[String; 4]> {
         let row = |(words, bodies, kept): &(String, u64, u64)| {
             [words.clone(), grouped(*bodies), grouped(*kept), percent(*kept as f64 / (*bodies).max(1) as f64)]
@@ -192,7 +192,7 @@ impl fmt::Display for AmodalInspection {
             writeln!(f, "            {:>9} {}", grouped(*count), split.name())?;
         }
         writeln!(f, "  scenes    {}", grouped(self.scenes))?;
-        writeln!(f, "  bodies    {} of the kept ones reach out of the image", grouped(self.truncated))?;
+        writeln!(f, "  bodies    {} of the kept ones extend beyond the image", grouped(self.truncated))?;
         for [words, bodies, kept, share] in self.stratum_rows() {
             writeln!(f, "            {bodies:>9} {words}, {kept} kept ({share})")?;
         }

@@ -1,4 +1,4 @@
-//! Amodal pairs as people meet them: facts, page, pictures.
+//! Publication of amodal pairs: facts, page, pictures.
 
 mod headline;
 mod inspection;

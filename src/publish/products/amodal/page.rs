@@ -1,4 +1,4 @@
-//! The page of a dataset of amodal pairs: what was kept and why not, distributions, pictures.
+//! The page of a dataset of amodal pairs: kept and rejected samples, distributions, pictures.
 
 use serde::Serialize;
 
@@ -14,7 +14,7 @@ use crate::{
 use format::dataset::{DatasetError, DatasetReader};
 use kernel::words::Split;
 
-/// The page as its template takes it.
+/// Input of the page's template.
 #[derive(Serialize)]
 pub(crate) struct AmodalPage<'a> {
     dataset: DatasetView<'a>,
@@ -25,9 +25,9 @@ pub(crate) struct AmodalPage<'a> {
     rejects: Vec<[String; 3]>,
     /// Split and kept pairs.
     splits: Vec<[String; 2]>,
-    /// Kept pairs by how much of the body is seen; `None` where no pair is kept.
+    /// Kept pairs by visible share of the body; `None` if no pair is kept.
     bodies: Option<Markup>,
-    /// Words, bodies, kept pairs and share.
+    /// Text, bodies, kept pairs and share.
     strata: Vec<[String; 4]>,
     spreads: Vec<Vec<String>>,
     /// Facts of touch, as `inspect` prints them.
@@ -38,7 +38,7 @@ pub(crate) struct AmodalPage<'a> {
     job: &'a str,
 }
 
-/// The numbers that matter most.
+/// The most important numbers.
 #[derive(Serialize)]
 struct HeaderNumbers {
     kept: String,
@@ -56,7 +56,7 @@ pub(crate) struct CardView {
     pictures: Vec<PanelView>,
 }
 
-/// Side of a picture: twice its size on the page, so that it stays crisp on fine screens [px].
+/// Side of a picture [px]: twice its size on the page, so that it is sharp on high-resolution screens.
 const SIDE: u32 = 400;
 
 /// Side of a picture on the page [px].
@@ -79,7 +79,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &AmodalSurvey) -> Result<Vec
         cards.push(CardView {
             title: format!("{}, body {} in view {}", ScenesObject::name_of(&survey.facts.objects, clutter.object), sample.id.instance, sample.id.item),
             words: format!(
-                "{split} · sample {} · {} of the silhouette is seen ({} of {} px) · {} partial of {} complete cells · {} of the \
+                "{split} · sample {} · {} of the silhouette is visible ({} of {} px) · {} partial of {} complete cells · {} of the \
                  solid inside the grid · cell {:.2} mm · purity {}",
                 sample.index,
                 percent(clutter.visible_share()),
@@ -92,9 +92,9 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &AmodalSurvey) -> Result<Vec
                 percent(clutter.purity()),
             ),
             pictures: [
-                panel(&pictures.seen, "Seen", "blue the body, grey anything else"),
-                panel(&pictures.whole, "Whole body", "orange is not seen"),
-                panel(&pictures.behind, "Whole body, from behind", "orange is not seen"),
+                panel(&pictures.seen, "Visible part", "blue the body, grey everything else"),
+                panel(&pictures.whole, "Whole body", "orange is hidden"),
+                panel(&pictures.behind, "Whole body, from behind", "orange is hidden"),
             ]
             .into_iter()
             .chain(touch.into_iter().flatten())
@@ -132,7 +132,7 @@ impl<'a> AmodalPage<'a> {
             },
             rejects: share_rows(&facts.rejected, facts.samples),
             splits: split_rows(&facts.splits),
-            bodies: (facts.kept > 0).then(|| bar_chart("Pairs by how much of the body is seen", &bars)),
+            bodies: (facts.kept > 0).then(|| bar_chart("Pairs by visible share of the body", &bars)),
             strata: facts.stratum_rows(),
             spreads: facts.spread_rows().into_iter().map(SpreadRow::into_cells).collect(),
             touch: facts.touch.as_ref().map(|touch| touch.to_string().trim_start().to_owned()),
@@ -151,7 +151,7 @@ impl CardView {
         Self {
             title: name.to_owned(),
             words: "training".to_owned(),
-            pictures: vec![PanelView::square(&picture, 1, "Seen", "blue the body")],
+            pictures: vec![PanelView::square(&picture, 1, "Visible part", "blue the body")],
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Pictures of a pair in clutter: what is seen of the body and of everything else, the whole body, and cuts through both.
+//! Pictures of a pair in clutter: the visible cells of the body and of everything else, the whole body, and cuts through both.
 
 use crate::{
     chart::percent,
@@ -14,15 +14,15 @@ use kernel::ids::ObjectId;
 
 /// The pictures of a pair.
 pub(super) struct PairPictures {
-    /// Cells of the body that are seen, among those seen of everything else, from the camera's side.
+    /// Visible cells of the body and of everything else, from the camera's side.
     pub seen: Picture,
-    /// Cells of the body, seen or not, from the camera's side.
+    /// All cells of the body, from the camera's side.
     pub whole: Picture,
     /// Cells of the body from behind.
     pub behind: Picture,
-    /// Cuts, with what is solid around the body.
+    /// Cuts, with solid cells around the body.
     pub slices: Slices,
-    /// Touch, where there is any.
+    /// Touch, if there is any.
     pub touch: Option<TouchPictures>,
 }
 
@@ -57,7 +57,7 @@ impl PairPictures {
     pub fn panels(self) -> Vec<Panel> {
         let panel = |caption: &str, picture| Panel { caption: caption.to_owned(), picture };
         let mut panels = vec![
-            panel("what is seen", self.seen),
+            panel("visible part", self.seen),
             panel("whole body", self.whole),
             panel("from behind", self.behind),
             panel("cut, others grey", self.slices.front),
@@ -70,7 +70,7 @@ impl PairPictures {
 /// Side of each picture of a pair in the first picture of a set [px].
 const SIDE: u32 = 400;
 
-/// The pair in the first picture of a set: the cells of the body that are seen, and the whole body, alike in size.
+/// The pair in the first picture of a set: the visible cells of the body, and the whole body, at the same scale.
 pub(super) fn pair_panel<'a>(
     sample: &Sample,
     name_of: impl Fn(ObjectId) -> &'a str,
@@ -78,8 +78,7 @@ pub(super) fn pair_panel<'a>(
     let (VoxelPair { partial, complete, .. }, clutter) = (sample.pair()?, sample.clutter()?);
     let painter = VoxelPainter::new(SIDE, Eye::CameraSide, &[&complete, &partial]);
     let caption = format!(
-        "One amodal completion: {} of the silhouette of {} is seen (left, blue), and its whole body is known (right, orange \
-         where nothing is seen).",
+        "One amodal completion: {} of the silhouette of {} is visible (left, blue), and the whole body is known (right, hidden cells in orange).",
         percent(clutter.visible_share()),
         name_of(clutter.object),
     );

@@ -25,20 +25,16 @@ use format::{
     dataset::{DatasetError, DatasetReader, Sample},
 };
 
-/// Amodal pairs as people meet them.
+/// Pages, texts and pictures of amodal pairs.
 pub static PAGES: ProductPages = ProductPages {
     product: Product::AMODAL,
     words: ProductWords {
-        lead: "Pairs of occupancy grids of bodies in clutter: what one depth image shows of a body, and the whole solid, on the same \
-               grid, with what else is seen and solid there.",
+        lead: "Pairs of occupancy grids of bodies in clutter: the visible part of a body in one depth image, and the whole solid, on the same grid, with the visible and solid cells of its surroundings.",
         sample: "one body of a settled scene, seen by one camera",
-        labels: "the whole solid beside what was seen, and the cells that other bodies, container and table fill, computed from \
-                 meshes and poses",
-        acquisition: "The depth that is of each body was taken out of an image of a settled scene, and grids were computed from it \
-                      and from the meshes.",
+        labels: "the whole solid of each visible part, and the cells of other bodies, container and table, computed from meshes and poses",
+        acquisition: "The depth of each body was extracted from an image of a settled scene, and grids were computed from this depth and the meshes.",
         reading: "",
-        legend: "From left to right: what is seen (blue the body, grey anything else), the whole body (orange where it is not \
-                 seen), the same from behind, and a cut with what is solid around it in grey.",
+        legend: "From left to right: visible cells (the body in blue, everything else in grey), the whole body (hidden cells in orange), the same from behind, and a cut with the solid surroundings in grey.",
         regenerated: 64,
         tasks: &["robotics", "image-to-3d"],
     },
@@ -82,7 +78,7 @@ impl Survey for AmodalSurvey {
         for (words, _, kept) in facts.strata.iter().filter(|(.., kept)| *kept > 0) {
             numbers.rows.push(NumberRow::new(format!("pairs of bodies {words}"), grouped(*kept)));
         }
-        numbers.rows.push(NumberRow::new("pairs of bodies that reach out of the image", grouped(facts.truncated)));
+        numbers.rows.push(NumberRow::new("pairs of bodies that extend beyond the image", grouped(facts.truncated)));
         numbers.rows.extend(facts.touch.iter().flat_map(TouchFacts::number_rows));
         numbers.spreads = facts.spread_rows();
     }
@@ -103,7 +99,7 @@ impl Survey for AmodalSurvey {
         Ok(PairPictures::of(sample, side)?.0.panels())
     }
 
-    /// Bodies of which half is seen come first; of one that reaches out of the image no neighbour hides the rest.
+    /// Half-visible bodies come first; if a body extends beyond the image, its hidden part is not hidden by a neighbour.
     fn scene_samples(&self, reader: &DatasetReader) -> Result<Vec<SceneSample>, DatasetError> {
         SceneSample::all(reader, |row| {
             let facts = AmodalFacts::from(&row.facts);

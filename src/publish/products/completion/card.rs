@@ -20,7 +20,7 @@ use format::{
 };
 use kernel::{geom::DepthCrop, words::Split};
 
-/// Side of a picture: twice its size on the page, so that it stays crisp on fine screens [px].
+/// Side of a picture [px]: twice its size on the page, so that it is sharp on high-resolution screens.
 const SIDE: u32 = 400;
 /// Side of a picture on the page [px].
 const SHOWN_SIDE: u32 = 200;
@@ -97,7 +97,7 @@ impl CardView {
         })
     }
 
-    /// The card as the strip on top of the page shows it: touch on the solid where there is any, else both grids.
+    /// The card in the strip at the top of the page: touch on the solid if there is any, else both grids.
     pub fn for_strip(&self) -> StripCard {
         let named = |name: &str| self.panels.iter().find(|panel| panel.name == name);
         let panel = named(TOUCH_POINTS).or_else(|| named(BOTH));
@@ -108,14 +108,14 @@ impl CardView {
     }
 }
 
-/// Grids from two sides, touch where there is any, and slices.
+/// Grids from two sides, touch if there is any, and slices.
 fn panels(sample: &Sample, pair: &VoxelPair) -> Result<Vec<PanelView>, DatasetError> {
     let free = sample.visibility()?.map(|visibility| visibility.free);
     let (partial, complete) = (&pair.partial, &pair.complete);
     let front = VoxelPainter::new(SIDE, Eye::CameraSide, &[complete, partial]);
     let behind = VoxelPainter::new(SIDE, Eye::Behind, &[complete, partial]);
     let grids = [
-        (front.draw(Some(partial), None), "Partial", "what the camera saw"),
+        (front.draw(Some(partial), None), "Partial", "observed by the camera"),
         (front.draw(None, Some(complete)), "Complete", "the whole solid"),
         (front.draw(Some(partial), Some(complete)), BOTH, "blue on orange"),
         (behind.draw(Some(partial), Some(complete)), "Both, from behind", "orange was hidden"),
@@ -156,7 +156,7 @@ pub(crate) fn picture_of(sample: &Sample, side: u32) -> Result<Picture, DatasetE
     Ok(Picture::row(&pictures, side / 20).with_few_colours())
 }
 
-/// A sample in panels: what the camera measured and saw, the whole object, and touch from behind where there is any.
+/// A sample in panels: the depth image, the observed cells, the whole object, and touch from behind if there is any.
 pub(crate) fn sample_panels(sample: &Sample, side: u32) -> Result<Vec<Panel>, DatasetError> {
     let pair = sample.pair()?;
     let (partial, complete) = (&pair.partial, &pair.complete);
@@ -170,7 +170,7 @@ pub(crate) fn sample_panels(sample: &Sample, side: u32) -> Result<Vec<Panel>, Da
     }
     let [front, behind] = [Eye::CameraSide, Eye::Behind].map(|eye| VoxelPainter::new(side, eye, &[complete, partial]));
     panels.extend([
-        Panel { caption: "what it saw".to_owned(), picture: front.draw(Some(partial), None) },
+        Panel { caption: "observed cells".to_owned(), picture: front.draw(Some(partial), None) },
         Panel { caption: "whole object".to_owned(), picture: front.draw(None, Some(complete)) },
     ]);
     if let Some(touched) = sample.touched()? {
@@ -179,12 +179,12 @@ pub(crate) fn sample_panels(sample: &Sample, side: u32) -> Result<Vec<Panel>, Da
     Ok(panels)
 }
 
-/// Where a card's depth comes from.
+/// Source of the depth on a card.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum DepthKind {
     /// The stored crop.
     Camera,
-    /// The nearest occupied cells: no crop was stored.
+    /// The nearest occupied cells, if no crop was stored.
     Cells,
 }
 
@@ -197,7 +197,7 @@ impl DepthKind {
     }
 }
 
-/// Depth in colour with a scale of depth [m] and one of length across the view; `None` where nothing returned.
+/// Depth in colour with a scale of depth [m] and one of length across the view; `None` if nothing returned.
 fn depth_drawing(crop: &DepthCrop, pair: &VoxelPair, kind: DepthKind) -> Option<Markup> {
     const BOX: (f64, f64) = (134.0, 160.0);
     let range = DepthRange::of(crop)?;
@@ -226,7 +226,7 @@ fn depth_drawing(crop: &DepthCrop, pair: &VoxelPair, kind: DepthKind) -> Option<
     );
     let number = |share: f64| format!("{:.digits$}", range.near + (range.far - range.near) * share);
     if number(0.0) == number(1.0) {
-        // A face across the view has one depth and one colour.
+        // A flat face across the view has one depth and one colour.
         let _ = write!(svg, r#"<text x="146" y="89">{}</text>"#, number(0.5));
     } else {
         let bar = colour_bar(1, 64).to_data_uri();
@@ -263,7 +263,7 @@ impl CardView {
         Self {
             object: object.to_owned(),
             view: "3".to_owned(),
-            why: "fewest seen cells".to_owned(),
+            why: "fewest observed cells".to_owned(),
             split: "training".to_owned(),
             sample: "7".to_owned(),
             partial: 5,

@@ -24,7 +24,7 @@ pub(crate) fn of_stored(survey: &CompletionSurvey) -> Vec<Figure> {
     let ratio = ratio_histogram(&survey.ratio, "Partial cells over complete cells", facts.seen_ratio.max);
     let cut_off = percent(facts.cut_off as f64 / facts.kept as f64);
     let mut figures = Vec::from(cells);
-    figures.push(Figure { svg: ratio.svg(), caption: "How much of the shape's cells the camera saw".to_owned() });
+    figures.push(Figure { svg: ratio.svg(), caption: "Share of the shape's cells that the camera observed".to_owned() });
     figures.push(Figure {
         svg: bar_chart("share of the solid inside the grid", &solid_bars(&survey.solid)),
         caption: format!("Share of the solid inside the grid ({cut_off} of the kept samples have less than 99 %)"),
@@ -32,7 +32,7 @@ pub(crate) fn of_stored(survey: &CompletionSurvey) -> Vec<Figure> {
     figures
 }
 
-/// Share of the shape's cells that the camera saw, in each split.
+/// Share of the shape's cells that the camera observed, in each split.
 pub(crate) fn of_splits(survey: &CompletionSurvey) -> Vec<Figure> {
     let end = survey.facts.seen_ratio.max;
     let figure = |name: String, tally: &Tally| Figure { svg: ratio_histogram(tally, &name, end).svg(), caption: name };

@@ -1,4 +1,4 @@
-//! Which samples a report shows: chosen by their ids and counts alone, so that every report shows the same.
+//! Selection of the samples in a report, only by their ids and counts, so that every report shows the same ones.
 
 use std::collections::BTreeMap;
 
@@ -8,10 +8,10 @@ use kernel::{
     words::Split,
 };
 
-/// Samples a report shows at most.
+/// Maximum number of samples in a report.
 pub(crate) const GALLERY: usize = 16;
 
-/// A sample to show, and why.
+/// A sample to show, with the reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Pick {
     pub index: SampleIndex,
@@ -32,11 +32,11 @@ pub(crate) struct Candidates {
     first_with: BTreeMap<u32, SampleIndex>,
 }
 
-/// A share from 0 to 1 by its bits: of numbers that are not negative, bits sort as values do.
+/// A share from 0 to 1 as bits: for non-negative numbers, bits sort like values.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct ByBits(u64);
 
-/// The first sample with the least key.
+/// The first sample with the smallest key.
 struct Best<K>(Option<(K, SampleIndex)>);
 
 impl<K> Default for Best<K> {
@@ -64,7 +64,7 @@ impl Candidates {
         self.cut_off.offer(share(facts.solid_share), index);
         self.least_seen.offer(seen, index);
         self.most_seen.offer(std::cmp::Reverse(seen), index);
-        // By digest: spread over views and the same whatever else the dataset holds.
+        // By digest: spread over views and independent of the rest of the dataset.
         let lot = lot(&row.sample);
         self.of_split.entry(split).or_default().offer(lot, index);
         self.of_object.entry(row.sample.subject).or_default().offer(lot, index);
@@ -83,16 +83,16 @@ impl Candidates {
             }
         };
         let of_median = self.first_with.get(&median).copied();
-        add(of_median, "median count of seen cells");
-        add(self.smallest.0.as_ref().map(|best| best.1), "fewest seen cells");
-        add(self.largest.0.as_ref().map(|best| best.1), "most seen cells");
+        add(of_median, "median number of observed cells");
+        add(self.smallest.0.as_ref().map(|best| best.1), "fewest observed cells");
+        add(self.largest.0.as_ref().map(|best| best.1), "most observed cells");
         add(self.cut_off.0.as_ref().map(|best| best.1), "smallest part of the solid inside the grid");
-        add(self.least_seen.0.as_ref().map(|best| best.1), "smallest part of the shape seen");
-        add(self.most_seen.0.as_ref().map(|best| best.1), "largest part of the shape seen");
+        add(self.least_seen.0.as_ref().map(|best| best.1), "smallest observed part of the shape");
+        add(self.most_seen.0.as_ref().map(|best| best.1), "largest observed part of the shape");
         for (split, best) in &self.of_split {
             add(best.0.as_ref().map(|best| best.1), &format!("drawn from {}", split.name().replace('_', " ")));
         }
-        // The rest: objects at even steps through the names, one drawn view each.
+        // The rest: objects at even steps through the names, with one random view per object.
         let shown = objects.len().min(GALLERY);
         for step in 0..shown {
             let (object, _) = objects[step * objects.len() / shown];

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::{inspection::InspectionHeader, tally::Spread, touch::TouchFacts};
 use kernel::{ids::ObjectId, words::Split};
 
-/// Content of a dataset of completion. `Display` is for people; serialised, it is for machines.
+/// Content of a dataset of completion. `Display` writes text; serialising gives JSON.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CompletionInspection {
     /// Facts that the inspections of all products share.
@@ -20,7 +20,7 @@ pub struct CompletionInspection {
     /// Profile of the sensor whose noise the depth has; `None` for a perfect sensor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensor: Option<String>,
-    /// Rule by which a cell of the complete grid is occupied; `None` where the job's text does not say.
+    /// Rule by which a cell of the complete grid is occupied; `None` if the job's text does not state it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub truth: Option<String>,
     /// Samples of the plan: kept + rejected.
@@ -35,13 +35,13 @@ pub struct CompletionInspection {
     pub complete_cells: Spread,
     /// Partial cells over complete cells.
     pub seen_ratio: Spread,
-    /// Share of the solid's volume that lies inside the grid.
+    /// Share of the solid's volume inside the grid.
     pub solid_share: Spread,
-    /// Share of the object's pixels that something hides, over the views in which something stands in front; `None` where
-    /// the dataset knows of no occluders.
+    /// Hidden share of the object's pixels, over the views with something in front of the object; `None` if the dataset has no
+    /// occluders.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hidden_share: Option<Spread>,
-    /// Stored samples in which something stands in front of the object.
+    /// Stored samples with something in front of the object.
     #[serde(default)]
     pub occluded: u64,
     /// Kept samples with less than 99 % of the solid inside the grid.
@@ -53,11 +53,11 @@ pub struct CompletionInspection {
     pub splits: Vec<SplitFacts>,
     /// Objects in each nested training subset, smallest first.
     pub training_subsets: Vec<u32>,
-    /// Objects of equal geometry (whatever the order of their triangles) on different sides of the split, by name.
+    /// Objects of equal geometry (regardless of triangle order) on different sides of the split, by name.
     pub leaking_geometry: Vec<Vec<String>>,
     /// One row per object, sorted by name.
     pub objects: Vec<ObjectFacts>,
-    /// Meshes that could not be used: file, problem and remedy in words.
+    /// Meshes that could not be used: file, problem and remedy as text.
     pub refused: Vec<String>,
 }
 
@@ -114,9 +114,9 @@ pub struct ObjectFacts {
     pub bodies: Option<u64>,
     /// Method by which the solid was found, where known.
     pub inside: Option<String>,
-    /// Repairs, in words.
+    /// Repairs as text.
     pub repairs: Vec<String>,
-    /// Things a user should know.
+    /// Remarks for the user.
     pub warnings: Vec<String>,
     /// Licence, where known.
     pub licence: Option<String>,
@@ -132,7 +132,7 @@ pub struct ObjectFacts {
     pub mean_partial_cells: f64,
     /// Mean of partial cells over complete cells.
     pub mean_seen_ratio: f64,
-    /// Least share of the solid inside the grid.
+    /// Smallest share of the solid inside the grid.
     pub min_solid_share: Option<f64>,
 }
 

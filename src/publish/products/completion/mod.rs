@@ -1,4 +1,4 @@
-//! Completion as people meet it: facts, pictures of samples, page.
+//! Publication of completion: facts, pictures of samples, page.
 
 mod card;
 mod charts;

@@ -1,4 +1,4 @@
-//! The page of a dataset of completion: what a sample is, pictures of samples, distributions, splits and objects.
+//! The page of a dataset of completion: definition of a sample, pictures of samples, distributions, splits and objects.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,12 +24,12 @@ use format::{
 };
 use kernel::{assets::is_note, ids::ObjectId};
 
-/// Rule of a job by which every cell that a perfect camera sees is solid.
+/// Rule of a job by which every cell that a perfect camera observes is solid.
 const ALL_OF_SURFACE: &str = "any_overlap";
-/// Warnings that stand open in the header; more of them are folded.
+/// Maximum number of warnings shown in the header; more are folded.
 const OPEN_WARNINGS: usize = 4;
 
-/// The page as its template takes it.
+/// Input of the page's template.
 #[derive(Serialize)]
 pub(crate) struct CompletionPage<'a> {
     dataset: DatasetView<'a>,
@@ -87,19 +87,19 @@ fn strip(cards: &[CardView]) -> Vec<StripPicture> {
     StripPicture::strip(&shown.map(|(number, card)| (number, card.for_strip())).collect::<Vec<_>>())
 }
 
-/// The numbers that matter most.
+/// The most important numbers.
 #[derive(Serialize)]
 struct HeaderNumbers {
     kept: String,
     /// Kept and rejected samples with their sum.
     sum: String,
-    /// Whether these are not the samples of the plan.
+    /// Whether the sum differs from the plan.
     is_short: bool,
     objects: String,
     bytes: Option<String>,
     resolution: Option<u32>,
     contacts: Option<String>,
-    /// Count of warnings, where there are many.
+    /// Number of warnings, if there are many.
     warnings: Option<String>,
 }
 
@@ -125,12 +125,12 @@ impl HeaderNumbers {
 #[derive(Serialize)]
 struct MeaningView {
     resolution: u32,
-    /// Cells along the longest side of the seen points' box.
+    /// Cells along the longest side of the bounding box of the observed points.
     r#box: String,
     /// Grid coordinate of the middle of that box.
     anchor: String,
     colours: Vec<ColourView>,
-    /// Name, shape and meaning of what channels hold.
+    /// Name, shape and meaning of the channels' arrays.
     channels: Vec<[String; 3]>,
 }
 
@@ -154,14 +154,14 @@ impl MeaningView {
     }
 }
 
-/// Meaning of cells that the camera saw but that are not solid: noise that the job orders is no mistake.
+/// Meaning of observed cells that are not solid: noise that the job requests is not a mistake.
 fn seen_outside_in_words(facts: &CompletionInspection) -> String {
     match (&facts.sensor, &facts.truth) {
-        (Some(sensor), _) => format!("seen outside the solid: noise of the sensor that the job orders ({sensor})"),
+        (Some(sensor), _) => format!("observed outside the solid: noise of the job's sensor ({sensor})"),
         (None, Some(truth)) if truth != ALL_OF_SURFACE => {
-            format!("seen outside the solid, as the job's truth rule {truth} allows")
+            format!("observed outside the solid, allowed by the job's truth rule {truth}")
         }
-        _ => "seen outside the solid (an error in standard data)".to_owned(),
+        _ => "observed outside the solid (an error in standard data)".to_owned(),
     }
 }
 
@@ -169,12 +169,12 @@ fn colours(facts: &CompletionInspection) -> Vec<ColourView> {
     let colours = SLICE_COLOURS;
     let stored = facts.channels.iter().any(|channel| channel == "visibility");
     let seen_outside = &seen_outside_in_words(facts);
-    let unseen = if stored { "not solid, not seen" } else { "not solid (what is free is not stored)" };
+    let unseen = if stored { "not solid, not observed" } else { "not solid (free space is not stored)" };
     let rows = [
-        (Some(colours.partial), "partial: seen by the camera"),
-        (Some(colours.complete), "complete: solid, not seen"),
+        (Some(colours.partial), "partial: observed by the camera"),
+        (Some(colours.complete), "complete: solid, hidden from the camera"),
         (facts.touch.is_some().then_some(Colour::TOUCHED), "touched (in the pictures from behind)"),
-        (stored.then_some(colours.free), "seen to be free"),
+        (stored.then_some(colours.free), "observed free space"),
         (Some(colours.unseen), unseen),
         (Some(colours.wrong), seen_outside),
     ];
@@ -196,11 +196,11 @@ fn channel_rows(facts: &CompletionInspection, resolution: u32) -> Vec<[String; 3
 /// Histograms and rejects.
 #[derive(Serialize)]
 struct DistributionsView {
-    /// Distributions of stored samples; `None` where none is stored.
+    /// Distributions of stored samples; `None` if none is stored.
     stored: Option<StoredView>,
     /// Facts of touch, as `inspect` prints them.
     touch: Option<String>,
-    /// Rejects by reason; `None` where there are none.
+    /// Rejects by reason; `None` if there are none.
     rejects: Option<Markup>,
     /// Kept and rejected views of each object.
     objects: Markup,
@@ -242,7 +242,7 @@ struct SplitsView {
     charts: Vec<Figure>,
     /// Sizes of the nested training subsets.
     subsets: Option<String>,
-    /// Names of objects of equal geometry on different sides.
+    /// Names of objects of equal geometry on different sides of the split.
     leaking: Vec<String>,
     counted: Vec<LeakRow>,
 }
@@ -314,7 +314,7 @@ struct ObjectRow<'a> {
     name: &'a str,
     /// Number of its first card; `None` without one.
     card: Option<usize>,
-    /// Triangles, longest side, closed, kept of planned, mean partial cells, least inside the grid, split.
+    /// Triangles, longest side, closed, kept of planned, mean partial cells, smallest share inside the grid, split.
     figures: [String; 7],
     licence: &'a str,
     remarks: Vec<RemarkView>,
@@ -365,7 +365,7 @@ impl<'a> ObjectRow<'a> {
 }
 
 fn remarks(object: &ObjectFacts) -> Vec<RemarkView> {
-    let repairs = object.repairs.iter().map(|repair| RemarkView { class: None, text: format!("mended: {repair}") });
+    let repairs = object.repairs.iter().map(|repair| RemarkView { class: None, text: format!("repaired: {repair}") });
     let warnings = object
         .warnings
         .iter()

@@ -26,18 +26,16 @@ use format::{
 };
 use kernel::{ids::ObjectId, render::DepthSource};
 
-/// Completion as people meet it.
+/// Pages, texts and pictures of completion.
 pub static PAGES: ProductPages = ProductPages {
     product: Product::COMPLETION,
     words: ProductWords {
-        lead: "Pairs of occupancy grids: what one depth camera sees of an object, and the whole solid, on the same grid.",
+        lead: "Pairs of occupancy grids: the part of an object that one depth camera observes, and the whole solid, on the same grid.",
         sample: "one object seen from one side",
-        labels: "the whole solid beside what was seen, computed from the mesh",
+        labels: "the whole solid of each observed part, computed from the mesh",
         acquisition: "Depth of each object was rendered or cast from its mesh, and grids were computed from depth and mesh.",
-        reading: "`graspmill export . --to npy --out ../arrays` writes NumPy arrays, `--to binvox` and `--to pcd` files a \
-                  sample.",
-        legend: "From left to right: depth (near is light), what the camera saw (blue cells), the whole solid (orange), and \
-                 both from behind.",
+        reading: "`graspmill export . --to npy --out ../arrays` writes NumPy arrays, `--to binvox` and `--to pcd` files per sample.",
+        legend: "From left to right: depth (near is light), observed cells (blue), the whole solid (orange), and both from behind.",
         regenerated: 64,
         tasks: &["robotics", "image-to-3d"],
     },

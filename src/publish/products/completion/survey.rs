@@ -24,10 +24,10 @@ use kernel::{
     words::Split,
 };
 
-/// Profile of a job's sensor where depth has no noise.
+/// Profile of a job's sensor if depth has no noise.
 const PERFECT_SENSOR: &str = "none";
 
-/// Everything that a report needs but the pictures.
+/// Input of a report, except the pictures.
 pub(crate) struct CompletionSurvey {
     pub facts: CompletionInspection,
     pub partial: Tally,
@@ -38,7 +38,7 @@ pub(crate) struct CompletionSurvey {
     pub picks: Vec<Pick>,
 }
 
-/// Sums of one object while rows go by.
+/// Sums of one object during the pass.
 #[derive(Default)]
 struct ObjectSums {
     planned: u64,
@@ -213,7 +213,7 @@ fn plain_text(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 
-/// `{"repair": "duplicate_faces", "count": 4}` reads "4 duplicate faces".
+/// Text of a repair: `{"repair": "duplicate_faces", "count": 4}` becomes "4 duplicate faces".
 fn repair_in_words(value: &Value) -> String {
     match (value.get("repair").and_then(Value::as_str), value.get("count").and_then(Value::as_u64)) {
         (Some(repair), Some(count)) => format!("{count} {}", repair.replace('_', " ")),

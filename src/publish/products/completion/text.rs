@@ -56,7 +56,7 @@ impl fmt::Display for CompletionInspection {
         if let Some(hidden) = &self.hidden_share {
             writeln!(f, "{}", SpreadRow::new("hidden, occluded views", 3, hidden))?;
             let share = percent(self.occluded as f64 / self.kept.max(1) as f64);
-            writeln!(f, "  something stands in front of the object in {share} of the kept samples")?;
+            writeln!(f, "  something is in front of the object in {share} of the kept samples")?;
         }
         if let Some(touch) = &self.touch {
             writeln!(f, "{touch}")?;

@@ -1,5 +1,5 @@
-//! Whether the probabilities of success mean what they say: roll-outs of a grasp against its perturbed runs, which are drawn
-//! from the same spread by streams of their own.
+//! Calibration of the probabilities of success: roll-outs of a grasp compared with its perturbed runs, which are drawn from the
+//! same distribution with separate random streams.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,7 @@ use crate::{
 };
 use format::GraspTrial;
 
-/// Edges of the bins of predicted probabilities; a grasp that held in all its roll-outs is in the last one, alone.
+/// Edges of the bins of predicted probabilities; the last bin contains only grasps that held in all their roll-outs.
 const EDGES: [f64; 6] = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
 
 /// Side and margin of the plot [px].
@@ -23,19 +23,19 @@ const MARGIN: f64 = 46.0;
 pub struct Calibration {
     /// Grasps with roll-outs and perturbed runs.
     pub grasps: u64,
-    /// Their perturbed runs, each one prediction.
+    /// Perturbed runs of these grasps, one prediction each.
     pub runs: u64,
-    /// Mean of (predicted - came)^2 over these (Brier 1950).
+    /// Mean of (predicted - outcome)^2 over these runs (Brier 1950).
     pub brier: f64,
-    /// Brier score where the share of all runs that held is predicted for each.
+    /// Brier score if the share of all runs that held is predicted for each.
     pub brier_of_share: f64,
-    /// Brier score of the grasp's own trial: 1 where it held, else 0.
+    /// Brier score if the grasp's own trial is the prediction: 1 if it held, else 0.
     pub brier_of_verdict: f64,
-    /// By predicted probability, lowest first; only those with runs.
+    /// Bins by predicted probability, lowest first; only bins with runs.
     pub bins: Vec<ReliabilityBin>,
 }
 
-/// Grasps that were predicted about the same probability.
+/// Grasps with about the same predicted probability.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReliabilityBin {
     /// Mean predicted probability, over the runs.
@@ -52,7 +52,7 @@ impl ReliabilityBin {
         self.held as f64 / self.runs as f64
     }
 
-    /// Where 95 % of such counts have their true share (Wilson 1927).
+    /// Interval that contains the true share for 95 % of such counts (Wilson 1927).
     fn interval(&self) -> [f64; 2] {
         const Z: f64 = 1.959_963_984_540_054;
         let (n, share) = (self.runs as f64, self.share());
@@ -68,7 +68,7 @@ pub(crate) struct CalibrationSums {
     grasps: u64,
     squares: f64,
     squares_of_verdict: f64,
-    /// By bin: sum of predicted probabilities, runs, and of them held.
+    /// By bin: sum of predicted probabilities, runs, and runs that held.
     bins: [(f64, u64, u64); EDGES.len()],
 }
 
@@ -87,7 +87,7 @@ impl CalibrationSums {
         }
     }
 
-    /// `None` where no grasp has both.
+    /// Result; `None` if no grasp has both.
     pub fn finish(self) -> Option<Calibration> {
         let (runs, held) = self.bins.iter().fold((0, 0), |(runs, held), bin| (runs + bin.1, held + bin.2));
         if runs == 0 {
@@ -120,8 +120,7 @@ impl Calibration {
     /// One line with the scores.
     pub fn in_words(&self) -> String {
         format!(
-            "Brier score {:.4} over {} runs of {} grasps ({:.4} where the grasp's own verdict is the \
-             prediction, {:.4} where the share of all is)",
+            "Brier score {:.4} over {} runs of {} grasps ({:.4} with the grasp's own verdict as prediction, {:.4} with the overall share)",
             self.brier,
             grouped(self.runs),
             grouped(self.grasps),
@@ -143,7 +142,7 @@ impl Calibration {
         let end = SIDE - 12.0;
         let x = |value: f64| MARGIN + value * (end - MARGIN);
         let y = |value: f64| SIDE - MARGIN - value * (SIDE - MARGIN - 12.0);
-        let mut svg = opening("probability of success: predicted and come true", SIDE, SIDE);
+        let mut svg = opening("probability of success: predicted and observed", SIDE, SIDE);
         for tick in [0.0, 0.25, 0.5, 0.75, 1.0] {
             let _ = write!(
                 svg,

@@ -1,5 +1,5 @@
-//! Pictures of grasps: an object and the closed hand, a grasp that held and one that failed of each, or without trials the best
-//! and the worst kept grasp.
+//! Pictures of grasps: an object and the closed hand, with a grasp that held and one that failed, or without trials the best and
+//! the worst kept grasp.
 
 use std::{collections::BTreeMap, f64::consts::FRAC_PI_2, sync::Arc};
 
@@ -40,7 +40,7 @@ pub(crate) struct CardView {
     kept: u64,
     found: u64,
     runs: u64,
-    /// Grasps that were tried, and that held.
+    /// Number of tried grasps, and of those that held.
     trials: [u64; 2],
     panels: Vec<PanelView>,
 }
@@ -49,7 +49,7 @@ pub(crate) struct CardView {
 #[derive(Serialize)]
 struct PanelView {
     image: ImageView,
-    /// Reason for which it is shown.
+    /// Reason why the grasp is shown.
     why: &'static str,
     epsilon: String,
     energy: String,
@@ -57,26 +57,26 @@ struct PanelView {
     seed: String,
 }
 
-/// An object that is drawn, and how it rests on a table.
+/// An object to draw, and its pose on a table.
 struct DrawnObject {
     solid: TouchShape,
     resting: Vec<RestingPose>,
 }
 
 impl DrawnObject {
-    /// The object of a row of the asset table; `None` where its mesh has no surface.
+    /// The object of a row of the asset table; `None` if its mesh has no surface.
     fn of(reader: &DatasetReader, row: &AssetRow, mesh: &TriMesh) -> Result<Option<Self>, DatasetError> {
         let Ok(solid) = solid_of(mesh) else { return Ok(None) };
         Ok(Some(Self { solid, resting: resting_poses(reader, row)? }))
     }
 
-    /// The most likely pose in which the object rests on a table above which the hand stays, as trials have it.
+    /// The object's most likely resting pose in which the hand stays above the table, as in trials.
     fn on_table(&self, grasp: &Grasp) -> Option<&RestingPose> {
         self.resting.get(grasp.likeliest_table()?)
     }
 }
 
-/// A hand that is drawn.
+/// A hand to draw.
 struct DrawnHand {
     shape: HandShape,
     /// One per solid of the shape.
@@ -84,7 +84,7 @@ struct DrawnHand {
 }
 
 impl DrawnHand {
-    /// The hand of a dataset; `None` where it has a shape that cannot be drawn.
+    /// Reads the hand of a dataset; `None` if it has a shape that cannot be drawn.
     fn of(shapes: &Shapes) -> Result<Option<Self>, DatasetError> {
         let shape = shapes.hand()?;
         let solids: Result<_, NoSurface> = shape.solids.iter().map(|solid| TouchShape::new(&solid.shape)).collect();
@@ -92,13 +92,13 @@ impl DrawnHand {
     }
 }
 
-/// The objects with any state at even steps through their names, at most so many, with their indices in the shapes.
+/// Objects with a state, at even steps through their names, at most `max` of them, with their indices in the shapes.
 fn shown<'a>(
     reader: &DatasetReader,
     survey: &'a GraspSurvey,
     max: usize,
 ) -> Result<Vec<(&'a GraspedObject, usize)>, DatasetError> {
-    // The shapes are sorted as the asset table is.
+    // The shapes have the order of the asset table.
     let index_of: BTreeMap<ObjectId, usize> =
         reader.assets()?.objects.iter().enumerate().map(|(index, row)| (row.object, index)).collect();
     let grasped: Vec<&GraspedObject> =
@@ -112,7 +112,7 @@ fn picks<'a>(survey: &'a GraspSurvey, object: &GraspedObject) -> &'a [(&'static 
     survey.picks.get(&object.object).map(Vec::as_slice).unwrap_or_default()
 }
 
-/// The cards of objects at even steps through their names; `None` where the hand has a shape that cannot be drawn.
+/// The cards of objects at even steps through their names; `None` if the hand has a shape that cannot be drawn.
 pub(crate) fn cards(reader: &DatasetReader, survey: &GraspSurvey) -> Result<Option<Vec<CardView>>, DatasetError> {
     let shapes = Shapes::open(reader.folder())?;
     let Some(hand) = DrawnHand::of(&shapes)? else { return Ok(None) };
@@ -125,8 +125,8 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &GraspSurvey) -> Result<Opti
     Ok(Some(cards))
 }
 
-/// The first grasp that a page shows of each of at most `max` objects, from two sides, each `side` pixels wide and high, with
-/// the object's name; none where the hand has a shape that cannot be drawn.
+/// The first grasp that a page shows of each of at most `max` objects, from two sides, each `side` pixels wide and high, with the
+/// object's name; empty if the hand has a shape that cannot be drawn.
 pub(crate) fn pictures(
     reader: &DatasetReader,
     survey: &GraspSurvey,
@@ -145,7 +145,7 @@ pub(crate) fn pictures(
     Ok(pictures)
 }
 
-/// The first grasp that a page shows of an object, from one side; `None` where nothing was found, or the hand has a shape that
+/// The first grasp that a page shows of an object, from one side; `None` if nothing was found, or the hand has a shape that
 /// cannot be drawn.
 pub(crate) fn best_grasp(
     reader: &DatasetReader,
@@ -207,7 +207,7 @@ fn card(
 }
 
 impl CardView {
-    /// The card as the strip on top of the page shows it.
+    /// The card in the strip at the top of the page.
     pub fn for_strip(&self) -> StripCard {
         let pictures = self.panels.iter().map(|panel| panel.image.clone());
         StripCard { caption: self.object.clone(), pictures: pictures.collect() }
@@ -227,8 +227,8 @@ impl PanelView {
     }
 }
 
-/// Object and hand, `aside` away from the approach's azimuth [rad], and a dot at each contact over them: contacts lie between
-/// hand and object, where nothing could be seen of them. The object stands on its table where the hand stays above one.
+/// Draws object and hand, viewed `aside` away from the approach's azimuth [rad], with a dot at each contact on top, because
+/// contacts are hidden between hand and object. The object is on its table if the hand stays above it.
 fn draw(grasp: &Grasp, object: &DrawnObject, hand: &DrawnHand, aside: f64, side: u32) -> Picture {
     let on_table = object.on_table(grasp);
     let world_from_object =
@@ -245,7 +245,7 @@ fn draw(grasp: &Grasp, object: &DrawnObject, hand: &DrawnHand, aside: f64, side:
     solids.push(Solid { shape: &object.solid, pose: world_from_object, colour: Colour::COMPLETE });
     let approach = world_from_object.rotation * grasp.object_from_approach.rotation() * Vector3::z();
     let view = view(&solids, &approach, aside);
-    // The table comes last: the view is that of hand and object.
+    // The table comes last, because the view is fitted to hand and object.
     let table = on_table.and_then(|_| table_under(&object.solid, &world_from_object));
     if let Some((shape, pose)) = &table {
         solids.push(Solid { shape, pose: *pose, colour: Colour::TABLE });
@@ -266,7 +266,7 @@ fn table_under(object: &TouchShape, pose: &IsometryMatrix3<f64>) -> Option<(Touc
     Some((shape, IsometryMatrix3::translation(centre.x, centre.y, -TABLE_THICKNESS / 2.0)))
 }
 
-/// Hand and object in the middle, seen from the side of the approach.
+/// View with hand and object in the middle, from the side of the approach.
 fn view(solids: &[Solid<'_>], approach: &Vector3<f64>, aside: f64) -> SolidView {
     let balls: Vec<(Point3<f64>, f64)> = solids.iter().map(|solid| solid.shape.ball(&solid.pose)).collect();
     let lowest = |axis: usize| balls.iter().map(|(centre, radius)| centre[axis] - radius).fold(f64::INFINITY, f64::min);
@@ -275,7 +275,7 @@ fn view(solids: &[Solid<'_>], approach: &Vector3<f64>, aside: f64) -> SolidView 
     let middle = Point3::from([0, 1, 2].map(|axis| (lowest(axis) + highest(axis)) / 2.0));
     let reach = |(centre, radius): &(Point3<f64>, f64)| (centre - middle).norm() + radius;
     let extent = 2.0 * balls.iter().map(reach).fold(0.0, f64::max);
-    // From straight above or below any side will do.
+    // For an approach from straight above or below, any side is suitable.
     let level = approach.xy().norm();
     let azimuth = if level > 1e-3 { libm::atan2(-approach.y, -approach.x) } else { 0.0 };
     SolidView { azimuth: azimuth + aside, elevation: ELEVATION, middle, extent: 0.9 * extent }
@@ -283,7 +283,7 @@ fn view(solids: &[Solid<'_>], approach: &Vector3<f64>, aside: f64) -> SolidView 
 
 #[cfg(test)]
 impl CardView {
-    /// A card of one panel, and so many grasps tried.
+    /// A card of one panel, with this number of tried grasps.
     pub fn example(object: &str, tried: u64) -> Self {
         let panel = PanelView {
             image: ImageView::of(&Picture::filled(1, 1, [0; 4]), SIDE, SIDE),

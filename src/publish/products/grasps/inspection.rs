@@ -1,4 +1,4 @@
-//! The facts of a dataset of grasps, out of one pass over its runs.
+//! The facts of a dataset of grasps, from one pass over its runs.
 
 use std::{collections::BTreeMap, fmt};
 
@@ -25,34 +25,34 @@ use kernel::{
     words::{GraspVerdict, STRETCHES, Show, counted},
 };
 
-/// Content of a dataset of grasps. `Display` is for people; serialised, it is for machines.
+/// Content of a dataset of grasps. `Display` writes text; serialising gives JSON.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GraspsInspection {
     /// Facts that the inspections of all products share.
     #[serde(flatten)]
     pub header: InspectionHeader,
-    /// The hand; `None` where no run was kept.
+    /// The hand; `None` if no run was kept.
     pub hand: Option<String>,
     /// Runs of the plan: kept + rejected.
     pub runs: u64,
     /// Runs that found a legal state.
     pub kept_runs: u64,
-    /// Runs that found none, by reason.
+    /// Runs without a legal state, by reason.
     pub rejected: BTreeMap<String, u64>,
     /// Runs whose seed was given up before they were over.
     pub given_up: u64,
-    /// States that were closed, by verdict.
+    /// Closed states by verdict.
     pub verdicts: BTreeMap<String, u64>,
     /// Energies of all states.
     pub energy: Spread,
-    /// Epsilon of the kept grasps, in the space that the job asks for.
+    /// Epsilon of the kept grasps, in the space that the job selects.
     pub epsilon: Spread,
     /// Kept grasps by type, the most common first.
     pub types: Vec<TypeFacts>,
     /// Kept grasps on a table.
     #[serde(default)]
     pub table: TableFacts,
-    /// Closed grasps by the ways on which the hand is free to come.
+    /// Closed grasps by the approaches on which the hand is free.
     #[serde(default)]
     pub ways: WayFacts,
     /// Outcomes of physical trials; absent without them.
@@ -66,16 +66,16 @@ pub struct GraspsInspection {
     pub objects: Vec<GraspedObject>,
 }
 
-/// Kept grasps of objects that rest on a table: where the hand stays above it while it comes and closes.
+/// Kept grasps of objects that rest on a table, by whether the hand stays above the table while it approaches and closes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TableFacts {
     /// Kept grasps.
     pub grasps: u64,
-    /// Kept grasps above the table in at least one pose of the object, the hand coming in the posture of the grasp.
+    /// Kept grasps above the table in at least one pose of the object, approaching in the posture of the grasp.
     pub somewhere: u64,
     /// Kept grasps above the table in the object's most likely pose.
     pub likely: u64,
-    /// Kept grasps above the table in at least one pose, the hand coming opened.
+    /// Kept grasps above the table in at least one pose, approaching opened.
     pub opened: u64,
 }
 
@@ -91,8 +91,7 @@ impl TableFacts {
     pub fn in_words(&self) -> String {
         let share = |count: u64| percent(count as f64 / self.grasps.max(1) as f64);
         format!(
-            "on a table the hand stays above it for {} of the kept grasps in some pose of the object ({} where it comes opened), \
-             for {} in the most likely one",
+            "the hand stays above the table for {} of the kept grasps in some pose of the object ({} if it approaches opened), and for {} in the most likely pose",
             share(self.somewhere),
             share(self.opened),
             share(self.likely)
@@ -109,22 +108,22 @@ pub struct GraspedObject {
     pub object: ObjectId,
     /// Runs of annealing.
     pub runs: u64,
-    /// Runs that found no legal state.
+    /// Runs without a legal state.
     #[serde(default)]
     pub rejected: u64,
     /// Runs whose seed was given up before they were over.
     pub given_up: u64,
     /// States with each verdict, in the order of [`GraspVerdict::ALL`].
     pub verdicts: [u64; GraspVerdict::ALL.len()],
-    /// Grasps that were tried, and of them held; zeros without trials.
+    /// Tried grasps, and those that held; zeros without trials.
     pub trials: [u64; 2],
-    /// Poses in which it rests on a table.
+    /// Poses in which the object rests on a table.
     #[serde(default)]
     pub resting: u64,
-    /// Probability of the most likely of them; `None` where none is known.
+    /// Probability of the most likely pose; `None` if none is known.
     #[serde(default)]
     pub likely: Option<f64>,
-    /// Facts of its kept grasps on a table.
+    /// Facts of the object's kept grasps on a table.
     #[serde(default)]
     pub table: TableFacts,
     /// Lowest energy of any state.
@@ -134,20 +133,20 @@ pub struct GraspedObject {
 }
 
 impl GraspedObject {
-    /// States in all.
+    /// Total number of states.
     pub fn found(&self) -> u64 {
         self.verdicts.iter().sum()
     }
 }
 
-/// A grasp of a dataset: which run, and its index among the run's.
+/// A grasp of a dataset: its run, and its index in the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct GraspIndex {
     pub run: SampleIndex,
     pub grasp: usize,
 }
 
-/// Everything that a page needs but the pictures.
+/// Input of a page, except the pictures.
 pub(crate) struct GraspSurvey {
     pub facts: GraspsInspection,
     /// Energies of all states, then epsilons of kept grasps.
@@ -155,7 +154,7 @@ pub(crate) struct GraspSurvey {
     pub epsilons: Vec<f64>,
     /// Method and hand of the first run.
     pub method: Option<(GraspMethod, HandNames)>,
-    /// Grasps to show of each object, and why.
+    /// Grasps of each object to show, with the reasons.
     pub picks: BTreeMap<ObjectId, Vec<(&'static str, GraspIndex)>>,
 }
 
@@ -173,7 +172,7 @@ struct Pass {
     objects: BTreeMap<ObjectId, ObjectSums>,
     energies: Vec<f64>,
     epsilons: Vec<f64>,
-    /// Kept grasps of each type, and of them held.
+    /// Kept grasps of each type, and those that held.
     types: BTreeMap<u32, [u64; 2]>,
     table: TableFacts,
     ways: WayFacts,
@@ -191,19 +190,19 @@ struct ObjectSums {
     verdicts: [u64; GraspVerdict::ALL.len()],
     trials: [u64; 2],
     table: TableFacts,
-    /// The state of lowest energy.
+    /// The state with the lowest energy.
     lowest: Option<(f64, GraspIndex)>,
     /// The best and the worst kept grasp, by epsilon.
     extremes: Option<[(f64, GraspIndex); 2]>,
-    /// Tried grasp of the highest epsilon by [`JUDGEMENTS`]: lifted off a table, held otherwise, failed.
+    /// Tried grasp with the highest epsilon for each of [`JUDGEMENTS`]: lifted off a table, otherwise held, failed.
     judged: [Option<(f64, GraspIndex)>; JUDGEMENTS.len()],
 }
 
-/// Outcomes of the trials of a grasp, those to show first.
+/// Outcomes of the trials of a grasp, in the order in which they are shown.
 const JUDGEMENTS: [&str; 3] = ["lifted off a table", "held in the air", "failed in its trial"];
 
 impl ObjectSums {
-    /// One grasp that held and one that failed where grasps were tried; else the best and the worst kept grasp, or the state of
+    /// One grasp that held and one that failed if there are trials; else the best and the worst kept grasp, or the state with the
     /// lowest energy.
     fn picks(&self) -> Vec<(&'static str, GraspIndex)> {
         let [lifted, held, failed] = [0, 1, 2].map(|row| self.judged[row].map(|(_, grasp)| (JUDGEMENTS[row], grasp)));
@@ -361,10 +360,10 @@ fn facts(
     })
 }
 
-/// Types that a table lists: the most common ones.
+/// Maximum number of types in a table, the most common ones.
 pub(super) const SHOWN_TYPES: usize = 10;
 
-/// The types beyond those that a table lists, with the count of their grasps; `None` where it lists all.
+/// Text about the types that a table does not list, with the number of their grasps; `None` if it lists all.
 pub(super) fn more_types_in_words(types: &[TypeFacts]) -> Option<String> {
     let more = types.get(SHOWN_TYPES..).filter(|more| !more.is_empty())?;
     let grasps = more.iter().map(|row| row.grasps).sum();
@@ -384,7 +383,7 @@ pub(super) fn counted_verdicts(manifest: &Manifest) -> VerdictCounts {
     GraspVerdict::ALL.map(count).into()
 }
 
-/// All states, and the kept grasps among them.
+/// Numbers of all states and of kept grasps.
 pub(super) fn found_and_kept(verdicts: &VerdictCounts) -> [u64; 2] {
     [verdicts.values().sum(), verdicts.get(GraspVerdict::Kept.name()).copied().unwrap_or(0)]
 }
@@ -401,7 +400,7 @@ pub(super) fn grasp_counts_in_words(verdicts: &VerdictCounts) -> String {
     format!("{} grasps found, {} of them kept: {share}{others}", grouped(found), grouped(kept))
 }
 
-/// Grasps that held in trials where there are some, then those with force closure.
+/// Line with the grasps that held in trials, if there are trials, and those with force closure.
 pub(super) fn headline(manifest: &Manifest) -> String {
     let [found, kept] = found_and_kept(&counted_verdicts(manifest)).map(grouped);
     if !manifest.channels().contains(&Channel::GRASP_TRIALS) {
@@ -419,7 +418,7 @@ impl fmt::Display for GraspsInspection {
             writeln!(f, "  hand      {}", hand.shown())?;
         }
         let [runs, given_up] = [self.runs, self.given_up].map(grouped);
-        writeln!(f, "  runs      {runs}, {given_up} of them given up")?;
+        writeln!(f, "  runs      {runs}, {given_up} given up early")?;
         InspectionHeader::write_rejected(f, &self.rejected)?;
         self.header.write_shards(f)?;
         writeln!(f)?;
@@ -484,7 +483,7 @@ impl fmt::Display for GraspsInspection {
     }
 }
 
-/// The resting poses of an object, the most likely first; none where its row lists none.
+/// The resting poses of an object, the most likely first; empty if its row lists none.
 pub(super) fn resting_poses(reader: &DatasetReader, row: &AssetRow) -> Result<Vec<RestingPose>, DatasetError> {
     let resting = row.resting().map_err(|error| DatasetError::Invalid {
         path: reader.folder().path_of(ASSETS),

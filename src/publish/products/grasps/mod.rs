@@ -1,4 +1,4 @@
-//! Grasps as people meet them: facts, pictures of grasps, trials and their calibration, page.
+//! Publication of grasps: facts, pictures of grasps, trials and their calibration, page.
 
 mod calibration;
 mod gallery;

@@ -1,4 +1,4 @@
-//! The page of a dataset of grasps: counts, distributions, types, the course of the annealing, and pictures of grasps.
+//! The page of a dataset of grasps: counts, distributions, types, the progress of the annealing, and pictures of grasps.
 
 use serde::Serialize;
 
@@ -20,29 +20,29 @@ use crate::{
 use format::{FORCE, GraspMethod, HandNames};
 use kernel::words::{GraspVerdict, STRETCHES, counted};
 
-/// The page as its template takes it.
+/// Input of the page's template.
 #[derive(Serialize)]
 pub(crate) struct GraspsPage<'a> {
     dataset: DatasetView<'a>,
     strip: Vec<StripPicture>,
     numbers: HeaderNumbers,
     hand: &'a str,
-    /// Sampler of the states.
+    /// Name of the sampler.
     sampler: &'a str,
     speed: Option<SpeedView>,
     method: Option<MethodView<'a>>,
     /// Name and meaning of each verdict.
     verdicts: Vec<[String; 2]>,
-    /// `None` where the hand has a shape that cannot be drawn.
+    /// `None` if the hand has a shape that cannot be drawn.
     gallery: Option<GalleryView>,
     distributions: DistributionsView,
     table: TableView,
-    /// Ways, count and share without a table, count and share on that of the most likely pose.
+    /// Approaches, with count and share without a table, and on the table of the most likely pose.
     ways: Vec<[String; 5]>,
     trials: Option<TrialsView>,
     replay: Option<ReplayView>,
     course: Vec<CourseRow>,
-    /// `None` where no kept grasp has a type.
+    /// `None` if no kept grasp has a type.
     types: Option<TypesView>,
     objects: Vec<ObjectRow<'a>>,
     job: &'a str,
@@ -55,7 +55,7 @@ struct GalleryView {
 }
 
 impl<'a> GraspsPage<'a> {
-    /// The page with these cards, or none where the hand has a shape that cannot be drawn.
+    /// The page with these cards, or with none if the hand has a shape that cannot be drawn.
     pub fn of(survey: &'a GraspSurvey, cards: Option<Vec<CardView>>, replay: Option<ReplayView>, job: &'a str) -> Self {
         let facts = &survey.facts;
         Self {
@@ -81,23 +81,23 @@ impl<'a> GraspsPage<'a> {
     }
 }
 
-/// The strip on top: a picture of each object in turn.
+/// The strip at the top: a picture of each object in turn.
 fn strip(cards: &[CardView]) -> Vec<StripPicture> {
     StripPicture::strip(&(1..).zip(cards.iter().map(CardView::for_strip)).collect::<Vec<_>>())
 }
 
-/// The numbers that matter most.
+/// The most important numbers.
 #[derive(Serialize)]
 struct HeaderNumbers {
     kept: String,
-    /// States that are no grasps.
+    /// States that are not kept.
     not_kept: String,
     objects: usize,
     runs: String,
-    /// Runs that found no legal state; `None` where each found one.
+    /// Runs without a legal state; `None` if each found one.
     rejected: Option<String>,
     given_up: String,
-    /// States that were closed.
+    /// Closed states.
     found: String,
     /// Types of kept grasps; `None` of a hand without types.
     types: Option<String>,
@@ -120,7 +120,7 @@ impl HeaderNumbers {
     }
 }
 
-/// The numbers behind energies and qualities.
+/// Parameters of energies and qualities.
 #[derive(Serialize)]
 struct MethodView<'a> {
     hand: &'a str,
@@ -166,12 +166,12 @@ fn in_words(verdict: GraspVerdict) -> String {
 
 fn why(verdict: GraspVerdict) -> &'static str {
     match verdict {
-        GraspVerdict::Kept => "the contacts resist every disturbance, well enough",
-        GraspVerdict::Penetrates => "the hand is in the true mesh before it closes",
-        GraspVerdict::OpenHand => "the closed hand touches with one link or none",
-        GraspVerdict::NoForceClosure => "some disturbance meets no resistance",
-        GraspVerdict::LowQuality => "every disturbance is resisted, but some hardly",
-        GraspVerdict::BelowTable => "on a table the hand would come below it, however the object rests",
+        GraspVerdict::Kept => "the contacts resist every disturbance well enough",
+        GraspVerdict::Penetrates => "the hand penetrates the true mesh before it closes",
+        GraspVerdict::OpenHand => "the closed hand touches with at most one link",
+        GraspVerdict::NoForceClosure => "the contacts do not resist some disturbance",
+        GraspVerdict::LowQuality => "the contacts resist every disturbance, but some only weakly",
+        GraspVerdict::BelowTable => "the hand would be below the table in every resting pose of the object",
     }
 }
 
@@ -181,7 +181,7 @@ struct DistributionsView {
     counts: String,
     verdicts: Markup,
     energy: Markup,
-    /// `None` where no grasp was kept.
+    /// `None` if no grasp was kept.
     epsilon: Option<Markup>,
 }
 
@@ -218,7 +218,7 @@ impl DistributionsView {
     }
 }
 
-/// Kept grasps that can be executed on a table: a count and its share each.
+/// Kept grasps that can be executed on a table, as count and share.
 #[derive(Serialize)]
 struct TableView {
     somewhere: [String; 2],
@@ -246,7 +246,7 @@ struct CourseRow {
     to: usize,
     /// Share of accepted steps.
     accepted: String,
-    /// Width of the bar for that share [%].
+    /// Width of the bar of this share [%].
     width: String,
     /// Mean energy.
     energy: String,
@@ -274,7 +274,7 @@ struct TypesView {
     grasps: String,
     /// Type, grasps, share, digits; with trials the count that held.
     rows: Vec<Vec<String>>,
-    /// Types without a row, and their grasps; `None` where each has one.
+    /// Types without a row, and their grasps; `None` if each has one.
     more: Option<String>,
 }
 

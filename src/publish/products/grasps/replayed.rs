@@ -1,4 +1,4 @@
-//! Outcomes of replaying the trials in plain MuJoCo, where somebody did (`export --to mujoco`).
+//! Outcomes of replaying the trials in plain MuJoCo (`export --to mujoco`), if they were replayed.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,9 +6,9 @@ use crate::chart::{grouped, percent};
 use format::dataset::{DatasetError, Manifest};
 use kernel::files::{Bound, Folder};
 
-/// Where a replay of the dataset's own trials stands in its folder.
+/// Path of a replay in the dataset's folder.
 const AGREEMENT: &str = "replay/agreement.json";
-/// Grasps that are listed one by one.
+/// Maximum number of grasps that are listed individually.
 const SHOWN: usize = 20;
 
 /// `agreement.json`, as `replay.py` writes it.
@@ -19,7 +19,7 @@ struct Agreement {
     contacts: String,
     replayed: u64,
     agreed: u64,
-    /// Replayed grasps whose perturbed runs in the dataset all end alike.
+    /// Replayed grasps whose perturbed runs in the dataset all have the same outcome.
     sure: u64,
     sure_agreed: u64,
     others: Vec<Other>,
@@ -39,7 +39,7 @@ struct Other {
 #[derive(Serialize)]
 pub(crate) struct ReplayView {
     mujoco: String,
-    /// Whether contacts came from an octree of distances, or else from triangles.
+    /// Whether contacts came from an octree of distances, instead of triangles.
     is_octree: bool,
     agreed: String,
     replayed: String,
@@ -51,7 +51,7 @@ pub(crate) struct ReplayView {
     more: Option<usize>,
 }
 
-/// A grasp that ended otherwise.
+/// A grasp with a different outcome.
 #[derive(Serialize)]
 struct OtherView {
     object: String,
@@ -62,7 +62,7 @@ struct OtherView {
     perturbed: String,
 }
 
-/// The replay of a dataset's trials; `None` where nobody replayed.
+/// Reads the replay of a dataset's trials; `None` if there is none.
 ///
 /// # Errors
 /// When the file can't be read, or is of another dataset.
@@ -76,11 +76,11 @@ pub(crate) fn replay(folder: &Folder, manifest: &Manifest) -> Result<Option<Repl
     let wrong = |problem: String| DatasetError::Invalid {
         path: path.clone(),
         problem,
-        remedy: "export the trials anew with `export --to mujoco` and run replay.py, or remove the folder",
+        remedy: "export the trials again with `export --to mujoco` and run replay.py, or remove the folder",
     };
     let found: Agreement = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
     if found.root != manifest.root.hex() {
-        return Err(wrong(format!("it is of the dataset with root {}", found.root)));
+        return Err(wrong(format!("it belongs to the dataset with root {}", found.root)));
     }
     Ok(Some(ReplayView::of(found)))
 }
@@ -118,7 +118,7 @@ impl OtherView {
 
 #[cfg(test)]
 impl ReplayView {
-    /// A replay with so many grasps of this object that end otherwise.
+    /// A replay with this number of grasps of this object that have a different outcome.
     pub fn example(object: &str, others: u32, contacts: &str) -> Self {
         let other = |item| Other {
             object: object.to_owned(),

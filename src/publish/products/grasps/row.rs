@@ -25,19 +25,16 @@ use format::{
 };
 use kernel::words::GraspVerdict;
 
-/// Grasps as people meet them.
+/// Pages, texts and pictures of grasps.
 pub static PAGES: ProductPages = ProductPages {
     product: Product::GRASPS,
     words: ProductWords {
-        lead: "How a hand can hold objects: poses, joints, contacts, quality and a verdict for every grasp that was found.",
+        lead: "Grasps of objects by a hand: pose, joints, contacts, quality and verdict of every grasp that was found.",
         sample: "one search from one seed on an object, with all grasps that it found",
-        labels: "analytic quality of each state; where the job asks for physical trials, whether it held: a state that was not tried \
-                 is untested, not bad",
-        acquisition: "Grasps were searched on the objects' meshes, the hand was closed in simulation, and quality computed.",
-        reading: "`shapes.mcap` holds the hand's shapes and the objects' meshes, so that grasps can be drawn and replayed.",
-        legend: "The closed hand (blue) on the object (orange), a black dot at each contact, from two sides; of each object one \
-                 that held in a trial, or without trials the kept grasp of the highest epsilon, or the state of lowest energy where \
-                 none was kept.",
+        labels: "analytic quality of each state and, if the job has simulated trials, whether it held; a state without a trial is untested, not bad",
+        acquisition: "Grasps were searched on the objects' meshes, the hand was closed in simulation, and the quality was computed.",
+        reading: "`shapes.mcap` contains the hand's shapes and the objects' meshes, so that grasps can be drawn and replayed.",
+        legend: "The closed hand (blue) on the object (orange) from two sides, with a black dot at each contact: for each object a grasp that held in a trial, or without trials the kept grasp with the highest epsilon, or the state with the lowest energy if none was kept.",
         regenerated: 8,
         tasks: &["robotics"],
     },
@@ -85,7 +82,7 @@ impl Survey for GraspSurvey {
             let count = facts.verdicts.get(verdict.name()).copied().unwrap_or(0);
             NumberRow::new(format!("grasps: {}", verdict.name().replace('_', " ")), grouped(count))
         }));
-        rows.push(NumberRow::new("runs given up before they were over", grouped(facts.given_up)));
+        rows.push(NumberRow::new("runs given up early", grouped(facts.given_up)));
         rows.push(NumberRow::new("different types of kept grasps", grouped(facts.types.len() as u64)));
         numbers.spreads = vec![
             SpreadRow::new("energy of all states", 3, &facts.energy),

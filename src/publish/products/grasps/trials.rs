@@ -1,4 +1,4 @@
-//! The facts of physical trials, out of the same pass as the grasps.
+//! The facts of simulated trials, from the same pass as the grasps.
 
 use std::{collections::BTreeMap, fmt};
 
@@ -13,43 +13,43 @@ use crate::{
 use format::{GraspLabel, GraspRun, GraspTrials, TrialMethod, TrialVerdict, TriedStates};
 use kernel::words::GraspVerdict;
 
-/// Outcomes of trying grasps in MuJoCo.
+/// Outcomes of grasp trials in MuJoCo.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrialsInspection {
     /// Grasps that were tried.
     pub tried: u64,
     /// Tried grasps by verdict.
     pub verdicts: BTreeMap<String, u64>,
-    /// Tried grasps, and of them held, by the verdict on their quality.
+    /// Tried grasps, and those that held, by the verdict on their quality.
     #[serde(default)]
     pub by_quality: BTreeMap<String, [u64; 2]>,
-    /// Grasps that were tried on a table as well, by verdict; absent without such trials.
+    /// Grasps that were also tried on a table, by verdict; absent without such trials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on_table: Option<BTreeMap<String, u64>>,
-    /// Tried grasps by label: what all trials of each say together.
+    /// Tried grasps by label, which combines all trials of a grasp.
     #[serde(default)]
     pub labels: BTreeMap<String, u64>,
-    /// Held grasps that were tried under variants of the conditions; absent without any.
+    /// Held grasps tried under variants of the conditions; absent without variants.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub variants: Option<VariantsInspection>,
-    /// Perturbed runs of them.
+    /// Perturbed runs.
     pub perturbed: u64,
-    /// Perturbed runs whose verdict, held or not, is another than that of the grasp itself.
+    /// Perturbed runs whose outcome, held or not, differs from that of the grasp itself.
     pub turned: u64,
-    /// Hand in object when gravity came on, of those that held [m].
+    /// Overlap of hand and object when gravity was switched on, for grasps that held [m].
     pub closed_penetration: Spread,
-    /// At most after that, likewise [m].
+    /// Largest overlap after that, for grasps that held [m].
     pub shaken_penetration: Spread,
-    /// Slip of the object in the hand during the lift, or the first direction of gravity, likewise [m].
+    /// Slip of the object in the hand during the lift, or the first direction of gravity, for grasps that held [m].
     pub slip: Spread,
     /// Trials whose forces are stored over time: in the air, and on a table.
     #[serde(default)]
     pub series: [u64; 2],
-    /// Closings that used up their time before the hand came to rest.
+    /// Closings that timed out before the hand came to rest.
     pub not_at_rest: u64,
-    /// Probability of success of the grasps that were rolled out; `None` where none was.
+    /// Probability of success of the grasps with roll-outs; `None` without roll-outs.
     pub success: Option<Spread>,
-    /// Calibration of that probability; `None` where no grasp was rolled out and perturbed.
+    /// Calibration of this probability; `None` if no grasp has both roll-outs and perturbed runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<Calibration>,
     /// Tried states, friction and gravity of the first sample, and sources of masses.
@@ -63,7 +63,7 @@ pub struct VariantsInspection {
     pub grasps: u64,
     /// Grasps that hold under all of them.
     pub robust: u64,
-    /// Name of each variant, and the grasps that hold under it, in the order of the records.
+    /// Name of each variant and the grasps that hold under it, in the order of the records.
     pub held: Vec<(String, u64)>,
 }
 
@@ -100,7 +100,7 @@ impl TrialsInspection {
             GraspLabel::Unconfirmed,
             GraspLabel::Untested,
         ];
-        format!("labels by all trials together: {}", labels.map(count).join(", "))
+        format!("labels from all trials: {}", labels.map(count).join(", "))
     }
 
     /// One line with the counts of trials that are stored over time; `None` without any.
@@ -136,7 +136,7 @@ impl fmt::Display for TrialsInspection {
             let share = percent(self.turned as f64 / self.perturbed as f64);
             writeln!(
                 f,
-                "  {} of {} perturbed runs end otherwise: {share}",
+                "  {} of {} perturbed runs have a different outcome: {share}",
                 grouped(self.turned),
                 grouped(self.perturbed)
             )?;
@@ -170,7 +170,7 @@ impl fmt::Display for TrialsInspection {
 }
 
 impl TrialsInspection {
-    /// Verdict on the quality, tried grasps, and of them held with the share.
+    /// Quality verdict, tried grasps, and those that held with their share.
     fn quality_rows(&self) -> Vec<[String; 3]> {
         let row = |verdict: GraspVerdict| {
             let [tried, held] = *self.by_quality.get(verdict.name())?;
@@ -184,7 +184,7 @@ impl TrialsInspection {
         [
             ("penetration when closed", &self.closed_penetration),
             ("penetration when shaken", &self.shaken_penetration),
-            ("slip in the lift", &self.slip),
+            ("slip during the lift", &self.slip),
         ]
     }
 }
@@ -206,7 +206,7 @@ pub(crate) struct TrialSums {
     series: [u64; 2],
     success: Vec<f64>,
     calibration: CalibrationSums,
-    /// Tried grasps by where the mass of their object is from.
+    /// Tried grasps by the origin of their object's mass.
     masses: BTreeMap<String, u64>,
     method: Option<TrialMethod>,
 }
@@ -254,7 +254,7 @@ impl TrialSums {
         }
     }
 
-    /// `None` where nothing was tried.
+    /// Result; `None` if nothing was tried.
     pub fn finish(self) -> Option<TrialsInspection> {
         let method = self.method?;
         let masses: Vec<String> = match self.masses.len() {
@@ -264,7 +264,7 @@ impl TrialSums {
         let [closed, shaken] = self.depths.map(Spread::of);
         let pull = if method.gravity == "six" { "gravity from six directions" } else { "lifted and shaken" };
         let tried = match method.tried {
-            TriedStates::Kept => "kept grasps alone",
+            TriedStates::Kept => "only kept grasps",
             TriedStates::Closed => "every state that closes with two links",
         };
         Some(TrialsInspection {
@@ -291,7 +291,7 @@ impl TrialSums {
 /// Trials as the page's template takes them.
 #[derive(Serialize)]
 pub(crate) struct TrialsView {
-    /// Grasps that were tried, that held, and that did not.
+    /// Grasps that were tried, that held, and that failed.
     tried: String,
     held: String,
     failed: String,
@@ -301,7 +301,7 @@ pub(crate) struct TrialsView {
     perturbed: Option<PerturbedView>,
     /// Tried grasps by verdict.
     verdicts: Markup,
-    /// Verdict on the quality, tried grasps, and of them held.
+    /// Quality verdict, tried grasps, and those that held.
     by_quality: Vec<[String; 3]>,
     /// Counts of trials on a table.
     on_table: Option<String>,
@@ -309,7 +309,7 @@ pub(crate) struct TrialsView {
     series: Option<String>,
     /// Variants of the conditions.
     variants: Option<VariantsView>,
-    /// Name, median, 95 % and largest value of depths and slips of grasps that held.
+    /// Name, median, 95th percentile and largest value of depths and slips of grasps that held.
     spreads: Vec<[String; 4]>,
     success: Option<SuccessView>,
     calibration: Option<CalibrationView>,
@@ -338,11 +338,11 @@ impl VariantsView {
     }
 }
 
-/// Runs under conditions a little off.
+/// Runs under perturbed conditions.
 #[derive(Serialize)]
 struct PerturbedView {
     runs: String,
-    /// Share that ends otherwise.
+    /// Share with a different outcome.
     turned: String,
 }
 

@@ -1,4 +1,4 @@
-//! Ways to grasps that are free, by count.
+//! Counts of free approaches to grasps.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,12 +6,13 @@ use crate::chart::percent;
 use format::Grasp;
 use kernel::words::{FreeWays, GraspVerdict};
 
-/// Closed grasps by the ways on which nothing is in the way of the hand.
+/// Closed grasps by the approaches on which nothing blocks the hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WayFacts {
-    /// Closed grasps by the ways that are free of the object, in the order of [`FreeWays::ALL`].
+    /// Closed grasps by the approaches that the object does not block, in the order of [`FreeWays::ALL`].
     pub in_the_air: [u64; FreeWays::ALL.len()],
-    /// Closed grasps of objects that rest on a table, by the ways that are free of the object and of the table of its most likely pose.
+    /// Closed grasps of objects that rest on a table, by the approaches that neither the object nor the table of its most likely
+    /// pose blocks.
     pub on_a_table: [u64; FreeWays::ALL.len()],
 }
 
@@ -27,7 +28,7 @@ impl WayFacts {
         }
     }
 
-    /// Name, count and share of each choice of ways: in the air, and on a table.
+    /// Name, count and share of each choice of approaches: in the air, and on a table.
     pub(super) fn rows(&self) -> Vec<WayRow> {
         let row = |ways: &FreeWays| {
             let cells = |counts: &[u64]| {
@@ -44,22 +45,22 @@ impl WayFacts {
         let rows = self.rows();
         let line = |place: &str, cells: fn(&WayRow) -> &(u64, String)| {
             let shares: Vec<String> = rows.iter().map(|row| format!("{} {}", row.name, cells(row).1)).collect();
-            format!("ways that are free {place}: {}", shares.join(", "))
+            format!("free approaches {place}: {}", shares.join(", "))
         };
         [
-            line("of the object", |row| &row.in_the_air),
-            line("of object and table, in the most likely pose", |row| &row.on_a_table),
+            line("with the object", |row| &row.in_the_air),
+            line("with object and table, in the most likely pose", |row| &row.on_a_table),
         ]
     }
 }
 
-/// Grasps to which the same ways are free.
+/// Grasps with the same free approaches.
 pub(super) struct WayRow {
-    /// Name of the ways.
+    /// Name of the approaches.
     pub name: &'static str,
-    /// Count and share, the object alone in the way.
+    /// Count and share with the object as the only obstacle.
     pub in_the_air: (u64, String),
-    /// Count and share with the table of the most likely pose in the way as well.
+    /// Count and share with the table of the most likely pose as a further obstacle.
     pub on_a_table: (u64, String),
 }
 

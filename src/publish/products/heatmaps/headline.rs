@@ -1,4 +1,4 @@
-//! The first thing that a user wants to know of a dataset.
+//! Headline of a dataset.
 
 use crate::{chart::grouped, headline::count_kept};
 use format::{
@@ -6,7 +6,7 @@ use format::{
     dataset::{DatasetError, DatasetReader},
 };
 
-/// Images with a free grasp, and what trials say of these grasps.
+/// Images with a free grasp, and the outcomes of trials of these grasps.
 pub(super) fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
     let counts = &reader.manifest().counts;
     let with_grasps = count_kept(reader, |row| HeatmapFacts::from(&row.facts).grasps() > 0)?;

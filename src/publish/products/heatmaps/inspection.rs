@@ -21,7 +21,7 @@ use kernel::{
     words::{Show, Split},
 };
 
-/// Content of a dataset of heatmaps. `Display` is for people; serialised, it is for machines.
+/// Content of a dataset of heatmaps. `Display` writes text; serialising gives JSON.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeatmapsInspection {
     /// Facts that the inspections of all products share.
@@ -29,9 +29,9 @@ pub struct HeatmapsInspection {
     pub header: InspectionHeader,
     /// Name of the hand.
     pub hand: String,
-    /// Digest of the exact numbers of the dataset of picks; `None` where no image is kept.
+    /// Digest of the exact numbers of the dataset of picks; `None` if no image is kept.
     pub picks: Option<Digest>,
-    /// Scenes whose images are marked.
+    /// Scenes of the images.
     pub scenes: u64,
     /// Images: kept + rejected.
     pub samples: u64,
@@ -43,13 +43,13 @@ pub struct HeatmapsInspection {
     pub rejected: BTreeMap<String, u64>,
     /// Names of the hand's points.
     pub points: Vec<String>,
-    /// The chosen grasp types, the most common first; none of a hand without types.
+    /// The chosen grasp types, the most common first; empty for a hand without types.
     pub types: Vec<u32>,
     /// Kept images with a free grasp.
     pub images_with_grasps: u64,
-    /// Free grasps in all kept images, each counted in each, by [`PickState::ALL`].
+    /// Free grasps in all kept images, counted in each image, by [`PickState::ALL`].
     pub states: [u64; 3],
-    /// Grasps in all kept images that each of [`PickObstacle::NAMES`] forbids.
+    /// Forbidden grasps in all kept images, by [`PickObstacle::NAMES`].
     pub forbidden: [u64; 4],
     /// Free grasps of other types.
     pub other_types: u64,
@@ -63,14 +63,14 @@ pub struct HeatmapsInspection {
     pub objects: Vec<ScenesObject>,
 }
 
-/// Everything that a page needs but the pictures.
+/// Input of a page, except the pictures.
 pub(crate) struct HeatmapSurvey {
     pub facts: HeatmapsInspection,
-    /// Kept images that a page shows: with a grasp that held, or else with a free one.
+    /// Kept images on the page: with a grasp that held, or else with a free one.
     pub shown: Vec<SampleIndex>,
 }
 
-/// Images that a page shows, at most.
+/// Maximum number of images on a page.
 const SHOWN: usize = 6;
 
 /// The facts of a finished dataset of heatmaps: reads tables, ledgers and one sample.
@@ -127,7 +127,7 @@ impl HeatmapSurvey {
 }
 
 impl HeatmapsInspection {
-    /// Grasps from about the cameras' sides by what they are: free ones by their state, then by what forbids them.
+    /// Grasps that approach from the camera's side: free ones by their state, forbidden ones by obstacle.
     pub(super) fn ends(&self) -> Vec<(String, u64)> {
         let free = PickState::ALL.map(PickState::name).into_iter().zip(self.states);
         let free = free.map(|(name, count)| (format!("free, {name}"), count));
@@ -136,7 +136,7 @@ impl HeatmapsInspection {
         free.chain(other).chain(forbidden.map(|(name, count)| (format!("forbidden by {name}"), count))).collect()
     }
 
-    /// Share of the points in the images that nothing hides, in words.
+    /// Visible share of the points in the images, as text.
     pub(super) fn visible_share(&self) -> String {
         percent(self.visible_points as f64 / self.points_in_images.max(1) as f64)
     }
@@ -175,7 +175,7 @@ impl fmt::Display for HeatmapsInspection {
             writeln!(f, "            {:>9} {name}", grouped(count))?;
         }
         let [visible, points] = [self.visible_points, self.points_in_images].map(grouped);
-        writeln!(f, "  points    {visible} of {points} are visible: {}", self.visible_share())?;
+        writeln!(f, "  points    {visible} of {points} visible: {}", self.visible_share())?;
         writeln!(f, "  patches   {} grasps have one around each point", grouped(self.patches))?;
         self.header.write_shards(f)?;
         writeln!(f)?;

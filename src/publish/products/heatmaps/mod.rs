@@ -1,4 +1,4 @@
-//! Heatmaps of scenes as people meet them: facts, page, pictures.
+//! Publication of heatmaps of scenes: facts, page, pictures.
 
 mod headline;
 mod inspection;

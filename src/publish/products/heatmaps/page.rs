@@ -1,4 +1,4 @@
-//! The page of a dataset of heatmaps: which grasps the images show, and pictures.
+//! The page of a dataset of heatmaps: the grasps in the images, and pictures.
 
 use serde::Serialize;
 
@@ -15,7 +15,7 @@ use crate::{
 use format::dataset::{DatasetError, DatasetReader};
 use kernel::words::Split;
 
-/// The page as its template takes it.
+/// Input of the page's template.
 #[derive(Serialize)]
 pub(crate) struct HeatmapsPage<'a> {
     dataset: DatasetView<'a>,
@@ -28,9 +28,9 @@ pub(crate) struct HeatmapsPage<'a> {
     rejects: Vec<[String; 3]>,
     /// Split and kept images.
     splits: Vec<[String; 2]>,
-    /// Grasps by what they are; `None` where no image is kept.
+    /// Grasps by state and obstacle; `None` if no image is kept.
     ends: Option<Markup>,
-    /// Index, type and digits of the chosen types; empty of a hand without types.
+    /// Index, type and digits of the chosen types; empty for a hand without types.
     types: Vec<Vec<String>>,
     cards: Vec<CardView>,
     /// Name and split.
@@ -38,7 +38,7 @@ pub(crate) struct HeatmapsPage<'a> {
     job: &'a str,
 }
 
-/// The numbers that matter most.
+/// The most important numbers.
 #[derive(Serialize)]
 struct HeaderNumbers {
     kept: String,
@@ -127,7 +127,7 @@ impl<'a> HeatmapsPage<'a> {
             picks: facts.picks.map(|root| root.to_string()),
             rejects: share_rows(&facts.rejected, facts.samples),
             splits: split_rows(&facts.splits),
-            ends: (facts.kept > 0).then(|| bar_chart("Grasps from about the cameras' sides", &bars)),
+            ends: (facts.kept > 0).then(|| bar_chart("Grasps that approach from the camera's side", &bars)),
             types: facts.type_rows(),
             objects: ScenesObject::rows(&facts.objects),
             cards,

@@ -8,7 +8,7 @@ use crate::{
 use format::{Depth, HeatmapFacts, PatchSquare, PickState, SceneHeatmap, SeenGrasp, window_pixel};
 use kernel::{geom::DepthCrop, words::counted};
 
-/// Radius of the dot of a palm, of a fingertip, and of a palm that something forbids [px].
+/// Radius of the dots of palms, fingertips and forbidden palms [px].
 const RADII: [f64; 3] = [6.0, 4.0, 2.5];
 
 /// Colour of the dots of forbidden grasps.
@@ -17,10 +17,10 @@ const FORBIDDEN: Colour = Colour([0x30, 0x30, 0x34]);
 /// Longest side of the picture of an image in the first picture of a set [px].
 const SIDE: u32 = 640;
 
-/// Pixels of a picture for each of a patch.
+/// Pixels of the picture per pixel of a patch.
 const ZOOM: u32 = 2;
 
-/// Range of the depths that most of an image has: a table reaches far beyond the bodies and would take most shades.
+/// Range of most depths in an image: a table extends far beyond the bodies and would use up most shades.
 fn range_of(depth: &DepthCrop) -> DepthRange {
     let mut returns: Vec<f32> = depth.depth.iter().copied().filter(|depth| depth.is_finite()).collect();
     returns.sort_by(f32::total_cmp);
@@ -28,8 +28,8 @@ fn range_of(depth: &DepthCrop) -> DepthRange {
     DepthRange { near: at(0.0), far: at(0.9) }
 }
 
-/// The points of all grasps over the depth of the image: forbidden ones first, those that held last. Hidden points are left out.
-/// Pixels are left out evenly, so that the picture is at most `side` pixels wide and high.
+/// Draws the points of all grasps over the depth of the image: forbidden ones first, those that held last, without hidden points.
+/// Pixels are skipped evenly, so that the picture is at most `side` pixels wide and high.
 pub(super) fn marked_picture(heatmap: &SceneHeatmap, depth: &Depth, side: u32) -> Picture {
     let (columns, rows) = (heatmap.camera.width, heatmap.camera.height);
     let step = columns.max(rows).div_ceil(side.max(1)).max(1);
@@ -54,13 +54,13 @@ pub(super) fn marked_picture(heatmap: &SceneHeatmap, depth: &Depth, side: u32) -
     picture
 }
 
-/// The grasp whose patches a page shows: the first that held, else the first with patches.
+/// The grasp whose patches the page shows: the first that held, else the first with patches.
 fn shown_grasp(heatmap: &SceneHeatmap) -> Option<&SeenGrasp> {
     let with_patches = || heatmap.grasps.iter().filter(|grasp| !grasp.patches.is_empty());
     with_patches().find(|grasp| grasp.state == PickState::Held).or_else(|| with_patches().next())
 }
 
-/// The patches of one grasp in depth, palm and fingertips from left to right; `None` where no grasp has patches.
+/// The patches of one grasp in depth, palm and fingertips from left to right; `None` if no grasp has patches.
 pub(super) fn patches_picture(heatmap: &SceneHeatmap, depth: &Depth) -> Option<Picture> {
     let grasp = shown_grasp(heatmap)?;
     let side = heatmap.side;

@@ -23,20 +23,17 @@ use format::{
     dataset::{DatasetError, DatasetReader, Sample},
 };
 
-/// Heatmaps as people meet them.
+/// Pages, texts and pictures of heatmaps.
 pub static PAGES: ProductPages = ProductPages {
     product: Product::HEATMAPS,
     words: ProductWords {
-        lead: "Images of settled scenes with the grasps of all bodies: where palm and fingertips of the hand would be in the image, \
-               and what came of grasps that were tried among the neighbours.",
-        sample: "one image of one settled scene, with the grasps from about where its camera stands",
-        labels: "for each grasp its type, body and label, whether it held, failed or was not tried, and for each of its points the \
-                 pixel and whether the image shows it; grasps that something forbids are background",
+        lead: "Images of settled scenes with the grasps of all bodies: the positions of palm and fingertips in the image, and the outcomes of trials among the neighbours.",
+        sample: "one image of one settled scene, with the grasps that approach from the camera's side",
+        labels: "for each grasp its type, body and label, whether it held, failed or was not tried, and for each of its points the pixel and its visibility; forbidden grasps are background",
         acquisition: "Grasps of another dataset, with the outcomes of their trials, were projected into depth images of the scenes, \
-                      which were rendered again from the poses of yet another.",
+                      which were rendered again from the poses of a third dataset.",
         reading: "",
-        legend: "Each picture shows one image: depth in grey, near light; the points of grasps that held are green, of those that \
-                 failed red, of untried ones blue; small dark dots are palms of forbidden grasps.",
+        legend: "Each picture shows one image: depth in grey, near light; points of held grasps are green, of failed ones red, of untried ones blue; small dark dots are palms of forbidden grasps.",
         regenerated: 64,
         tasks: &["robotics"],
     },

@@ -1,4 +1,4 @@
-//! The facts of a dataset of patches, out of its tables and ledgers.
+//! The facts of a dataset of patches, from its tables and ledgers.
 
 use std::{collections::BTreeMap, fmt};
 
@@ -22,21 +22,21 @@ use kernel::{
     words::{GraspTypeCounts, Show},
 };
 
-/// Content of a dataset of patches. `Display` is for people; serialised, it is for machines.
+/// Content of a dataset of patches. `Display` writes text; serialising gives JSON.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PatchesInspection {
     /// Facts that the inspections of all products share.
     #[serde(flatten)]
     pub header: InspectionHeader,
-    /// Root digest of the exact numbers of the grasps; `None` where no sample was kept.
+    /// Root digest of the exact numbers of the grasps; `None` if no sample was kept.
     pub grasps: Option<Digest>,
     /// The hand.
     pub hand: Option<String>,
-    /// Grasps of that dataset that could be chosen, of any type or none: the kept ones, with labels of trials the tried ones.
+    /// Selectable grasps of that dataset, of any type or none: the kept ones, or the tried ones if labels come from trials.
     pub kept_grasps: u64,
-    /// Different types of them.
+    /// Number of different types among them.
     pub different_types: u64,
-    /// Such grasps without a type.
+    /// Selectable grasps without a type.
     pub without_type: u64,
     /// Grasps of the chosen types: kept + rejected.
     pub samples: u64,
@@ -44,11 +44,11 @@ pub struct PatchesInspection {
     pub kept: u64,
     /// Grasps that were not stored, by reason.
     pub rejected: BTreeMap<String, u64>,
-    /// Whether patches are in colour, too.
+    /// Whether patches also have colours.
     pub colour: bool,
-    /// Stored samples by the label that trials make; `None` where labels are not those of trials.
+    /// Stored samples by label; `None` if labels do not come from trials.
     pub outcomes: Option<BTreeMap<String, u64>>,
-    /// Points of the stored samples that the image does not hide; `None` where none are marked.
+    /// Visible points of the stored samples; `None` if points are not marked.
     pub visible_points: Option<u64>,
     /// The chosen types, the most common first.
     pub types: Vec<ChosenType>,
@@ -63,10 +63,10 @@ pub struct PatchesInspection {
 /// One of the chosen types.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ChosenType {
-    /// The type, with the count of kept grasps of it in the dataset of grasps.
+    /// The type, with the number of its kept grasps in the dataset of grasps.
     #[serde(flatten)]
     pub facts: TypeFacts,
-    /// Stored samples of it.
+    /// Stored samples of the type.
     pub kept: u64,
 }
 
@@ -77,13 +77,13 @@ pub struct PatchObjectFacts {
     pub name: String,
     /// The object by content.
     pub object: ObjectId,
-    /// Number of its grasps of the chosen types.
+    /// Number of the object's grasps of the chosen types.
     pub samples: u64,
     /// Stored grasps.
     pub kept: u64,
 }
 
-/// Everything that a page needs but the pictures.
+/// Input of a page, except the pictures.
 pub(crate) struct PatchSurvey {
     pub facts: PatchesInspection,
     /// Epsilons of the stored samples.
@@ -93,7 +93,7 @@ pub(crate) struct PatchSurvey {
     pub picks: Vec<Vec<SampleIndex>>,
 }
 
-/// Samples of a type that a page shows.
+/// Samples per type on the page.
 const SHOWN: usize = 3;
 
 /// The facts of a finished dataset of patches: reads tables, ledgers and one sample.
@@ -111,7 +111,7 @@ struct Pass {
     types: BTreeMap<u32, u64>,
     epsilons: Vec<f64>,
     energies: Vec<f64>,
-    /// Stored samples by their label of trials.
+    /// Stored samples by label from trials.
     outcomes: BTreeMap<GraspLabel, u64>,
     visible: u64,
     /// The best stored sample of each chosen type and object: whether it held, and its epsilon.
@@ -215,7 +215,7 @@ fn facts(reader: &DatasetReader, pass: &Pass) -> Result<PatchesInspection, Datas
     })
 }
 
-/// Stored grasps, and what their trials say.
+/// Stored grasps, and the outcomes of their trials.
 pub(super) fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
     let manifest = reader.manifest();
     let patched = stored_samples(reader)?;
@@ -227,12 +227,12 @@ pub(super) fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
     Ok(format!("{patched}: {held} held, {failed} failed"))
 }
 
-/// Whether the labels of a dataset are those of trials.
+/// Whether the labels of a dataset come from trials.
 pub(super) fn is_by_trials(manifest: &Manifest) -> bool {
     manifest.channels().contains(&Channel::PATCH_TRIAL)
 }
 
-/// One line with the count of types that were chosen, and how many grasps they cover.
+/// Line with the number of chosen types, and the share of grasps that they cover.
 pub(super) fn types_in_words(types: &GraspTypeCounts, is_by_trials: bool) -> String {
     format!(
         "{} of {} {} grasps are of the {} most common of {} types: {}",
@@ -265,7 +265,7 @@ impl fmt::Display for PatchesInspection {
         if let Some(visible) = self.visible_points {
             let points = PATCH_POINTS as u64 * self.kept;
             let share = percent(visible as f64 / points.max(1) as f64);
-            writeln!(f, "  points    {} of {} are visible: {share}", grouped(visible), grouped(points))?;
+            writeln!(f, "  points    {} of {} visible: {share}", grouped(visible), grouped(points))?;
         }
         self.header.write_shards(f)?;
         writeln!(f)?;

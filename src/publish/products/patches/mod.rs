@@ -1,4 +1,4 @@
-//! Patches as people meet them: facts, sheets of patches, page.
+//! Publication of patches: facts, sheets of patches, page.
 
 mod inspection;
 mod page;

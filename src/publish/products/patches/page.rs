@@ -1,4 +1,4 @@
-//! The page of a dataset of patches: which types were chosen, what was left out, and sheets of patches.
+//! The page of a dataset of patches: chosen types, rejects, and sheets of patches.
 
 use serde::Serialize;
 
@@ -13,25 +13,25 @@ use crate::{
 };
 use format::PATCH_POINTS;
 
-/// The page as its template takes it.
+/// Input of the page's template.
 #[derive(Serialize)]
 pub(crate) struct PatchesPage<'a> {
     dataset: DatasetView<'a>,
     strip: Vec<StripPicture>,
-    /// Whether patches are in colour, too.
+    /// Whether patches also have colours.
     in_colour: bool,
     numbers: HeaderNumbers,
-    /// Whether labels are those of trials.
+    /// Whether labels come from trials.
     by_trials: bool,
-    /// Label, count and share; empty where labels are not those of trials.
+    /// Label, count and share; empty if labels do not come from trials.
     outcomes: Vec<[String; 3]>,
-    /// Points that the image does not hide, and their share; `None` where none are marked.
+    /// Visible points, and their share; `None` if points are not marked.
     visible: Option<[String; 2]>,
     /// Root digest of the exact numbers of the grasps.
     grasps: Option<String>,
     types: TypesView,
     cards: Vec<CardView>,
-    /// Epsilon of the stored grasps; `None` where none is stored.
+    /// Epsilon of the stored grasps; `None` if none is stored.
     epsilon: Option<Markup>,
     /// Reason, count and share.
     rejects: Vec<[String; 3]>,
@@ -74,7 +74,7 @@ impl<'a> PatchesPage<'a> {
     }
 }
 
-/// The numbers that matter most.
+/// The most important numbers.
 #[derive(Serialize)]
 struct HeaderNumbers {
     /// Stored grasps.

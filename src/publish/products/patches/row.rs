@@ -23,15 +23,14 @@ use format::{
     products::patches::read_types,
 };
 
-/// Patches as people meet them.
+/// Pages, texts and pictures of patches.
 pub static PAGES: ProductPages = ProductPages {
     product: Product::PATCHES,
     words: ProductWords {
-        lead: "What a camera sees around the palm and the fingertips of grasps: square patches of depth, with the labels of \
-               heatmaps by grasp type.",
-        sample: "one grasp, seen by one camera",
-        labels: "the type of the grasp and its quality or what its trials say, at each of four points",
-        acquisition: "Grasps of another dataset were projected into rendered images of their objects, and patches cut out.",
+        lead: "Square patches of depth around the palm and the fingertips of grasps, with the labels of heatmaps by grasp type.",
+        sample: "one grasp in the image of one camera",
+        labels: "the type of the grasp and its quality or the outcome of its trials, at each of four points",
+        acquisition: "Grasps of another dataset were projected into rendered images of their objects, and patches were cut out.",
         reading: "",
         legend: "From left to right: the patches around the palm and the three fingertips of one grasp.",
         regenerated: 64,
@@ -74,14 +73,14 @@ impl Survey for PatchSurvey {
         };
         rows.extend(facts.hand.iter().map(|hand| NumberRow::new("hand", hand)));
         rows.push(NumberRow::new(chosen_from, grouped(facts.kept_grasps)));
-        rows.push(NumberRow::new("different types of them", grouped(facts.different_types)));
+        rows.push(NumberRow::new("different types among them", grouped(facts.different_types)));
         rows.push(NumberRow::new("types chosen", grouped(facts.types.len() as u64)));
         rows.push(NumberRow::new("patches in colour", if facts.colour { "yes" } else { "no" }));
         for (label, count) in facts.outcomes.iter().flatten() {
             rows.push(NumberRow::new(format!("label {label}"), grouped(*count)));
         }
         if let Some(visible) = facts.visible_points {
-            rows.push(NumberRow::new("points that the image does not hide", grouped(visible)));
+            rows.push(NumberRow::new("visible points", grouped(visible)));
         }
         let digest = facts.grasps.iter();
         rows.extend(digest.map(|grasps| NumberRow::with_code("exact digest of the dataset of grasps", "", grasps)));

@@ -1,4 +1,4 @@
-//! Sheets of patches as in the thesis's figure 4.3: colours above depth, a column each for the palm and the fingertips.
+//! Sheets of patches as in the thesis's figure 4.3: colours above depth, one column for the palm and each fingertip.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ use kernel::{
     ids::{ObjectId, SampleIndex},
 };
 
-/// Pixels of a picture for each of a patch.
+/// Pixels of the picture per pixel of a patch.
 const ZOOM: u32 = 2;
 
 /// The card of a grasp: its patches.
@@ -30,7 +30,7 @@ pub(crate) struct CardView {
     type_index: u32,
     epsilon: String,
     energy: String,
-    /// Label by trials; `None` where labels are not those of trials.
+    /// Label; `None` if labels do not come from trials.
     outcome: Option<&'static str>,
     sample: String,
     run: String,
@@ -48,7 +48,7 @@ struct PanelView {
     point: &'static str,
     /// The hand's name for it.
     name: String,
-    /// Pixel of the image that the patch lies around.
+    /// Pixel of the image at the centre of the patch.
     u: String,
     v: String,
     /// Whether the surface in the image hides the point.
@@ -68,7 +68,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &PatchSurvey) -> Result<Vec<
     Ok(cards)
 }
 
-/// The patches of one grasp, read: those of one size in metres where they are stored, else those in pixels of the image.
+/// Patches of one grasp: those of one size in metres if stored, else those in pixels of the image.
 pub(super) struct PatchSheet {
     patch: HeatmapPatch,
     side: u32,
@@ -96,7 +96,7 @@ impl PatchSheet {
         self.patch.kind()
     }
 
-    /// The patches in one picture: palm and fingertips from left to right, in colour where there is any, else depth.
+    /// The patches in one picture: palm and fingertips from left to right, in colour if stored, else depth.
     pub fn picture(&self) -> Picture {
         let pictures =
             (0..PATCH_POINTS).map(|point| self.in_colour(point).unwrap_or_else(|| self.in_depth(point)).framed());
@@ -160,7 +160,7 @@ impl CardView {
 }
 
 impl CardView {
-    /// The card as the strip on top of the page shows it.
+    /// The card in the strip at the top of the page.
     pub fn for_strip(&self) -> StripCard {
         let pictures = self.panels.iter().map(|panel| panel.image.clone());
         StripCard { caption: format!("{}, type {}", self.object, self.r#type), pictures: pictures.collect() }

@@ -19,7 +19,7 @@ use kernel::{
     words::{Show, Split},
 };
 
-/// Content of a dataset of picks. `Display` is for people; serialised, it is for machines.
+/// Content of a dataset of picks. `Display` writes text; serialising gives JSON.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PicksInspection {
     /// Facts that the inspections of all products share.
@@ -27,7 +27,7 @@ pub struct PicksInspection {
     pub header: InspectionHeader,
     /// Name of the hand.
     pub hand: String,
-    /// Scenes whose bodies are evaluated.
+    /// Scenes of the bodies.
     pub scenes: u64,
     /// Bodies: kept + rejected.
     pub samples: u64,
@@ -41,13 +41,13 @@ pub struct PicksInspection {
     pub bodies_with_free: u64,
     /// Grasps that were evaluated.
     pub candidates: u64,
-    /// Free ones among them, of the hand that comes in its posture.
+    /// Free grasps, for the hand that approaches in its posture.
     pub free: u64,
-    /// Grasps lost to each thing in the way, by [`PickObstacle::NAMES`].
+    /// Blocked grasps by obstacle, in the order of [`PickObstacle::NAMES`].
     pub lost: [u64; 4],
-    /// Grasps that are free where the hand comes opened, and on one way at least.
+    /// Grasps that are free if the hand approaches opened, and on at least one of the two approaches.
     pub free_opened: [u64; 2],
-    /// Outcomes of trials; `None` where nothing was tried.
+    /// Outcomes of trials; `None` if nothing was tried.
     pub trials: Option<TriedPicks>,
     /// One row per object, sorted by name.
     pub objects: Vec<PickedObject>,
@@ -58,15 +58,15 @@ pub struct PicksInspection {
 pub struct TriedPicks {
     /// Free grasps that were tried.
     pub tried: u64,
-    /// Trials of each verdict, but for those that no trial has.
+    /// Trials by verdict, without unused verdicts.
     pub verdicts: BTreeMap<String, u64>,
     /// Trials that held.
     pub held: u64,
-    /// Trials that held in which the hand pressed on something else, too.
+    /// Trials that held in which the hand also pressed on something else.
     pub held_touching: u64,
-    /// Trials that held in which a neighbour was moved.
+    /// Trials that held in which a neighbour moved.
     pub held_moving: u64,
-    /// Trials that held in which a neighbour came up, too.
+    /// Trials that held in which a neighbour was lifted, too.
     pub held_carrying: u64,
 }
 
@@ -79,26 +79,26 @@ pub struct PickedObject {
     pub object: ObjectId,
     /// Split of its scenes.
     pub split: Option<Split>,
-    /// Bodies that are the object, kept or rejected.
+    /// Bodies of this object, kept or rejected.
     pub bodies: u64,
     /// Grasps that were evaluated.
     pub candidates: u64,
     /// Free ones among them.
     pub free: u64,
-    /// Grasps lost to each thing in the way.
+    /// Blocked grasps by obstacle.
     pub lost: [u64; 4],
     /// Free grasps that were tried, and that held.
     pub trials: [u64; 2],
 }
 
-/// Everything that a page needs but the pictures.
+/// Input of a page, except the pictures.
 pub(crate) struct PickSurvey {
     pub facts: PicksInspection,
-    /// Kept bodies that a page shows: with a grasp that held, or without trials a free one.
+    /// Kept bodies on the page: with a grasp that held, or without trials with a free one.
     pub shown: Vec<SampleIndex>,
 }
 
-/// Bodies that a page shows, at most.
+/// Maximum number of bodies on a page.
 const SHOWN: usize = 6;
 
 /// The facts of a finished dataset of picks: reads tables and ledgers.
@@ -195,7 +195,7 @@ impl PickedObject {
         self.trials[1] += u64::from(facts.trials.held());
     }
 
-    /// Cells of a row: name, split, bodies, candidates, free ones, lost ones by what is in the way, tried and held ones.
+    /// Cells of a row: name, split, bodies, candidates, free ones, blocked ones by obstacle, tried and held ones.
     pub(super) fn cells(&self) -> Vec<String> {
         let Self { name, split, bodies, candidates, free, lost, trials, .. } = self;
         let counts = [*bodies, *candidates, *free].into_iter().chain(*lost).chain(*trials);
@@ -203,13 +203,13 @@ impl PickedObject {
     }
 }
 
-/// A share of a count in words.
+/// A share of a count as text.
 pub(super) fn share(part: u64, all: u64) -> String {
     percent(part as f64 / all.max(1) as f64)
 }
 
 impl PicksInspection {
-    /// Candidates by what became of them: free, then by what is in the way.
+    /// Candidates by result: free, then blocked by obstacle.
     pub(super) fn ends(&self) -> impl Iterator<Item = (&'static str, u64)> {
         std::iter::once(("free", self.free)).chain(PickObstacle::NAMES.into_iter().zip(self.lost))
     }
@@ -230,11 +230,11 @@ impl fmt::Display for PicksInspection {
         writeln!(f, "  bodies    {} with a free grasp", grouped(self.bodies_with_free))?;
         writeln!(f, "  grasps    {} evaluated", grouped(self.candidates))?;
         for (name, count) in self.ends() {
-            let words = if name == "free" { "free".to_owned() } else { format!("lost to {name}") };
+            let words = if name == "free" { "free".to_owned() } else { format!("blocked by {name}") };
             writeln!(f, "            {:>9} {words} ({})", grouped(count), share(count, self.candidates))?;
         }
         let [opened, either] = self.free_opened;
-        for (count, words) in [(opened, "free where the hand comes opened"), (either, "free on one of the two ways")] {
+        for (count, words) in [(opened, "free if the hand approaches opened"), (either, "free on at least one of the two approaches")] {
             writeln!(f, "            {:>9} {words} ({})", grouped(count), share(count, self.candidates))?;
         }
         if let Some(trials) = &self.trials {
@@ -243,7 +243,7 @@ impl fmt::Display for PicksInspection {
                 writeln!(f, "            {:>9} {verdict} ({})", grouped(*count), share(*count, trials.tried))?;
             }
             for (count, words) in [
-                (trials.held_touching, "held and pressed on something else, too"),
+                (trials.held_touching, "held and also pressed on something else"),
                 (trials.held_moving, "held and moved a neighbour by more than 1 cm"),
                 (trials.held_carrying, "held and carried a neighbour along"),
             ] {

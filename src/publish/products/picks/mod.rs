@@ -1,4 +1,4 @@
-//! Picks as people meet them: facts, page, pictures.
+//! Publication of picks: facts, page, pictures.
 
 mod headline;
 mod inspection;

@@ -1,4 +1,4 @@
-//! The page of a dataset of picks: what grasps are lost to, what came of trials, pictures.
+//! The page of a dataset of picks: blocked grasps, outcomes of trials, pictures.
 
 use serde::Serialize;
 
@@ -18,7 +18,7 @@ use format::{
 };
 use kernel::words::Split;
 
-/// The page as its template takes it.
+/// Input of the page's template.
 #[derive(Serialize)]
 pub(crate) struct PicksPage<'a> {
     dataset: DatasetView<'a>,
@@ -29,17 +29,17 @@ pub(crate) struct PicksPage<'a> {
     rejects: Vec<[String; 3]>,
     /// Split and kept bodies.
     splits: Vec<[String; 2]>,
-    /// Candidates by what became of them; `None` where none was evaluated.
+    /// Candidates by result; `None` if none was evaluated.
     ends: Option<Markup>,
-    /// Trials; `None` where nothing was tried.
+    /// Trials; `None` if nothing was tried.
     trials: Option<TrialsView>,
     cards: Vec<CardView>,
-    /// Name, split, bodies, candidates, free, lost to each thing, tried, held.
+    /// Name, split, bodies, candidates, free, blocked by each obstacle, tried, held.
     objects: Vec<Vec<String>>,
     job: &'a str,
 }
 
-/// The numbers that matter most.
+/// The most important numbers.
 #[derive(Serialize)]
 struct HeaderNumbers {
     kept: String,
@@ -48,7 +48,7 @@ struct HeaderNumbers {
     with_free: String,
     candidates: String,
     free: String,
-    /// Where the hand comes opened, and on one way at least.
+    /// Free grasps if the hand approaches opened, and on at least one of the two approaches.
     free_opened: String,
     free_either: String,
 }
@@ -91,7 +91,7 @@ pub(super) fn pick_words(candidates: &PickCandidates, trials: Option<&PickTrials
     words
 }
 
-/// The bodies that a page shows; none where the hand has a shape that cannot be drawn.
+/// Bodies on the page; empty if the hand has a shape that cannot be drawn.
 pub(crate) fn cards(reader: &DatasetReader, survey: &PickSurvey) -> Result<Vec<CardView>, DatasetError> {
     let Some(mut drawn) = Drawn::of(reader)? else { return Ok(Vec::new()) };
     let mut cards = Vec::new();
@@ -102,7 +102,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &PickSurvey) -> Result<Vec<C
         let panel = |picture: &Picture, name, hint| PanelView::square(picture, SHOWN_SIDE, name, hint);
         let name = if trials.is_some() { "A grasp that held" } else { "A free grasp" };
         let held = pictures.held.as_ref().map(|picture| panel(picture, name, "blue: the closed hand"));
-        let ways = panel(&pictures.ways, "All grasps", "green: free, red: something is in the way");
+        let ways = panel(&pictures.ways, "All grasps", "green: free, red: blocked");
         let split = reader.splits().of(&sample.id).map_or("", Split::name).replace('_', " ");
         let object = survey.facts.objects.iter().find(|row| row.object == candidates.object());
         cards.push(CardView {
@@ -124,7 +124,7 @@ impl<'a> PicksPage<'a> {
         };
         let end = |(name, count): (&str, u64)| {
             let is_free = name == "free";
-            let label = if is_free { "free".to_owned() } else { format!("lost to {name}") };
+            let label = if is_free { "free".to_owned() } else { format!("blocked by {name}") };
             Bar { label, value: count, ink: if is_free { Ink::Complete } else { Ink::Reject } }
         };
         let ends: Vec<Bar> = facts.ends().map(end).collect();
@@ -161,7 +161,7 @@ impl<'a> PicksPage<'a> {
             },
             rejects: share_rows(&facts.rejected, facts.samples),
             splits: split_rows(&facts.splits),
-            ends: (facts.candidates > 0).then(|| bar_chart("Grasps by what became of them", &ends)),
+            ends: (facts.candidates > 0).then(|| bar_chart("Grasps by result", &ends)),
             trials,
             objects: facts.objects.iter().map(PickedObject::cells).collect(),
             cards,

@@ -1,4 +1,4 @@
-//! Pictures of a scene with grasps of one of its bodies: the closed hand among the bodies, and from where hands come.
+//! Pictures of a scene with grasps of one of its bodies: the closed hand among the bodies, and the positions of all hands.
 
 use std::{
     collections::BTreeMap,
@@ -22,16 +22,16 @@ use kernel::{
     ids::ObjectId,
 };
 
-/// Elevation from which a scene is drawn: over the walls of a bin [rad].
+/// Elevation from which a scene is drawn, above the walls of a bin [rad].
 const ELEVATION: f64 = 0.95;
 
-/// Sides from which a scene may be drawn, evenly around it.
+/// Number of candidate views, evenly around the scene.
 const AZIMUTHS: u32 = 12;
 
-/// Side of the picture in which a view is judged by what it shows [px].
+/// Side of the picture for rating a view by the visible pixels [px].
 const COARSE_SIDE: u32 = 60;
 
-/// Length of the world that a picture shows of what lies around the body [m].
+/// Length of the surroundings of the body that a picture shows [m].
 const EXTENT: f64 = 0.42;
 
 /// Side of a picture over the radius of the dot of a hand.
@@ -46,26 +46,26 @@ pub(super) struct Drawn {
     /// One per solid of the hand.
     solids: Vec<TouchShape>,
     shapes: Shapes,
-    /// Place of each object among the shapes.
+    /// Index of each object among the shapes.
     places: BTreeMap<ObjectId, usize>,
     objects: BTreeMap<ObjectId, TouchShape>,
 }
 
 /// The pictures of a body of a scene.
 pub(super) struct PickPictures {
-    /// A grasp that held, or without one a free grasp: the closed hand among the bodies. `None` where no grasp is free.
+    /// The closed hand among the bodies, for a grasp that held, or else a free grasp. `None` if no grasp is free.
     pub held: Option<Picture>,
-    /// The bodies, and a dot where each hand's base stands: green where it is free, vermilion where something is in the way.
+    /// The bodies, and a dot at the base of each hand: green if free, vermilion if blocked.
     pub ways: Picture,
 }
 
 impl Drawn {
-    /// Hand and objects of a dataset; `None` where the hand has a shape that cannot be drawn.
+    /// Reads hand and objects of a dataset; `None` if the hand has a shape that cannot be drawn.
     pub fn of(reader: &DatasetReader) -> Result<Option<Self>, DatasetError> {
         let shapes = Shapes::open(reader.folder())?;
         let hand = shapes.hand()?;
         let solids: Result<_, NoSurface> = hand.solids.iter().map(|solid| TouchShape::new(&solid.shape)).collect();
-        // The shapes are sorted as the asset table is.
+        // The shapes have the order of the asset table.
         let places = reader.assets()?.objects.iter().enumerate().map(|(place, row)| (row.object, place)).collect();
         Ok(solids.ok().map(|solids| Self { hand, solids, shapes, places, objects: BTreeMap::new() }))
     }
@@ -98,7 +98,7 @@ impl Drawn {
         let view = view(&solids, own, without_hand, candidates);
         let held = shown.map(|_| solid_picture(&solids, &view, side).with_few_colours());
         let mut ways = solid_picture(&solids[..without_hand], &view, side);
-        // Free hands come last: they are few, and hide nothing that matters.
+        // Free hands come last: they are few and hide nothing important.
         for is_free in [false, true] {
             let colour = if is_free { Colour::TOUCHED } else { Colour::HELD };
             for candidate in candidates.candidates.iter().filter(|candidate| candidate.is_free() == is_free) {
@@ -132,8 +132,8 @@ impl Drawn {
     }
 }
 
-/// The view of a body of a scene, and of the hand on it, in which most of both is seen: those of a scene hide each other from some
-/// sides. `own` is the index of the body, where it can be drawn; the solids of the hand come last.
+/// The view that shows most of a body and of the hand on it, because bodies of a scene hide each other from some sides. `own` is
+/// the index of the body, if it can be drawn; the solids of the hand come last.
 fn view(solids: &[Solid<'_>], own: Option<usize>, without_hand: usize, candidates: &PickCandidates) -> SolidView {
     let centre_of = |solids: &[Solid<'_>]| -> Option<Point3<f64>> {
         let sum: Vector3<f64> = solids.iter().map(|solid| solid.shape.ball(&solid.pose).0.coords).sum();
@@ -153,7 +153,7 @@ fn view(solids: &[Solid<'_>], own: Option<usize>, without_hand: usize, candidate
         let of_body = own.map_or(0, |own| pixels[own]);
         if without_hand < solids.len() { u64::from(of_body) * u64::from(of_hand) } else { u64::from(of_body) }
     };
-    // The last of equally good ones is the largest of the reversed list: the first view.
+    // Iterating in reverse selects the first of equally good views.
     let views = (0..AZIMUTHS).rev().map(from);
     views.max_by_key(seen).unwrap_or_else(|| from(0))
 }
@@ -171,7 +171,7 @@ fn mesh_shape(mesh: &TriMesh) -> Result<TouchShape, NoSurface> {
     TouchShape::new(&Shape::Mesh(Arc::new(triangles)))
 }
 
-/// The container, and its pose; a piece of the plane where there is none.
+/// The container and its pose; a piece of the plane if there is no container.
 fn container(container: &SceneContainer) -> Option<(TouchShape, IsometryMatrix3<f64>)> {
     match *container {
         SceneContainer::Bin { .. } | SceneContainer::Mesh { .. } => {
@@ -188,7 +188,7 @@ fn container(container: &SceneContainer) -> Option<(TouchShape, IsometryMatrix3<
 /// Side of the picture of a body in the first picture of a set [px].
 const SIDE: u32 = 480;
 
-/// A grasp that held the body of a sample, in the first picture of a set; `None` where none held, or the hand has a shape that
+/// A grasp that held the body of a sample, in the first picture of a set; `None` if none held, or the hand has a shape that
 /// cannot be drawn. The name is that of the body's object.
 pub(super) fn pick_panel(
     reader: &DatasetReader,

@@ -25,20 +25,16 @@ use format::{
 };
 use kernel::files::Folder;
 
-/// Picks as people meet them.
+/// Pages, texts and pictures of picks.
 pub static PAGES: ProductPages = ProductPages {
     product: Product::PICKS,
     words: ProductWords {
-        lead: "Grasps of a hand on the bodies of settled scenes: which reach their body without touching anything else, and what came of \
-               those that were tried among the neighbours.",
+        lead: "Grasps of a hand on the bodies of settled scenes: which are reachable without touching anything else, and the outcomes of trials among the neighbours.",
         sample: "one body of one settled scene, with the grasps that were evaluated",
-        labels: "for each grasp what is in its way, at which stage and how near; where the job asks for trials, for some of the free \
-                 grasps whether the body was lifted and kept, what was touched, moved and carried along",
-        acquisition: "Stored grasps of each body's object were placed in the scene, those of a gripper rotated about its closing line, \
-                      and the hand was followed along its approach and while it closes among the true meshes.",
-        reading: "`shapes.mcap` holds the hand's shapes and the objects' meshes, so that grasps can be drawn.",
-        legend: "From left to right: the closed hand (blue) on the body (orange) among the others (grey), and where the base of \
-                 each hand stands, green where it is free and red where something is in the way.",
+        labels: "for each grasp the obstacle, its stage and its distance; if the job has trials, for some of the free grasps whether the body was lifted and kept, and which things were touched, moved and carried along",
+        acquisition: "Stored grasps of each body's object were transferred to the scene, those of a gripper also rotated about its closing line, and the motion of the hand along its approach and while closing was checked against the true meshes.",
+        reading: "`shapes.mcap` contains the hand's shapes and the objects' meshes, so that grasps can be drawn.",
+        legend: "From left to right: the closed hand (blue) on the body (orange) among the others (grey), and the base of each hand, green if free and red if blocked.",
         regenerated: 16,
         tasks: &["robotics"],
     },
@@ -62,15 +58,15 @@ pub static PAGES: ProductPages = ProductPages {
     },
 };
 
-/// Grasps that were evaluated, by what became of them.
+/// Evaluated grasps by result.
 fn counts_in_words(_: &Folder, manifest: &Manifest) -> Result<Vec<String>, DatasetError> {
     let counts = &manifest.counts;
     let lost = ["ground", "container", "own_object", "neighbour"].map(|to| (to, counts.fact(&format!("lost_to_{to}"))));
     let lost = lost.iter().filter(|(_, count)| *count > 0);
     let lost: Vec<String> =
-        lost.map(|(to, count)| format!("{} to {}", grouped(*count), to.replace('_', " "))).collect();
+        lost.map(|(to, count)| format!("{} by {}", grouped(*count), to.replace('_', " "))).collect();
     let [candidates, free] = ["candidates", "free"].map(|fact| grouped(counts.fact(fact)));
-    let lost = if lost.is_empty() { String::new() } else { format!(", lost: {}", lost.join(", ")) };
+    let lost = if lost.is_empty() { String::new() } else { format!(", blocked: {}", lost.join(", ")) };
     Ok(vec![format!("{candidates} grasps evaluated: {free} free{lost}")])
 }
 
@@ -98,7 +94,7 @@ impl Survey for PickSurvey {
         }
         add("scenes".to_owned(), facts.scenes);
         for (name, count) in facts.ends() {
-            add(if name == "free" { "free grasps".to_owned() } else { format!("grasps lost to {name}") }, count);
+            add(if name == "free" { "free grasps".to_owned() } else { format!("grasps blocked by {name}") }, count);
         }
         if let Some(trials) = &facts.trials {
             add("trials that held and moved a neighbour".to_owned(), trials.held_moving);

@@ -9,7 +9,7 @@ pub type LabelCounts = [u64; 3];
 /// The poses of one position in short.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Position {
-    /// The best label of the poses of each approach direction; `None` where no pose has it.
+    /// The best label of the poses of each approach direction; `None` if no pose has it.
     pub approaches: [Option<PoseLabel>; 26],
     /// The least signed distance of all orientations.
     pub distance: f64,

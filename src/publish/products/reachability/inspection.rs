@@ -21,7 +21,7 @@ use kernel::{
     words::Show,
 };
 
-/// Content of a reachability dataset. `Display` is for people; serialised, it is for machines.
+/// Content of a reachability dataset. `Display` writes text; serialising gives JSON.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReachabilityFacts {
     /// Facts that the inspections of all products share.
@@ -103,9 +103,9 @@ pub struct FieldFacts {
     pub profile: String,
     /// `metres` or `cells`.
     pub unit: String,
-    /// Metres that count as much as one radian; `None` where cells are counted.
+    /// Metres that count as much as one radian; `None` if cells are counted.
     pub radian_weight: Option<f64>,
-    /// Deepest inside; `None` where all labels are alike, since JSON has no infinity.
+    /// Deepest inside; `None` if all labels are alike, since JSON has no infinity.
     pub min: Option<f64>,
     /// Farthest outside, likewise.
     pub max: Option<f64>,

@@ -1,4 +1,4 @@
-//! Reachability maps as people meet them: facts, cross-sections, page.
+//! Publication of reachability maps: facts, cross-sections, page.
 
 mod census;
 mod contour;

@@ -25,7 +25,7 @@ const STRIP_SIDE: u32 = 320;
 /// Name of a job's collisions where none are checked.
 const NO_COLLISIONS: &str = "none";
 
-/// The page as its template takes it.
+/// Input of the page's template.
 #[derive(Serialize)]
 pub(crate) struct ReachabilityPage<'a> {
     dataset: DatasetView<'a>,
@@ -34,12 +34,12 @@ pub(crate) struct ReachabilityPage<'a> {
     speed: Option<SpeedView>,
     /// Poses per second, where the run left its figures.
     poses_per_second: Option<String>,
-    /// The reachable pose farthest from the border as `--pose` takes it; `None` where none is reachable.
+    /// The reachable pose farthest from the border as `--pose` takes it; `None` if none is reachable.
     deepest: Option<String>,
     labels: [LabelView; 3],
     robot: RobotView<'a>,
     solver: &'a str,
-    /// Shapes whose collisions count; `None` where collisions are not evaluated.
+    /// Shapes whose collisions count; `None` if collisions are not evaluated.
     collisions: Option<&'a str>,
     grid: GridView<'a>,
     field: FieldView<'a>,
@@ -146,7 +146,7 @@ fn band(field: &ReachabilityField) -> f64 {
     }
 }
 
-/// The numbers that matter most.
+/// The most important numbers.
 #[derive(Serialize)]
 struct HeaderNumbers {
     poses: String,
@@ -265,7 +265,7 @@ struct FieldView<'a> {
     unit: &'a str,
     /// Metres that count as much as one radian.
     radian: Option<String>,
-    /// `None` where all labels are alike.
+    /// `None` if all labels are alike.
     range: Option<RangeView>,
 }
 

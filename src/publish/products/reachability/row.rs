@@ -22,7 +22,7 @@ use format::{
 };
 use kernel::geom::PoseLabel;
 
-/// Reachability maps as people meet them.
+/// Pages, texts and pictures of reachability maps.
 pub static PAGES: ProductPages = ProductPages {
     product: Product::REACHABILITY,
     words: ProductWords {

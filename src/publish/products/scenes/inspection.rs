@@ -20,7 +20,7 @@ use kernel::{
     words::{MAX_DEPTHS, MAX_DRIFT, Show, Split},
 };
 
-/// Content of a dataset of scenes. `Display` is for people; serialised, it is for machines.
+/// Content of a dataset of scenes. `Display` writes text; serialising gives JSON.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScenesInspection {
     /// Facts that the inspections of all products share.
@@ -79,14 +79,14 @@ pub struct SceneObject {
     pub mass: Option<f64>,
 }
 
-/// Everything that a page needs but the pictures.
+/// Input of a page, except the pictures.
 pub(crate) struct SceneSurvey {
     pub facts: ScenesInspection,
     /// Kept scenes that a page shows.
     pub shown: Vec<SampleIndex>,
 }
 
-/// Scenes that a page shows, at most.
+/// Maximum number of scenes on a page.
 const SHOWN: usize = 12;
 
 /// The facts of a finished dataset of scenes: reads tables and ledgers.

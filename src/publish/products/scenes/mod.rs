@@ -1,4 +1,4 @@
-//! Scenes as people meet them: facts, page, pictures from above.
+//! Publication of scenes: facts, page, pictures from above.
 
 mod headline;
 mod inspection;

@@ -14,7 +14,7 @@ use crate::{
 use format::dataset::{DatasetError, DatasetReader};
 use kernel::words::Split;
 
-/// The page as its template takes it.
+/// Input of the page's template.
 #[derive(Serialize)]
 pub(crate) struct ScenesPage<'a> {
     dataset: DatasetView<'a>,
@@ -27,7 +27,7 @@ pub(crate) struct ScenesPage<'a> {
     splits: Vec<[String; 2]>,
     /// Sentence about the checks of imported scenes.
     imported: Option<String>,
-    /// Kept scenes by their count of bodies; `None` where none is kept.
+    /// Kept scenes by number of bodies; `None` if none is kept.
     bodies: Option<Markup>,
     spreads: Vec<Vec<String>>,
     cards: Vec<CardView>,
@@ -36,7 +36,7 @@ pub(crate) struct ScenesPage<'a> {
     job: &'a str,
 }
 
-/// The numbers that matter most.
+/// The most important numbers.
 #[derive(Serialize)]
 struct HeaderNumbers {
     kept: String,
@@ -120,7 +120,7 @@ impl<'a> ScenesPage<'a> {
             rejects: share_rows(&facts.rejected, facts.samples),
             splits: split_rows(&facts.splits),
             imported: facts.imported.map(|imported| imported.words()),
-            bodies: (!bars.is_empty()).then(|| bar_chart("Kept scenes by their count of bodies", &bars)),
+            bodies: (!bars.is_empty()).then(|| bar_chart("Kept scenes by number of bodies", &bars)),
             spreads: facts.spreads().into_iter().map(|row| row.into_cells()).collect(),
             objects: objects(facts),
             cards,

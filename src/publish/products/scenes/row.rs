@@ -23,7 +23,7 @@ use format::{
     products::grasps::SHAPES,
 };
 
-/// Scenes as people meet them.
+/// Pages, texts and pictures of scenes.
 pub static PAGES: ProductPages = ProductPages {
     product: Product::SCENES,
     words: ProductWords {

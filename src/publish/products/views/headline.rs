@@ -1,4 +1,4 @@
-//! The first thing that a user wants to know of a dataset.
+//! Headline of a dataset.
 
 use crate::{
     chart::grouped,

@@ -16,7 +16,7 @@ use format::{
 };
 use kernel::{files::Folder, ids::SampleIndex, words::Split};
 
-/// Content of a dataset of views. `Display` is for people; serialised, it is for machines.
+/// Content of a dataset of views. `Display` writes text; serialising gives JSON.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ViewsInspection {
     /// Facts that the inspections of all products share.
@@ -48,14 +48,14 @@ pub struct ViewsInspection {
     pub objects: Vec<ScenesObject>,
 }
 
-/// Everything that a page needs but the pictures.
+/// Input of a page, except the pictures.
 pub(crate) struct ViewSurvey {
     pub facts: ViewsInspection,
     /// Kept views that a page shows.
     pub shown: Vec<SampleIndex>,
 }
 
-/// Views that a page shows, at most.
+/// Maximum number of views on a page.
 const SHOWN: usize = 12;
 
 /// Strata of visibility: the fact that counts each, and words for it.

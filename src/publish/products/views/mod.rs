@@ -1,4 +1,4 @@
-//! Views as people meet them: facts, page, pictures.
+//! Publication of views: facts, page, pictures.
 
 mod headline;
 mod inspection;

@@ -10,7 +10,7 @@ use kernel::render::SensorModel;
 /// Cameras are moved back by whole centimetres [m].
 const STEP: f64 = 0.01;
 
-/// A warning about bodies whose depth is lost for nearness, with how far back the cameras would have to be; `None` where there are
+/// A warning about bodies whose depth is lost for nearness, with how far back the cameras would have to be; `None` if there are
 /// none.
 ///
 /// # Errors

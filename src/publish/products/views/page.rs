@@ -18,7 +18,7 @@ use format::{
 };
 use kernel::words::Split;
 
-/// The page as its template takes it.
+/// Input of the page's template.
 #[derive(Serialize)]
 pub(crate) struct ViewsPage<'a> {
     dataset: DatasetView<'a>,
@@ -29,7 +29,7 @@ pub(crate) struct ViewsPage<'a> {
     rejects: Vec<[String; 3]>,
     /// Split and kept views.
     splits: Vec<[String; 2]>,
-    /// Bodies by how much of them is seen; `None` where no view is kept.
+    /// Bodies by visible share; `None` if no view is kept.
     bodies: Option<Markup>,
     /// Words, count and share.
     strata: Vec<[String; 3]>,
@@ -39,7 +39,7 @@ pub(crate) struct ViewsPage<'a> {
     job: &'a str,
 }
 
-/// The numbers that matter most.
+/// The most important numbers.
 #[derive(Serialize)]
 struct HeaderNumbers {
     kept: String,
@@ -125,7 +125,7 @@ impl<'a> ViewsPage<'a> {
             },
             rejects: share_rows(&facts.rejected, facts.samples),
             splits: split_rows(&facts.splits),
-            bodies: (facts.bodies > 0).then(|| bar_chart("Bodies by how much of them is seen", &bars)),
+            bodies: (facts.bodies > 0).then(|| bar_chart("Bodies by visible share", &bars)),
             strata: facts.stratum_rows(),
             objects: ScenesObject::rows(&facts.objects),
             cards,

@@ -55,13 +55,13 @@ pub(super) fn colour_picture(colour: &SceneColour, step: u32) -> Picture {
 pub(super) fn view_words(image: &SceneImage) -> String {
     let seen = image.bodies.iter().filter(|body| body.pixels_visible > 0).count();
     let truncated = image.bodies.iter().filter(|body| body.is_truncated()).count();
-    format!("{seen} of {} bodies are seen, {truncated} reach out of the image", image.bodies.len())
+    format!("{seen} of {} bodies are visible, {truncated} extend beyond the image", image.bodies.len())
 }
 
 /// Longest side of the pictures of a view in the first picture of a set [px].
 const SIDE: u32 = 640;
 
-/// The view in the first picture of a set: its depth, which body each pixel sees, and its colours where it has any.
+/// The view in the first picture of a set: its depth, the body at each pixel, and its colours if it has any.
 pub(super) fn view_panels(image: &SceneImage, depth: &Depth, colour: Option<&SceneColour>) -> Vec<ScenePanel> {
     let step = step_for(image, SIDE);
     let bodies = counted(image.bodies.len() as u64, "body");
@@ -78,7 +78,7 @@ pub(super) fn view_panels(image: &SceneImage, depth: &Depth, colour: Option<&Sce
     });
     let of_bodies = ScenePanel {
         caption: format!(
-            "The instance map of this view: each body has a colour of its own, and {seen} of {} are seen.",
+            "The instance map of this view: each body has its own colour, and {seen} of {} are visible.",
             image.bodies.len()
         ),
         pictures: vec![instance_picture(image, depth, step).with_few_colours()],

@@ -25,7 +25,7 @@ use format::{
     products::grasps::SHAPES,
 };
 
-/// Views as people meet them.
+/// Pages, texts and pictures of views.
 pub static PAGES: ProductPages = ProductPages {
     product: Product::VIEWS,
     words: ProductWords {

@@ -17,7 +17,7 @@ use format::{
 };
 use kernel::{files::Folder, ids::SampleIndex, words::Split};
 
-/// Content of a dataset of volumes. `Display` is for people; serialised, it is for machines.
+/// Content of a dataset of volumes. `Display` writes text; serialising gives JSON.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VolumesInspection {
     /// Facts that the inspections of all products share.
@@ -47,7 +47,7 @@ pub struct VolumesInspection {
     pub near_voxels: Spread,
     /// Voxels whose centre is inside a body.
     pub occupied_voxels: Spread,
-    /// Grasps in the kept volumes, each counted in each; `None` where the dataset has none.
+    /// Grasps in the kept volumes, each counted in each; `None` if the dataset has none.
     pub grasps: Option<VolumeGraspCounts>,
     /// One row per object, sorted by name.
     pub objects: Vec<ScenesObject>,
@@ -64,14 +64,14 @@ pub struct VolumeGraspCounts {
     pub outside: u64,
 }
 
-/// Everything that a page needs but the pictures.
+/// Input of a page, except the pictures.
 pub(crate) struct VolumeSurvey {
     pub facts: VolumesInspection,
     /// Kept volumes that a page shows.
     pub shown: Vec<SampleIndex>,
 }
 
-/// Volumes that a page shows, at most.
+/// Maximum number of volumes on a page.
 const SHOWN: usize = 12;
 
 /// The facts of a finished dataset of volumes: reads tables and ledgers.
@@ -167,7 +167,7 @@ impl fmt::Display for VolumesInspection {
             writeln!(f, "            {:>9} of {}", grouped(*count), images_in_words(*images))?;
         }
         let (inside, bodies) = (grouped(self.bodies_inside), grouped(self.bodies));
-        writeln!(f, "  bodies    {inside} of {bodies} hold the centre of a voxel")?;
+        writeln!(f, "  bodies    {inside} of {bodies} contain the centre of a voxel")?;
         if let Some(grasps) = &self.grasps {
             writeln!(f, "  grasps    of the scenes, counted in each volume")?;
             for (name, count) in grasps.rows() {

@@ -1,4 +1,4 @@
-//! Volumes as people meet them: facts, page, pictures.
+//! Publication of volumes: facts, page, pictures.
 
 mod headline;
 mod inspection;

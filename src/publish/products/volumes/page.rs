@@ -20,7 +20,7 @@ use format::{
 };
 use kernel::words::{Split, number_ranges};
 
-/// The page as its template takes it.
+/// Input of the page's template.
 #[derive(Serialize)]
 pub(crate) struct VolumesPage<'a> {
     dataset: DatasetView<'a>,
@@ -31,10 +31,10 @@ pub(crate) struct VolumesPage<'a> {
     rejects: Vec<[String; 3]>,
     /// Split and kept volumes.
     splits: Vec<[String; 2]>,
-    /// Kept volumes by the number of images; `None` where no volume is kept.
+    /// Kept volumes by the number of images; `None` if no volume is kept.
     images: Option<Markup>,
     spreads: Vec<Vec<String>>,
-    /// Grasps by what they are; `None` where the dataset has none.
+    /// Grasps by what they are; `None` if the dataset has none.
     grasps: Option<Markup>,
     cards: Vec<CardView>,
     /// Name and split.
@@ -42,7 +42,7 @@ pub(crate) struct VolumesPage<'a> {
     job: &'a str,
 }
 
-/// The numbers that matter most.
+/// The most important numbers.
 #[derive(Serialize)]
 struct HeaderNumbers {
     kept: String,
@@ -61,7 +61,7 @@ pub(crate) struct CardView {
     pictures: Vec<PanelView>,
 }
 
-/// Side of a picture: twice its size on the page, so that it stays crisp on fine screens [px].
+/// Side of a picture [px]: twice its size on the page, so that it is sharp on high-resolution screens.
 const SIDE: u32 = 400;
 
 /// Side of a picture on the page [px].

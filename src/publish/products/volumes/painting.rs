@@ -24,7 +24,7 @@ pub(super) struct VolumePictures {
     pub top: Picture,
     /// Cut through the truth at the same place.
     pub true_top: Picture,
-    /// The centres of all free grasps over that cut; `None` where the dataset has none.
+    /// The centres of all free grasps over that cut; `None` if the dataset has none.
     pub grasps: Option<Picture>,
 }
 
@@ -76,7 +76,7 @@ impl VolumePictures {
     pub fn panels(self) -> Vec<Panel> {
         let panel = |caption: &str, picture| Panel { caption: caption.to_owned(), picture };
         vec![
-            panel("what is seen", self.seen),
+            panel("observed surface", self.seen),
             panel("true bodies", self.truth),
             panel("distances, from the side", self.side),
             panel("truth, from the side", self.true_side),

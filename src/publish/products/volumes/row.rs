@@ -22,7 +22,7 @@ use format::{
     dataset::{DatasetError, DatasetReader, Sample},
 };
 
-/// Volumes as people meet them.
+/// Pages, texts and pictures of volumes.
 pub static PAGES: ProductPages = ProductPages {
     product: Product::VOLUMES,
     words: ProductWords {
