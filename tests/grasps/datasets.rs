@@ -457,7 +457,7 @@ fn objects_rest_and_hands_stay_above_the_table() {
     }
     assert_eq!(watched.counts.fact("grasps_below_table"), below);
     let inspected = Program::on("inspect", plain_folder).succeed().stdout;
-    assert!(inspected.contains("on a table the hand stays above it"), "{inspected}");
+    assert!(inspected.contains("the hand stays above the table for"), "{inspected}");
     let page = read_report(&workspace.path("watched"));
     assert!(page.contains("id=\"table\"") && page.contains("below table") && page.contains("resting poses"));
 }

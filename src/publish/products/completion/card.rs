@@ -170,7 +170,7 @@ pub(crate) fn sample_panels(sample: &Sample, side: u32) -> Result<Vec<Panel>, Da
     }
     let [front, behind] = [Eye::CameraSide, Eye::Behind].map(|eye| VoxelPainter::new(side, eye, &[complete, partial]));
     panels.extend([
-        Panel { caption: "observed cells".to_owned(), picture: front.draw(Some(partial), None) },
+        Panel { caption: "what it saw".to_owned(), picture: front.draw(Some(partial), None) },
         Panel { caption: "whole object".to_owned(), picture: front.draw(None, Some(complete)) },
     ]);
     if let Some(touched) = sample.touched()? {

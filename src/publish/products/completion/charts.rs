@@ -24,7 +24,8 @@ pub(crate) fn of_stored(survey: &CompletionSurvey) -> Vec<Figure> {
     let ratio = ratio_histogram(&survey.ratio, "Partial cells over complete cells", facts.seen_ratio.max);
     let cut_off = percent(facts.cut_off as f64 / facts.kept as f64);
     let mut figures = Vec::from(cells);
-    figures.push(Figure { svg: ratio.svg(), caption: "Share of the shape's cells that the camera observed".to_owned() });
+    figures
+        .push(Figure { svg: ratio.svg(), caption: "Share of the shape's cells that the camera observed".to_owned() });
     figures.push(Figure {
         svg: bar_chart("share of the solid inside the grid", &solid_bars(&survey.solid)),
         caption: format!("Share of the solid inside the grid ({cut_off} of the kept samples have less than 99 %)"),

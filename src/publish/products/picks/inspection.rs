@@ -234,7 +234,9 @@ impl fmt::Display for PicksInspection {
             writeln!(f, "            {:>9} {words} ({})", grouped(count), share(count, self.candidates))?;
         }
         let [opened, either] = self.free_opened;
-        for (count, words) in [(opened, "free if the hand approaches opened"), (either, "free on at least one of the two approaches")] {
+        for (count, words) in
+            [(opened, "free if the hand approaches opened"), (either, "free on at least one of the two approaches")]
+        {
             writeln!(f, "            {:>9} {words} ({})", grouped(count), share(count, self.candidates))?;
         }
         if let Some(trials) = &self.trials {
