@@ -15,7 +15,7 @@ impl Digest {
         Self(*blake3::hash(bytes).as_bytes())
     }
 
-    /// Digest and count of the bytes of a reader, one piece in memory at a time.
+    /// Digest and size of the bytes of a reader, one piece in memory at a time.
     ///
     /// # Errors
     /// An error of the reader.
@@ -113,8 +113,8 @@ macro_rules! digest_id {
 }
 
 digest_id! {
-    /// A subject by content: the digest of an object's prepared mesh (metres, repaired), or of the description of a robot or
-    /// a hand, whatever file it came from.
+    /// A subject by content: the digest of an object's prepared mesh (metres, repaired), or of the description of a
+    /// robot or a hand, independent of its file.
     ObjectId
 }
 digest_id! {

@@ -1,4 +1,4 @@
-//! Randomness by key: a stream is named by what it is for, never by who draws it or when.
+//! Randomness by key: a stream is named by its purpose, not by the thread that draws from it or by time.
 
 use rand_chacha::{
     ChaCha8Rng,

@@ -201,7 +201,7 @@ impl PairTracker {
             let mut nearest_left = f64::INFINITY;
             let left_out =
                 own.points.near(&other.surface, &other_from_own, SKIN, &mut scratch.waiting, |index, at, bound| {
-                    // Deep inside, the surface may be out of reach and still matter.
+                    // Deep inside, the surface may be beyond this reach and still count.
                     let reach = if bound < 0.0 { f64::INFINITY } else { 2.0 * SKIN };
                     let Some((closest, distance)) = other.surface.closest_within(&at, reach, None) else {
                         nearest_left = nearest_left.min(2.0 * SKIN);

@@ -7,7 +7,7 @@ use nalgebra::{IsometryMatrix3, Point3, Vector3};
 use super::ContactSurface;
 use crate::geom::TriMesh;
 
-/// Side of the cells each of which keeps one point of the surface [m].
+/// Side of a cell; each cell keeps one point of the surface [m].
 pub const POINT_CELL: f64 = 0.0025;
 
 /// Points of a leaf, at most.

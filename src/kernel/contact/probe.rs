@@ -4,8 +4,8 @@ use nalgebra::{Point3, Vector3};
 
 use crate::geom::Shape;
 
-/// The edges of boxes and cylinders are rounded by this [m]: deeper than any contact that is meant, so that the core stays
-/// outside of what the solid touches.
+/// The edges of boxes and cylinders are rounded by this [m]: deeper than any intended contact, so that the core stays
+/// outside of the touched surface.
 pub const EDGE_RADIUS: f64 = 0.001;
 
 /// A solid whose contacts are searched, in its own frame: all points within `thickness` of a core.
@@ -52,8 +52,8 @@ impl Probe {
         }
     }
 
-    /// The solid with its surface drawn in by a length all around [m]; what is thinner than that becomes a
-    /// rectangle, a disc, a line or a point.
+    /// The solid with its surface shrunk by a length all around [m]; a part thinner than that becomes a rectangle, a
+    /// disc, a line or a point.
     #[must_use]
     pub fn drawn_in(&self, by: f64) -> Self {
         // What is thicker is drawn in first.

@@ -14,7 +14,7 @@ use crate::{
     },
 };
 
-/// Cells of the distance grid along the mesh's longest side: enough to rule out what is not near.
+/// Cells of the distance grid along the mesh's longest side: enough to rule out distant parts.
 const CELLS: u32 = 64;
 /// Margin of the distance grid around the mesh's box [m].
 const MARGIN: f64 = 0.012;
@@ -282,7 +282,7 @@ impl ContactSurface {
                 continue;
             }
             let start = object_from_probe * point;
-            // Deep inside, the surface may be out of reach and still matter.
+            // Deep inside, the surface may be beyond this reach and still count.
             let limit = if *bound < 0.0 { f64::INFINITY } else { max + reach };
             let Some(closest) = self.surface.closest(&start, limit) else { continue };
             // Inside the mesh the closest point completes the pair. Outside, the search slides to a local minimum.
@@ -312,9 +312,9 @@ impl ContactSurface {
         farther
     }
 
-    /// The nearest pair from a point of the core on, placed in `Object`: where that is outside of the mesh, the point slides to where
-    /// the core is nearest, unless what it is nearest to is known by the direction out of it. `None` where the surface is beyond a
-    /// reach of that point [m].
+    /// The nearest pair from a point of the core on, placed in `Object`. From a point outside the mesh, it slides to
+    /// the nearest point of the core, unless the direction out of its nearest surface is already known. `None` if the
+    /// surface is beyond a reach of that point [m].
     pub(super) fn pair_from(
         &self,
         probe: &Probe,

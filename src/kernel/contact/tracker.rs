@@ -45,7 +45,7 @@ impl ContactTracker {
         self.trails.iter_mut().for_each(Trail::forget);
     }
 
-    /// Contacts as [`ContactSurface::contacts`] returns them, from what the last search left.
+    /// Contacts as from [`ContactSurface::contacts`], starting from the results of the last search.
     pub fn contacts(
         &mut self,
         surface: &ContactSurface,

@@ -17,7 +17,7 @@ pub(super) struct Trail {
 }
 
 impl Trail {
-    /// Creates a trail that caches the surface, or one that queries it anew each time.
+    /// Creates a trail that caches the surface, or one that queries it each time.
     pub(super) fn new(remembers: bool) -> Self {
         let nearby = || Nearby { remembers, around: Neighbourhood::default(), asked: Point3::origin() };
         Self { near: nearby(), beyond: nearby() }
@@ -42,7 +42,7 @@ pub(super) struct Nearby {
 }
 
 impl Nearby {
-    /// [`Surface::closest_from`], out of the neighbourhood if it can answer; of what moves slowly one is gathered.
+    /// [`Surface::closest_from`], from the neighbourhood if it can answer; a neighbourhood is gathered for slow motion.
     pub(super) fn closest(
         &mut self,
         surface: &Surface,

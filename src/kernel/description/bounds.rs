@@ -54,7 +54,7 @@ pub enum Rule {
         /// Largest number of numbers.
         most: usize,
     },
-    /// The product of the numbers of attributes, of which each unit takes memory. All rows share [`MAX_BYTES`].
+    /// The product of the numbers of attributes; each unit takes memory. All rows share [`MAX_BYTES`].
     Memory {
         /// The attributes.
         attributes: &'static [&'static str],

@@ -1,8 +1,9 @@
 //! Descriptions of robots, hands and scenes as text: MJCF and URDF.
 //!
-//! A [`DescriptionText`] is every element of a description with its place, and the files that it names; a [`Description`] is its
-//! content as one digest. Both refuse texts that are not XML, that include themselves and what is larger than any robot, hand or scene
-//! ([`BOUNDS`]). MuJoCo compiles descriptions; nothing here names it.
+//! A [`DescriptionText`] is every element of a description with its position, and the files that it names; a
+//! [`Description`] is its content as one digest. Both refuse texts that are not XML, that include themselves, or that
+//! are larger than any robot, hand or scene ([`BOUNDS`]). MuJoCo compiles descriptions; this module does not depend on
+//! it.
 
 mod bounds;
 mod document;
@@ -54,7 +55,8 @@ impl Description {
         Ok(Self { name: document.name.clone().unwrap_or_else(|| "MuJoCo Model".to_owned()), digest })
     }
 
-    /// Reads a hand's description and the files that it names, and the table beside it, which has the same name and ends in `.toml`.
+    /// Reads a hand's description and the files that it names, and the table in the same folder, which has the same
+    /// name and ends in `.toml`.
     ///
     /// # Errors
     /// Errors of [`Description::read`], and when the table can't be read.

@@ -56,7 +56,7 @@ impl Check {
                 sums.add(row, bound, statement, times).map_err(|error| error.at(&statement.place))?;
             }
             sums.read += 1.0;
-            // MuJoCo reads the file of each model anew, whether it is attached or not.
+            // MuJoCo reads the file of each model again, whether it is attached or not.
             if let Some(model) = document.model(index) {
                 sums.read += self.document(model)?.read;
             }
@@ -179,7 +179,7 @@ fn defaults(document: &Document) -> Defaults {
     found
 }
 
-/// The product of values; one that is missing counts as the largest of the others, and no value at all as 1.
+/// The product of values; a missing value counts as the largest of the others, and no value at all as 1.
 fn product(values: &[Option<f64>]) -> f64 {
     let largest = values.iter().flatten().copied().fold(1.0, f64::max);
     values.iter().map(|value| value.unwrap_or(largest)).product()

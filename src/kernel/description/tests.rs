@@ -37,7 +37,7 @@ fn a_description_is_named_by_its_text_and_all_files_that_it_names() {
     let first = digest(0).unwrap();
     assert_eq!(first.name, "arm");
     assert_eq!(digest(1).unwrap(), first, "another folder");
-    // The digest is part of what names samples: it stays what it is.
+    // The digest is part of sample names: it must not change.
     let texts = [MAIN, "<mujoco><asset><mesh file=\"b.stl\"/></asset></mujoco>", "b", "a"];
     let parts = texts.map(|text| Digest::of(text.as_bytes()));
     let parts = [b"graspmill description".as_slice()].into_iter().chain(parts.iter().map(|digest| digest.0.as_slice()));
@@ -236,7 +236,7 @@ fn every_bound_holds() {
     }
 }
 
-/// A default is as much as what it is a default of.
+/// A default counts as much as its target.
 #[test]
 fn defaults_are_bounded_as_elements_are() {
     let default = |content: &str, assets: usize| {

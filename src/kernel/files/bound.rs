@@ -13,7 +13,7 @@ const KIB: u64 = 1 << 10;
 const MIB: u64 = 1 << 20;
 
 impl Bound {
-    /// Job files and sets, also as datasets keep them: a hundred thousand meshes with settings of their own.
+    /// Job files and sets, also as stored in datasets: a hundred thousand meshes with separate settings.
     pub const JOB: Self = Self { kind: "a job file", bytes: 64 * MIB };
     /// Tables of comma-separated values that jobs name: settings of meshes, poses of cameras, arrangements.
     pub const CSV: Self = Self { kind: "a CSV table", bytes: 128 * MIB };
@@ -53,7 +53,7 @@ impl Bound {
     pub const RUN: Self = Self { kind: "a run.json", bytes: 64 * KIB };
     /// `manifest.json` of a dataset: a million shards.
     pub const MANIFEST: Self = Self { kind: "a manifest.json", bytes: 256 * MIB };
-    /// Tables of a dataset or set beside the manifest: objects, splits, refused meshes.
+    /// Tables of a dataset or set next to the manifest: objects, splits, refused meshes.
     pub const DATASET_TABLE: Self = Self { kind: "a table of a dataset", bytes: 256 * MIB };
     /// A line of `rejects.jsonl`.
     pub const REJECTS_LINE: Self = Self { kind: "a line of rejects.jsonl", bytes: MIB };

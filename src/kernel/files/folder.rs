@@ -22,11 +22,11 @@ const FOLDER_MODE: u32 = 0o777;
 
 /// A folder by the path that a user named, or one below it.
 ///
-/// Links in the path that the user named are followed. Below it none is: every operation opens the folders on its way one by one,
-/// each relative to the one before and without following a link (`openat` with `O_NOFOLLOW`), and ends with
-/// [`FileRefusal::Link`] at the first. A link that takes the place of a folder while an operation runs changes nothing of that.
-/// Names are relative paths of plain parts, `shards/x.mcap`; others end with [`FileRefusal::Outside`]. No file is open between two
-/// operations.
+/// Links in the path that the user named are followed. Links below it are not: every operation opens the folders to a
+/// file one by one, each relative to the one before and without following a link (`openat` with `O_NOFOLLOW`), and
+/// fails with [`FileRefusal::Link`] at the first link, even if a link replaces a folder while an operation runs. Names
+/// are relative paths of plain parts, `shards/x.mcap`; others fail with [`FileRefusal::Outside`]. No file is open
+/// between two operations.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Folder {
     /// The path that a user named.
@@ -151,7 +151,7 @@ impl Folder {
 
     fn open_with(&self, name: &Path, access: OFlags) -> io::Result<File> {
         let (parent, last) = self.parent_of(name)?;
-        // Before opening, since that alone makes some devices act.
+        // Before opening, since opening alone makes some devices act.
         match entry_of(&parent, last)? {
             Entry::File => {}
             Entry::Link => return Err(FileRefusal::Link { path: self.path_of(name) }.into()),

@@ -1,10 +1,11 @@
 //! The one room that opens, writes, renames and removes files.
 //!
-//! Two ways lead to a file. A path that a user names is followed wherever it leads, links included: [`open`], [`read`] and the
-//! other functions. Inside a folder, which somebody else may have filled, a [`Folder`] reaches everything and follows no link.
+//! There are two ways to reach a file. A path that a user names is followed, including its links: [`open`], [`read`]
+//! and the other functions. Inside a folder, which another user may have filled, a [`Folder`] reaches everything and
+//! follows no link.
 //!
-//! Regular files alone are read, each up to the [`Bound`] of its kind: a FIFO waits for its writer, a device may never end, and
-//! opening one can have effects.
+//! Only regular files are read, each up to the [`Bound`] of its kind: a FIFO waits for its writer, a device may never
+//! end, and opening one can have effects.
 
 mod bound;
 mod folder;
@@ -77,7 +78,7 @@ fn text_of(content: Vec<u8>) -> io::Result<String> {
     String::from_utf8(content).map_err(not_text)
 }
 
-/// Refuses what is no regular file.
+/// Refuses everything but regular files.
 fn check_regular(kind: FileType) -> io::Result<()> {
     let found = match kind {
         kind if kind.is_file() => return Ok(()),

@@ -1,4 +1,4 @@
-//! Files by paths that a user names: links are followed, and what they lead to counts.
+//! Files by paths that a user names: links are followed to their targets.
 
 use std::{
     fs::{self, File, OpenOptions},
@@ -17,7 +17,7 @@ const O_NONBLOCK: i32 = 0o4000;
 /// # Errors
 /// [`FileRefusal::NotRegular`], or an error of the operating system.
 pub fn open(path: &Path) -> io::Result<File> {
-    // Before opening, since that alone makes some devices act.
+    // Before opening, since opening alone makes some devices act.
     check_regular(fs::metadata(path)?.file_type())?;
     let file = OpenOptions::new().read(true).custom_flags(O_NONBLOCK).open(path)?;
     check_regular(file.metadata()?.file_type())?;
@@ -164,7 +164,7 @@ mod tests {
         for name in ["fifo", "zero", "folder"] {
             assert!(replace(&path(name), b"new").is_err() && open_log(&path(name)).is_err(), "{name}");
         }
-        // A link that is named as an output stays, and what it leads to is replaced.
+        // A link that is named as an output stays, and its target is replaced.
         replace(&path("link"), b"new").expect("written");
         replace(&path("none"), b"new").expect("written");
         assert!(fs::symlink_metadata(path("link")).expect("a link").is_symlink());

@@ -1,4 +1,4 @@
-//! Files that are not opened, whatever the operating system would allow.
+//! Files that are not opened, even if the operating system would allow it.
 
 use std::{io, path::PathBuf};
 

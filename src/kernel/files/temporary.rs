@@ -1,4 +1,4 @@
-//! Files that are there whole or not at all.
+//! Files that are either complete or missing.
 
 use std::{
     fs::{File, TryLockError},
@@ -18,8 +18,8 @@ const TRIES: u32 = 64;
 
 /// A unique temporary name in the folder of a final one; the file goes when this does, unless it was published.
 ///
-/// The file is locked while it is open, which distinguishes a writer at work from the leftovers of a killed one, whatever
-/// process or machine it ran on ([`remove_leftover`]).
+/// The file is locked while it is open, which distinguishes an active writer from the leftovers of a killed one, on any
+/// machine ([`remove_leftover`]).
 #[derive(Debug)]
 pub struct Temporary {
     folder: Folder,
@@ -40,9 +40,9 @@ impl Temporary {
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
                 file => file?,
             };
-            // Before it had the lock, another run may have taken the file for a leftover: one that holds the lock is about to
-            // remove it, one that removed it has taken its name away. A file system without locks still works; its leftovers
-            // are then taken for writers at work and stay.
+            // Before it had the lock, another run may have mistaken the file for a leftover: a run that holds the lock
+            // is about to remove it, a run that removed it has taken its name away. A file system without locks still
+            // works; its leftovers then look like active writers and stay.
             let is_taken = matches!(file.try_lock(), Err(TryLockError::WouldBlock));
             if !is_taken && file.metadata()?.nlink() > 0 {
                 return Ok((file, temporary));

@@ -29,7 +29,7 @@ macro_rules! frames {
 frames! {
     /// The room: z up [m].
     World = "world";
-    /// The world of the files that a scene was read from: whatever its makers chose [m].
+    /// The world of the files of an imported scene, chosen by its makers [m].
     SourceWorld = "source_world";
     /// The prepared mesh's own frame [m].
     Object = "object";
@@ -43,7 +43,7 @@ frames! {
     Volume = "volume";
     /// A hand's base: the frame of its description [m].
     HandBase = "hand_base";
-    /// Where a hand takes hold from: the origin on its palm, +z out of the palm towards what it grasps [m].
+    /// Pose from which a hand grasps: the origin on its palm, +z out of the palm towards the object [m].
     Approach = "approach";
 }
 
@@ -98,7 +98,7 @@ impl<To: Frame, From: Frame> Pose<To, From> {
         let (m, t) = (self.isometry.rotation.matrix(), self.translation());
         let level = libm::hypot(m[(0, 0)], m[(1, 0)]);
         let pitch = libm::atan2(-m[(2, 0)], level);
-        // Beyond this, what is left of roll and yaw is rounding.
+        // Beyond this, the rest of roll and yaw is rounding.
         let [roll, yaw] = if level > 1e-9 {
             [libm::atan2(m[(2, 1)], m[(2, 2)]), libm::atan2(m[(1, 0)], m[(0, 0)])]
         } else {

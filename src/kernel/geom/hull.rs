@@ -203,7 +203,7 @@ impl Growth {
         }
     }
 
-    /// Puts a cone over the horizon in place of the faces that see a point, of which one is known.
+    /// Replaces the faces that see a point, one of which is given, by a cone over their horizon.
     fn take(&mut self, seen_from: u32, apex: u32) {
         // Flood fill of the faces that see the point; edges to other faces are the horizon.
         let mut seen = vec![seen_from];

@@ -6,7 +6,7 @@ use super::{Affine, CameraCv, Lanes, Object, Pose, SimdLevel, TriMesh, each_of, 
 
 /// A triangle mesh as arrays of coordinates, its triangles in clusters that lie and face together.
 ///
-/// Vertices are relative to the middle of the box, so that `f32` keeps its precision wherever the mesh's origin is.
+/// Vertices are relative to the middle of the box, so that `f32` keeps its precision for every origin of the mesh.
 /// Triangles are sorted by the side they face (six), then along a Morton curve, and cut into clusters of
 /// [`RenderMesh::CLUSTER`]; each has a bounding sphere and a cone of normals, by which clusters that face away are
 /// skipped whole (Shirman and Abi-Ezzi 1993, "The cone of normals technique").
@@ -73,7 +73,7 @@ impl RenderMesh {
         let mut positions = [const { Vec::new() }; 3];
         let mut corners = [const { Vec::new() }; 3];
         for triangle in order {
-            // Corners 1 and 2 change places: the image's y points down, and front faces shall have positive area there.
+            // Swap corners 1 and 2: the image's y points down, and front faces must have positive area there.
             let [a, b, c] = mesh.triangles[triangle as usize];
             for (corner, vertex) in [a, c, b].into_iter().enumerate() {
                 let name = &mut renamed[vertex as usize];

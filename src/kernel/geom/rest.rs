@@ -139,7 +139,7 @@ pub fn upright(up: &Vector3<f64>) -> Rotation3<f64> {
     let rotation = if up.z > -0.999_999 {
         Matrix3::identity() + cross + cross * cross / (1.0 + up.z)
     } else {
-        // Nearly half a revolution: about x, then what is left of it.
+        // Nearly half a revolution: about x, then the remaining rotation.
         let half = Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0));
         let rest = half * up;
         let cross = rest.cross(&Vector3::z()).cross_matrix();
@@ -180,7 +180,7 @@ impl ConvexHull {
             let outward = along.cross(&facet.normal).normalize();
             let beyond = outward.dot(&(foot - from));
             let lower = heights[*neighbour as usize] < height;
-            // An edge that is met by rounding alone leads up.
+            // An edge that is reached only by rounding leads up.
             if beyond <= 0.0 || !lower {
                 continue;
             }

@@ -55,7 +55,7 @@ impl LayeredImage {
         self.instances.resize(pixels, Self::NOTHING);
     }
 
-    /// Adds a mesh; the pixels that see it get the number `instance`. Returns its depth alone.
+    /// Adds a mesh; the pixels that see it get the number `instance`. Returns the mesh's own depth.
     pub fn add(&mut self, mesh: &RenderMesh, camera_from_mesh: &Pose<CameraCv, Object>, instance: u8) -> &DepthCrop {
         self.rasteriser.render(mesh, &self.camera, camera_from_mesh);
         let (crop, stride) = (self.rasteriser.crop(), self.camera.width as usize);
@@ -98,7 +98,7 @@ impl LayeredImage {
         found
     }
 
-    /// Pixels by which the box of a mesh reaches out of the image: to the left, above, to the right, below.
+    /// Pixels by which the box of a mesh extends beyond the image: to the left, above, to the right, below.
     fn room_around(&self, mesh: &RenderMesh, camera_from_mesh: &Pose<CameraCv, Object>) -> [u32; 4] {
         let Intrinsics { width, height, near, .. } = self.camera;
         let (mut low, mut high) = ([0.0f64; 2], [f64::from(width), f64::from(height)]);
@@ -132,7 +132,7 @@ impl LayeredImage {
         &self.camera
     }
 
-    /// Depth alone of the mesh that was added last.
+    /// The mesh's own depth, for the mesh that was added last.
     pub fn last(&self) -> &DepthCrop {
         self.rasteriser.crop()
     }

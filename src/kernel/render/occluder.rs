@@ -1,8 +1,8 @@
 //! Something between the camera and an object that hides a stated share of the object's pixels.
 //!
-//! An occluder is a convex solid that lies wholly nearer than all that is seen of the object: a piece at random, slid over
-//! the object until it hides what it should, or a slab whose one edge crosses the whole image. It depends on the image of
-//! the object and on the stream alone.
+//! An occluder is a convex solid that is completely nearer than the visible part of the object: a random piece, moved
+//! across the object until it hides the required share, or a slab whose one edge crosses the whole image. It depends
+//! only on the image of the object and on the stream.
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,9 +14,9 @@ use crate::{
     seed::Stream,
 };
 
-/// From the occluder's far end to the object's nearest pixel, in widths of what is seen of the object.
+/// Distance from the occluder's far end to the object's nearest pixel, in widths of the object's visible part.
 const GAP: [f64; 2] = [0.1, 1.0];
-/// Radius of a piece, in widths of what is seen of the object.
+/// Radius of a piece, in widths of the object's visible part.
 const RADIUS: [f64; 2] = [0.25, 0.75];
 /// Half axes of a piece, before it is brought to its radius.
 const HALF_AXIS: [f64; 2] = [0.3, 1.0];
@@ -60,7 +60,7 @@ pub struct Occluder {
     pub kind: OccluderKind,
     /// Corners, whose convex hull it is, in `CameraCv` [m].
     pub corners: Vec<[f32; 3]>,
-    /// Depth image of the occluder alone, from our own rasteriser.
+    /// Depth image of only the occluder, from our own rasteriser.
     pub depth: DepthCrop,
     /// Pixels of the object without an occluder in front.
     pub object_pixels: u32,
@@ -68,7 +68,7 @@ pub struct Occluder {
     pub hidden_pixels: u32,
     /// Nearest depth of the occluder [m].
     pub nearest: f64,
-    /// Depth half way between the occluder and the object [m]: what is measured nearer is the occluder's.
+    /// Depth half way between the occluder and the object [m]: nearer measurements belong to the occluder.
     pub split: f64,
 }
 
@@ -191,7 +191,7 @@ impl Occluder {
         composed([left, top, right, bottom], &self.depth, object)
     }
 
-    /// Removes what is nearer than half way to the object: the occluder's pixels. What is left is cropped tightly.
+    /// Removes pixels nearer than half way to the object, which belong to the occluder, and crops the rest tightly.
     pub fn without_occluder(&self, scene: &DepthCrop) -> DepthCrop {
         let split = self.split as f32;
         let far = |depth: &f32| if *depth >= split { *depth } else { f32::NAN };

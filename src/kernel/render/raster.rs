@@ -3,7 +3,7 @@
 //! Image coordinates are counted in pixels from the centre of the pixel nearest the principal point, so that pixel
 //! centres are whole numbers and coordinates near the axis keep their precision. Depth is kept as 1/z, which is linear
 //! in the image (Blinn 1992, "Hyperbolic interpolation"). A pixel belongs to a triangle when its centre lies inside or on
-//! the edge; the nearest surface wins whatever the order, so clusters, lanes and levels cannot change a bit.
+//! the edge; the nearest surface wins in any order, so clusters, lanes and levels cannot change a bit.
 
 use nalgebra::Vector3;
 

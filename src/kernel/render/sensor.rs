@@ -1,4 +1,4 @@
-//! The sensor model: from a perfect depth image to what a structured-light or stereo camera returns.
+//! The sensor model: converts a perfect depth image to the output of a structured-light or stereo camera.
 //!
 //! `docs/sensors.md` has equations, sources and limitations; [`CONSTANTS`] is the one table of constants.
 

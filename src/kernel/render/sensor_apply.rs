@@ -18,7 +18,7 @@ pub struct SensorScratch {
     level: SimdLevel,
     /// Pixels with a return under the matching window.
     returns: WindowSums,
-    /// Pixels of which a neighbour is another surface or a step of more than half a jump.
+    /// Pixels with a neighbour on another surface or beyond a step of more than half a jump.
     uneven: WindowSums,
     /// Depth [m]; 0 = no return.
     depth: Vec<f32>,
@@ -142,7 +142,7 @@ impl SensorModel {
         self.apply_with(&mut SensorScratch::new(SimdLevel::detect()), camera, crop, stream);
     }
 
-    /// Converts a perfect depth crop to what the sensor returns. Class `exact`: a function of its arguments alone.
+    /// Converts a perfect depth crop to the sensor's output. Class `exact`: a function of its arguments alone.
     ///
     /// The crop grows by three times `lateral_sigma_px` on each side, inside the image, because edges move in both directions.
     /// Where nothing is behind the object there is nothing to match: its shadow and mixed pixels fall on its own
@@ -237,7 +237,7 @@ impl SensorModel {
         }
         returns.start(call.width, window);
         for y in 0..call.height {
-            // Rows are marked before the window's middle comes to them.
+            // Rows are marked before the window's middle reaches them.
             let counts = returns.row(y, |row, marks| match call.row_under(row, window) {
                 Some(y) => {
                     kernels::mark_returns(*level, &matched[call.row(y)], &mut marks[window / 2..][..call.width]);

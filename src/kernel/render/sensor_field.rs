@@ -15,8 +15,8 @@ const DRAWN: usize = 2048;
 
 /// Sums of whole numbers over a square window that goes down an image; memory kept between images.
 ///
-/// The numbers lie on the padded grid: window - 1 rows and columns more than the image, so that the window around pixel (x, y)
-/// starts at (x, y). Only the rows under the window are held. Integers: no rounding, whatever the order.
+/// The numbers are on the padded grid: window - 1 rows and columns more than the image, so that the window around pixel
+/// (x, y) starts at (x, y). Only the rows under the window are stored. Integers: exact in any order.
 pub(super) struct WindowSums {
     level: SimdLevel,
     window: usize,
@@ -118,7 +118,7 @@ impl Noise {
     }
 }
 
-/// White noise out of a stream, by the number of the value.
+/// White noise from a stream, by the number of the value.
 struct White {
     stream: Stream,
     /// Values that the stream holds for it.

@@ -1,4 +1,4 @@
-//! Depth images on demand, for rooms that know no renderer.
+//! Depth images on demand, for modules that do not depend on the renderer.
 
 use std::error::Error;
 

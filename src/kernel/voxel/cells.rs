@@ -2,8 +2,8 @@
 
 use crate::geom::{Lanes, OccupancyGrid, SimdLevel, simd_kernel};
 
-/// One byte per cell, 1 = occupied, in C order with a border of one cell all round whose bytes are 1: whatever lies outside
-/// the grid falls on the border, so no kernel tests for it. Cell (x, y, z) of the grid is (x + 1, y + 1, z + 1) here.
+/// One byte per cell, 1 = occupied, in C order with a border of one cell all round whose bytes are 1: positions outside
+/// the grid map to the border, so no kernel tests for them. Cell (x, y, z) of the grid is (x + 1, y + 1, z + 1) here.
 #[derive(Default)]
 pub(super) struct Cells {
     resolution: usize,
@@ -121,7 +121,7 @@ pub(super) fn pack_rows(rows: &[u128], resolution: u32, grid: &mut OccupancyGrid
         pending = if used < 64 { bits >> used } else { 0 };
         filled = count - used;
     };
-    // Each row in two halves, of which the upper may be empty.
+    // Each row in two halves; the upper one may be empty.
     for row in rows {
         push(*row as u64, resolution.min(64));
         push((row >> 64) as u64, resolution.saturating_sub(64));

@@ -17,8 +17,8 @@ pub enum InsideOf<'a> {
     Cells(&'a SolidGrid),
 }
 
-/// Gives a number to every voxel that has none, 0, and whose centre is inside a body; the count of these. `out` has a value per voxel
-/// of the grid, which has 128 along each edge at most.
+/// Gives a number to every voxel that has 0 and whose centre is inside a body; returns how many there are. `out` has a
+/// value per voxel of the grid, which has at most 128 along each edge.
 pub fn mark_inside(
     body: InsideOf<'_>,
     volume_from_object: &Pose<Volume, Object>,

@@ -287,7 +287,7 @@ mod tests {
         }
     }
 
-    /// A fan around a corner, whatever its shape, covers a column at that corner exactly once.
+    /// A fan of any shape around a corner covers a column at that corner exactly once.
     #[test]
     fn a_fan_covers_its_centre_once() {
         let middle = [100.5, 80.5, 7.0];

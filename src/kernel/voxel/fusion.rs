@@ -21,7 +21,7 @@ impl VolumeGrid {
         self.size / f64::from(self.resolution)
     }
 
-    /// Count of the voxels.
+    /// Number of voxels.
     pub fn voxels(&self) -> usize {
         (self.resolution as usize).pow(3)
     }
@@ -141,13 +141,13 @@ impl VolumeFusion {
         }
     }
 
-    /// Count of images per voxel.
+    /// Number of images per voxel.
     pub fn weights(&self) -> &[u8] {
         &self.weights
     }
 
-    /// Mean signed distances in steps of truncation / 32767, rounded to nearest, more than -32767 to 32767, negative behind what is
-    /// seen; 0 for a voxel without an image.
+    /// Mean signed distances in steps of truncation / 32767, rounded to nearest, more than -32767 to 32767, negative
+    /// behind the visible surface; 0 for a voxel without an image.
     pub fn steps(&self, out: &mut Vec<i16>) {
         out.clear();
         out.extend(self.sums.iter().zip(&self.weights).map(|(sum, weight)| {

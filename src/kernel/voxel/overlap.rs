@@ -173,8 +173,8 @@ simd_kernel! {
     /// Tests the cells of each triangle's box that are not marked yet against the thirteen axes of [`BoxTest`]; lists the
     /// triangles that span more than three cells along an axis instead.
     ///
-    /// The box and the plane are tested for sixteen triangles at a time, cell after cell of their boxes. Few lanes are
-    /// left then, so what they hold is gathered, and the edges are tested for sixteen such pairs at a time.
+    /// The box and the plane are tested for sixteen triangles at a time, cell after cell of their boxes. Few lanes
+    /// remain then, so their content is gathered, and the edges are tested for sixteen such pairs at a time.
     pub(super) fn test_cells(
         tolerance: f32,
         grid: &[Vec<f32>; 3],

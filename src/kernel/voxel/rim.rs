@@ -37,7 +37,7 @@ impl RimCaps {
         let across = across_cracks(&points, &rim, triangles, &point_of);
         let placed = |polygon: Vec<u32>| polygon.into_iter().map(|corner| points[corner as usize]).collect();
         let strips = rim.iter().filter_map(|edge| strip(*edge, &across)).map(placed).collect();
-        // What is left of the rim when its cracks are closed.
+        // The remaining rim after its cracks are closed.
         let left: Vec<[u32; 2]> = rim.iter().map(|edge| edge.map(|end| across[end as usize])).collect();
         let holes = loops(&without_opposites(left), points.len()).into_iter().map(placed).collect();
         Self { holes, strips }
@@ -49,7 +49,7 @@ impl RimCaps {
     }
 }
 
-/// The polygon between an edge and what it becomes across its crack; `None` where there is no crack.
+/// The polygon between an edge and its image across its crack; `None` where there is no crack.
 fn strip([from, to]: [u32; 2], across: &[u32]) -> Option<Vec<u32>> {
     let mut strip = vec![from, to];
     strip.extend([across[to as usize], across[from as usize]].into_iter().filter(|point| ![from, to].contains(point)));
@@ -107,7 +107,7 @@ fn loops(edges: &[[u32; 2]], points: usize) -> Vec<Vec<u32>> {
     loops
 }
 
-/// Different positions, sorted, and for each vertex the index of its own.
+/// Different positions, sorted, and for each vertex the index of its position.
 fn merge(vertices: &[Ticks]) -> (Vec<Ticks>, Vec<u32>) {
     let mut order: Vec<u32> = (0..vertices.len() as u32).collect();
     order.sort_unstable_by_key(|vertex| vertices[*vertex as usize]);

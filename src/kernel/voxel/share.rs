@@ -11,7 +11,7 @@ const BLOCK: usize = 8;
 pub(super) struct Blocks {
     /// First cell along each axis.
     first: [Vec<f32>; 3],
-    /// Count of solid cells.
+    /// Number of solid cells.
     counts: Vec<f32>,
     total: u64,
     /// Box of the blocks [fine cells].

@@ -37,7 +37,7 @@ const SAME_SIZE: f64 = 0.025;
 struct Tolerance {
     /// Mean distance [radii].
     distance: f64,
-    /// Difference of deviations along an axis [radii]: others are not compared at all.
+    /// Largest difference of deviations along an axis [radii]; other skins are not compared.
     deviation: f64,
 }
 

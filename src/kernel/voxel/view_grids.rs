@@ -157,7 +157,7 @@ impl ViewGrids {
     }
 
     /// Cells that the camera sees to be free: the pixel that the centre falls into has a larger depth than the centre,
-    /// or no return. Cells of `partial` are surface, so they are left out; what is neither is unseen.
+    /// or no return. Cells of `partial` are surface, so they are left out; all remaining cells are unseen.
     pub fn free(
         &mut self,
         crop: &DepthCrop,

@@ -6,7 +6,7 @@ use crate::geom::{DepthCrop, GridPlacement, Intrinsics, Lanes, SimdLevel, simd_k
 /// Tables and a framed copy of the depth image; used again for every view.
 #[derive(Default)]
 pub(super) struct FreeTables {
-    /// The crop with a frame of "no return" (+inf) one pixel wide: whatever lies outside the crop falls on the frame.
+    /// The crop with a frame of "no return" (+inf) one pixel wide: positions outside the crop map to the frame.
     framed: Vec<f32>,
     /// For each x and z: column in `framed`; z padded to a multiple of 16.
     columns: Vec<u32>,

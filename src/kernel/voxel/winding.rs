@@ -209,7 +209,8 @@ fn beside_caps(caps: &RimCaps, origin: Point3<f64>) -> SolidGrid {
 
 /// Marks the cells whose centre is so near to a strip that it changes their winding number by more than a hundredth.
 ///
-/// A strip of width w, however long, covers w / (4 d) of what is seen from a distance d, as an integral of 1 / d^2 along it.
+/// A strip of width w and any length covers w / (4 d) of the view from a distance d, as an integral of 1 / d^2 along
+/// it.
 fn mark_beside(strip: &[Vector3<f64>], cells: &mut SolidGrid) {
     /// Widths of a strip within which it matters.
     const NEAR: f64 = 25.0;

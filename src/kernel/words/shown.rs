@@ -49,7 +49,7 @@ pub fn shown_json(json: &str) -> Cow<'_, str> {
     json.chars().map(escape).collect()
 }
 
-/// Lines of a list, up to a most, and then how many more there are of what they list.
+/// Lines of a list, up to `most`, and then the number of the remaining ones.
 pub fn capped(lines: impl IntoIterator<Item = String>, most: usize, noun: &str) -> Vec<String> {
     let mut lines = lines.into_iter();
     let mut shown: Vec<String> = lines.by_ref().take(most).collect();

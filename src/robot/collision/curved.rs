@@ -24,7 +24,7 @@ struct Round {
 }
 
 impl Curved {
-    /// `None` for a shape out of planes.
+    /// `None` for a shape with planes.
     pub fn new(geometry: &Geometry) -> Option<Self> {
         let round = match geometry.shape {
             Shape::Sphere { radius } => Round { radius, half: 0.0, flat: false },

@@ -262,7 +262,7 @@ mod tests {
                     let distance = signed(&(here_from_there * centre));
                     let has = |bits: u32| bits >> lane & 1 == 1;
                     let away = distance.abs() - radius;
-                    // What is clear is clear, and what is clear by more than the lattice's coarseness is found to be.
+                    // Unreported balls are clear, and balls clear by more than the lattice's coarseness are not reported.
                     assert!(has(found.near) || away > 0.0, "{distance} {radius}");
                     assert!(!has(found.near) || away < 1.8 * spacing, "{distance} {radius}");
                     assert!(!has(found.inside) || distance < -radius);

@@ -12,7 +12,7 @@ use super::{
 /// Sides of the pieces [m]: a share of the mesh's longest side between these, but never under [`DEEPEST`].
 const LEAF_SIDES: [f64; 2] = [0.003, 0.01];
 const LEAF_SHARE: f64 = 1.0 / 48.0;
-/// Least side of a piece as a share of the longest side: bounds the pieces, and with them what a search must remember.
+/// Smallest side of a piece as a share of the longest side: bounds the number of pieces, and the memory of a search.
 const DEEPEST: f64 = 1.0 / 256.0;
 /// Balls of a block: the lanes of a kernel.
 pub(super) const LANES: usize = 16;

@@ -38,8 +38,8 @@ const MIN_GAP: f64 = 0.001;
 /// Least and largest opening margin of a many-fingered hand for a pair [m].
 const OPENED_BY: [f64; 2] = [0.002, 0.016];
 
-/// Fingers that sink as they close: the hand is lifted by what they lack of the margin, and by this [m], where that is no
-/// more than [`MAX_LIFT`].
+/// For fingers that sink as they close, the hand is lifted by the missing part of the margin, and by this [m], if that
+/// is no more than [`MAX_LIFT`].
 const LIFT: f64 = 0.0005;
 
 /// Farther than this no hand is lifted [m].
@@ -113,7 +113,7 @@ impl GraspSampler {
             // Two points, then the opened hand about them.
             let pair = match &table {
                 _ if losses.no_resting_pose => None,
-                // From above a gripper takes level pairs alone; from aside it takes others, too.
+                // From above a gripper takes only level pairs; from aside it also takes others.
                 Some(table) if losses.pairs % 2 == 0 => {
                     Pair::draw_level(&object.surface, antipodal.friction, &table.up, stream)
                 }
@@ -123,7 +123,7 @@ impl GraspSampler {
             losses.unopposed += u32::from(pair.is_none());
             let start = pair.and_then(|pair| self.place(object, holds, &pair, table.as_ref(), &mut losses, stream));
             energies.push(start.as_ref().map(|start| self.rating.energies_of(object, start).total));
-            // Closing costs most: what is like a state that is there already is left out before.
+            // Closing costs most: states like a known one are left out before.
             let is_known = |frame: &Frame| frames.iter().any(|known| alike.joins(known, frame));
             let Some(start) = start.filter(|start| !is_known(&Frame::of(&start.object_from_approach))) else {
                 continue;
@@ -350,8 +350,8 @@ impl<'a> Table<'a> {
         Some(self.margin - grasp.clearances.get(self.index)?.shaped)
     }
 
-    /// The start of a grasp whose fingers sink too low as they close, moved back along its approach by what they lack; `None`
-    /// where they do not, or where that is too far.
+    /// The start of a grasp whose fingers sink too low as they close, moved back along its approach by the missing
+    /// distance; `None` if they do not, or if that is too far.
     fn lifted(&self, grasp: &Grasp, start: Start) -> Option<Start> {
         let lacks = self.lacks(grasp).filter(|lacks| *lacks > 0.0)?;
         let direction = start.object_from_approach.rotation * Vector3::z();

@@ -1,4 +1,4 @@
-//! Closing a hand by kinematics alone: every finger until it meets the object.
+//! Closing a hand by kinematics alone: every finger moves until it meets the object.
 
 use std::sync::Arc;
 
@@ -47,7 +47,7 @@ pub(super) struct Closing {
     pub(super) found: Vec<SurfaceContact>,
 }
 
-/// Where the hand has come to.
+/// Present state of the hand.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Closed {
     /// The motors, one per driven joint.

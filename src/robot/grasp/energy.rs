@@ -76,7 +76,7 @@ impl Potential {
         }
     }
 
-    /// Clears what was remembered of earlier states, which could change the last bits of later ones.
+    /// Clears the memory of earlier states, which could change the last bits of later ones.
     pub(super) fn forget(&mut self) {
         self.solver.forget();
     }

@@ -9,7 +9,7 @@ use kernel::{contact::ContactSurface, geom::rotation_towards, seed::Stream};
 /// Two points that are nearer make no pair [m].
 const MIN: f64 = 0.001;
 
-/// A ray is out of the object where it is so near to the surface [m].
+/// A ray leaves the object where it is this near to the surface [m].
 const OUT: f64 = 1e-5;
 
 /// Step by which a ray moves on along the surface [m].

@@ -112,7 +112,7 @@ pub struct HandPassage {
     table: TableWatch,
     /// The hand's solids with sharp edges and with rounded ones.
     solids: Vec<[Probe; 2]>,
-    /// The hand's solids, drawn in by what they may overlap the object.
+    /// The hand's solids, shrunk by the allowed overlap with the object.
     drawn_in: Vec<[Probe; 2]>,
     margin: f64,
 }
@@ -130,7 +130,7 @@ struct Moment {
     frames: Vec<IsometryMatrix3<f64>>,
 }
 
-/// A hand that comes to a grasp.
+/// A hand that approaches a grasp.
 struct Coming<'s> {
     /// All possible obstacles except the plane.
     things: Vec<Thing<'s>>,
@@ -357,7 +357,7 @@ impl HandPassage {
         self.above_ground(stage, lowest)?;
         let mut least = FAR.min(lowest);
         for thing in &coming.things {
-            // The target is what the hand closes on.
+            // The hand closes on the target.
             if stage == PathStage::Closing && thing.what == InTheWay::Target {
                 continue;
             }
@@ -384,7 +384,7 @@ impl HandPassage {
     fn things<'s>(&self, scene: &'s Surroundings, target: usize) -> Vec<Thing<'s>> {
         let margin = self.margin;
         let container = scene.container.iter().map(|obstacle| Thing { what: InTheWay::Container, obstacle, margin });
-        // What the hand may overlap the target is in its solids.
+        // The solids already include the allowed overlap with the target.
         let own = Thing { what: InTheWay::Target, obstacle: &scene.objects[target], margin: 0.0 };
         let others = scene.objects.iter().enumerate().filter(|(index, _)| *index != target);
         let others = others.map(|(index, obstacle)| Thing { what: InTheWay::Neighbour(index), obstacle, margin });

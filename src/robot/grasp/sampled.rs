@@ -38,7 +38,8 @@ pub struct GraspSampler {
 }
 
 impl GraspSampler {
-    /// With vector instructions up to a level; what is found is the same at all. Of `annealing` the energy alone counts.
+    /// With vector instructions up to a level; the results are the same at every level. Only the energy of `annealing`
+    /// is used.
     pub fn new(search: &Arc<HandSearch>, annealing: &Annealing, keeping: &Keeping, level: SimdLevel) -> Self {
         Self {
             search: Arc::clone(search),
@@ -75,8 +76,8 @@ impl GraspSampler {
         tally.run(object_from_frame, grasps)
     }
 
-    /// Comes along an approach from afar with the opened hand until it meets the object, or the approach frame is where it was
-    /// to come to, and closes there but for the last part of each motor's range.
+    /// Moves the opened hand along an approach from afar until it meets the object, or until the approach frame reaches
+    /// its end, and closes there except for the last part of each motor's range.
     fn come(&mut self, object: &ObjectSearch, object_from_approach: &IsometryMatrix3<f64>) -> Start {
         let hand = Arc::clone(&self.search.hand);
         let opened = preshape(&hand);

@@ -131,7 +131,7 @@ impl TableWatch {
         }
     }
 
-    /// Times of evaluation: often enough, and wherever a motor stops or a clutch opens.
+    /// Times of evaluation: at a regular interval, and wherever a motor stops or a clutch opens.
     fn times(&self, start: &[Motor], end: &[Motor]) -> Vec<f64> {
         let mut times = vec![0.0];
         for (driven, (start, end)) in self.hand.driven().iter().zip(start.iter().zip(end)) {

@@ -19,11 +19,11 @@ pub(super) const MAX: usize = 16;
 /// Number of variables of the pose.
 const OF_POSE: usize = 6;
 
-/// A variable that is out of range so often in a row stays as it was.
+/// A variable that is out of range this often in a row keeps its value.
 const MAX_DRAWS: u32 = 100;
 
-/// Position x, y, z of the approach frame in the search frame [m]; its rotation about an axis at polar angle theta and azimuth
-/// phi, by an angle [rad]; amplitudes. What is left of the array is 0.
+/// Position x, y, z of the approach frame in the search frame [m]; its rotation about an axis at polar angle theta and
+/// azimuth phi, by an angle [rad]; amplitudes. The rest of the array is 0.
 pub(super) type State = [f64; MAX];
 
 /// One variable.

@@ -215,7 +215,7 @@ impl Hand {
     }
 
     fn tip_force(&self, driven: &Driven) -> Option<f64> {
-        // The last joint: the one that an open clutch moves alone, else the driven one.
+        // The last joint: the one that an open clutch moves, else the driven one.
         let (last, holds) = driven.breakaway.map_or((driven.joint, driven.holding_torque), |breakaway| {
             (driven.followers[breakaway.follower].joint, breakaway.holding_torque)
         });
@@ -260,7 +260,8 @@ impl Hand {
         }
     }
 
-    /// The posture in which the hand comes to take on another one: opened, but for joints that shape the hand.
+    /// The posture in which the hand approaches before it takes another one: opened, except for joints that shape the
+    /// hand.
     ///
     /// # Panics
     /// When the posture has another length than the driven joints.
@@ -355,7 +356,7 @@ impl Hand {
         self.closing_line().and_then(along).map_or(0.0, f64::round)
     }
 
-    /// Motion of a link per unit of the only motor that closes the hand, expressed in the base frame, where it hangs on
+    /// Motion of a link per unit of the only motor that closes the hand, expressed in the base frame, for a link on
     /// slides of that motor alone.
     fn slid(&self, link: usize) -> Option<Vector3<f64>> {
         let mut closing = self.driven().iter().filter(|driven| driven.closing_sign() != 0.0);

@@ -8,7 +8,7 @@
 pub struct Follower {
     /// Index in the hand's tree of joints.
     pub joint: usize,
-    /// Travel per unit of the driven joint. Below 0 for one that rotates the other way about its axis.
+    /// Travel per unit of the driven joint. Below 0 for one that rotates in the opposite direction about its axis.
     pub ratio: f64,
     /// Value where the driven joint is at 0.
     pub offset: f64,
@@ -220,7 +220,7 @@ mod tests {
         assert!((wide.range()[1] - 144.0_f64.to_radians()).abs() < 1e-15);
     }
 
-    /// A hand whose joints close towards lower values, with a follower that turns the other way.
+    /// A hand whose joints close towards lower values, with a follower that rotates in the opposite direction.
     #[test]
     fn closing_downwards() {
         let mut finger = finger();

@@ -149,7 +149,7 @@ impl PlanningGroup {
         &self.parts.end_effector
     }
 
-    /// Count of joints.
+    /// Number of joints.
     pub fn len(&self) -> usize {
         self.parts.joints.len()
     }

@@ -427,7 +427,7 @@ fn roots_and_extrema(polynomial: &[f64]) -> Vec<f64> {
         if (at(polynomial, high) < 0.0) == rising {
             continue;
         }
-        // The polynomial is monotonic here: Newton's steps, or the middle where one leads out of what is left.
+        // The polynomial is monotonic here: Newton's steps, or the middle where one leaves the remaining interval.
         let mut root = 0.5 * (low + high);
         for _ in 0..60 {
             let value = at(polynomial, root);

@@ -25,7 +25,7 @@ pub struct SixJointArm {
 /// All solutions of a pose.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Solutions {
-    /// Joint values within the limits; those that differ by whole revolutions alone are listed once.
+    /// Joint values within the limits; those that differ only by whole revolutions are listed once.
     pub solutions: Vec<[f64; 6]>,
     /// Whether a solution is one member of a family: two axes of the wrist are aligned.
     pub singular: bool,

@@ -74,7 +74,8 @@ pub struct Stance<'a> {
 
 impl Stance<'_> {
     /// Upper bound on the travel of the arm from here while its first joint takes any value from `low` to `high`, which
-    /// hold its own, and nothing changes between (see [`SelfMotion::end_points`]). Infinite where none is known.
+    /// include its current value, and nothing changes between (see [`SelfMotion::end_points`]). Infinite if none is
+    /// known.
     pub fn travel(&self, [low, high]: [f64; 2]) -> Travel {
         let SelfMotion { offset, upper, fore, .. } = *self.motion;
         let Self { q, middle, radius, .. } = *self;

@@ -4,7 +4,7 @@ use nalgebra::IsometryMatrix3;
 
 use super::group::{InvalidGroup, Joint};
 
-/// A joint and what it hangs on.
+/// A joint and its parent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TreeJoint {
     /// The joint; its origin is expressed in the frame of the link that carries it.
@@ -44,7 +44,7 @@ impl JointTree {
         &self.joints
     }
 
-    /// Count of joints, which is that of the links that move.
+    /// Number of joints, which is that of the links that move.
     pub fn len(&self) -> usize {
         self.joints.len()
     }

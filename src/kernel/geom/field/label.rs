@@ -1,4 +1,4 @@
-//! Labels of poses: what is known, and by which proof.
+//! Labels of poses: reachable or not, and by which proof.
 
 /// Whether an end effector can be brought to a pose.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]

@@ -34,7 +34,7 @@ pub fn signed_distance_sphere(inside: &[bool], grid: &SphereGrid, rho: f64) -> V
     let mut squares = vec![0.0_f64; inside.len()];
     let (positions, rotations) =
         (Transform::of_positions(grid.position_axes(), grid.orientations()), RotationTransform::new(grid, rho));
-    // To the outside cells for the cells inside, then the other way round.
+    // To the outside cells for the cells inside, then the reverse.
     for (label, sign) in [(true, -1.0), (false, 1.0)] {
         for (square, cell) in squares.iter_mut().zip(inside) {
             *square = if *cell == label { f64::INFINITY } else { 0.0 };

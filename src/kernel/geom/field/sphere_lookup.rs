@@ -235,7 +235,7 @@ mod tests {
         }
     }
 
-    /// All numbers that mean a rotation have its value: what is looked up is the rotation.
+    /// All numbers for the same rotation have its value: the lookup is by rotation.
     #[test]
     fn numbers_of_one_rotation_have_one_value() {
         for grid in grids() {

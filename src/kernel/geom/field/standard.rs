@@ -31,7 +31,7 @@ pub fn signed_distance_standard(inside: &[bool], grid: &AxisGrid, rho: f64) -> V
     let mut result = vec![0.0_f32; grid.cells()];
     let mut squares = vec![0.0_f64; grid.cells()];
     let transform = Transform::new(grid, rho);
-    // To the outside cells for the cells inside, then the other way round.
+    // To the outside cells for the cells inside, then the reverse.
     for (label, sign) in [(true, -1.0), (false, 1.0)] {
         for (square, cell) in squares.iter_mut().zip(inside) {
             *square = if *cell == label { f64::INFINITY } else { 0.0 };

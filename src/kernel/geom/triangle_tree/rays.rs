@@ -12,7 +12,7 @@ use crate::geom::{SimdLevel, doubles::Doubles, each_of, simd_kernel};
 /// Waiting children: three per level; medians of 2^31 triangles make at most 16 levels.
 const WAITING: usize = 64;
 
-/// A ray with what the tests against boxes and triangles need of it.
+/// A ray with the numbers for tests against boxes and triangles.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
     /// Where it starts, in `Object` [m].
@@ -216,7 +216,7 @@ mod tests {
                 (ring as f64 / rings as f64 * std::f64::consts::PI, step as f64 / rings as f64 * std::f64::consts::PI);
             let radius = 0.1 + 0.02 * libm::sin(5.0 * polar) * libm::cos(3.0 * azimuth);
             if ring.is_multiple_of(rings) {
-                // The poles are one point each, whatever the azimuth.
+                // The poles are one point each, for every azimuth.
                 return [0.0, 0.0, if ring == 0 { 0.1 } else { -0.1 }];
             }
             let (sine, cosine) = libm::sincos(polar);

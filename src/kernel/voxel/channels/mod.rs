@@ -21,7 +21,7 @@ mod tests {
     use super::{surface::shapes, *};
     use crate::{geom::SimdLevel, seed::Stream};
 
-    /// Time that this thread had a processor [ns], whatever else the machine does.
+    /// Processor time of this thread [ns], independent of other load.
     fn processor_time() -> u64 {
         let text = std::fs::read_to_string("/proc/thread-self/schedstat").expect("Linux");
         text.split(' ').next().and_then(|first| first.parse().ok()).expect("a number")

@@ -51,7 +51,7 @@ pub(crate) struct Neighbourhood {
 const ROUNDED: f64 = 1e-6;
 
 impl Neighbourhood {
-    /// Empties the neighbourhood: it holds no point any more.
+    /// Empties the neighbourhood.
     pub(crate) fn forget(&mut self) {
         self.radius = 0.0;
     }
@@ -171,7 +171,7 @@ impl Surface {
 
     /// Whether `point` (in `Object`) lies inside, given its closest point of the surface, if any is within reach.
     ///
-    /// Farther than the diagonal of one fine cell from the surface, the solid decides, whatever the mesh's defects; nearer,
+    /// Farther than the diagonal of one fine cell from the surface, the solid decides, for all defects of the mesh; nearer,
     /// the angle-weighted pseudo-normal decides (Baerentzen and Aanaes 2005, "Signed distance computation using the angle
     /// weighted pseudonormal").
     pub fn inside(&self, solid: &impl SolidCells, point: &Point3<f64>, closest: Option<&Closest>) -> bool {
@@ -225,7 +225,7 @@ impl Surface {
         if length > 0.0 { normal / length } else { Vector3::z() }
     }
 
-    /// Points outward wherever the closest feature is a face, an edge or a corner; not of unit length.
+    /// Points outward whether the closest feature is a face, an edge or a corner; not of unit length.
     fn pseudo_normal(&self, closest: &Closest) -> Vector3<f64> {
         let triangle = closest.triangle as usize;
         match closest.feature {

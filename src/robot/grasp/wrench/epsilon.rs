@@ -66,10 +66,10 @@ impl Epsilon {
     const OUTSIDE: Self = Self { lower: 0.0, upper: 0.0, facets: 0, end: EpsilonEnd::Outside };
 }
 
-/// Memory for searches of one thread: none is allocated once it has seen the largest. Remembers the simplex that each
-/// search started from and the directions in which the last hulls were nearest to the origin, and tries them first in the
-/// next, which changes the time and, by no more than rounding and what moving the wrenches makes, the result: where bits
-/// matter, call [`EpsilonSolver::forget`] before.
+/// Memory for searches of one thread: it allocates nothing after the largest search. It remembers the simplex that each
+/// search started from and the directions in which the last hulls were nearest to the origin, and tries them first in
+/// the next. This changes the time and, within rounding and the motion of the wrenches, the result: where bits matter,
+/// call [`EpsilonSolver::forget`] before.
 #[derive(Clone, Debug)]
 pub struct EpsilonSolver {
     level: SimdLevel,
@@ -78,7 +78,7 @@ pub struct EpsilonSolver {
 }
 
 impl EpsilonSolver {
-    /// A solver that uses vector instructions up to a level; results are the same at all.
+    /// A solver that uses vector instructions up to a level; results are the same at every level.
     pub fn new(level: SimdLevel) -> Self {
         Self { level: level.usable(), forces: Space::default(), wrenches: Space::default() }
     }
@@ -90,7 +90,7 @@ impl EpsilonSolver {
         self.wrenches.weakest.clear();
     }
 
-    /// Epsilon of the forces alone.
+    /// Epsilon of only the forces.
     pub fn of_forces(&mut self, set: &WrenchSet, limits: &EpsilonLimits) -> Epsilon {
         self.forces.search(set, self.level, limits)
     }

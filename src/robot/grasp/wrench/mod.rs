@@ -10,8 +10,8 @@
 //! nearest to the origin is pushed out to its support point until it lies on the hull. Nothing but its surroundings is built,
 //! so that twenty edges per contact cost not twice what eight do. Of class `exact`.
 //!
-//! Wrenches are moved by up to [`JOGGLE`], each by its own fixed amount, because the edges of one contact lie in a plane and a
-//! facet through them has no unique triangulation. What is thinner than [`FLAT`] counts as flat.
+//! Wrenches are moved by up to [`JOGGLE`], each by a fixed amount, because the edges of one contact are in a plane and
+//! a facet through them has no unique triangulation. Hulls thinner than [`FLAT`] count as flat.
 
 mod contact;
 mod enclose;

@@ -1,9 +1,9 @@
 //! A convex polytope that grows point by point, with its facets' neighbours.
 //!
-//! All facets are simplices. A new point removes the facets that it sees and joins the border of what it saw, ridge by ridge:
-//! the plane of a new facet lies in the pencil of the two that met at its ridge, so that it is their mean with positive
-//! weights and needs no elimination. Rounding stays small however many generations there are, since a mean of planes below
-//! which all points lie has all points below it.
+//! All facets are simplices. A new point removes the facets that it sees and joins the border of the removed region,
+//! ridge by ridge: the plane of a new facet is in the pencil of the two that met at its ridge, so that it is their mean
+//! with positive weights and needs no elimination. Rounding stays small over all generations, since a mean of planes
+//! below which all points lie has all points below it.
 
 use super::enclose::{CORNERS, Simplex};
 

@@ -29,8 +29,8 @@ impl HullSolver {
         volume(&mut self.forces, set)
     }
 
-    /// Volume of the hull of the wrenches. Its facets grow with the third power of the edges: 8 edges per contact are meant, on
-    /// kept grasps alone.
+    /// Volume of the hull of the wrenches. Its facets grow with the third power of the edges: use 8 edges per contact,
+    /// on kept grasps only.
     pub fn of_wrenches(&mut self, set: &WrenchSet) -> HullVolume {
         volume(&mut self.wrenches, set)
     }

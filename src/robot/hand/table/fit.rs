@@ -225,7 +225,7 @@ impl Fit<'_> {
             }
             FrameSpec { site: None, body: Some(body), position: Some(position), z: Some(z), x: Some(x) } => {
                 let forward = self.direction(&path.key("z"), "a direction", *z, Vector3::from(*z));
-                // Gram and Schmidt: of x only what is across z.
+                // Gram and Schmidt: only the part of x perpendicular to z.
                 let across = Vector3::from(*x) - forward.into_inner() * forward.dot(&Vector3::from(*x));
                 let right = self.direction(&path.key("x"), "a direction that is not along `z`", *x, across);
                 let columns = [right.into_inner(), forward.cross(&right), forward.into_inner()];

@@ -61,7 +61,7 @@ impl HandTable {
         Self::parse(file, &files::read_text(file, Bound::HAND_TABLE).map_err(unreadable)?)
     }
 
-    /// A table out of text; `file` is its name in messages.
+    /// Parses a table from text; `file` is its name in messages.
     ///
     /// # Errors
     /// Its mistakes, where they leave nothing to compare with a description.

@@ -74,7 +74,7 @@ impl DrivenSpec {
     }
 }
 
-/// A clutch: when the joint is stopped it stays, and the motor moves one of its followers alone.
+/// A clutch: when the joint is stopped it stays, and the motor moves only one of its followers.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct BreakawaySpec {
