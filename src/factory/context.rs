@@ -3,7 +3,7 @@
 use super::{Cancel, Listener, RunError};
 use kernel::geom::SimdLevel;
 
-/// Stack of a worker [bytes], whatever `ulimit -s` and RUST_MIN_STACK say.
+/// Stack of a worker [bytes], independent of `ulimit -s` and RUST_MIN_STACK.
 const STACK_BYTES: usize = 4 << 20;
 
 /// Threads and vector instructions of a run; they change no byte.
@@ -48,7 +48,7 @@ pub struct RunContext<'a> {
 }
 
 impl<'a> RunContext<'a> {
-    /// A context without a listener, in which nobody stops the run.
+    /// A context without a listener, whose run is never stopped.
     pub fn quiet(parallelism: &'a Parallelism) -> Self {
         static NEVER: Cancel = Cancel::new();
         Self { parallelism, cancel: &NEVER, listener: &|_| {} }

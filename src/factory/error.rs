@@ -27,7 +27,7 @@ pub enum ProduceError {
         /// Content when the job was resolved.
         expected: ObjectId,
     },
-    /// An object, hand or robot cannot be worked with as the job says.
+    /// An object, hand or robot cannot be used as the job requires.
     #[error("{name}: {cause}")]
     Unusable {
         /// Name in the job, or file.
@@ -48,7 +48,7 @@ pub enum ProduceError {
     /// The sample was made and could not be stored.
     #[error(transparent)]
     Store(#[from] DatasetError),
-    /// Somebody asked to stop.
+    /// The run was stopped on request.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
@@ -85,7 +85,7 @@ impl ProduceError {
 /// Reason why a run ended early. Shards that were finished before stay.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// Somebody asked to stop.
+    /// The run was stopped on request.
     #[error("interrupted; run the same command again to resume")]
     Interrupted,
     /// The dataset could not be read or written.

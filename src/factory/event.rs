@@ -24,7 +24,7 @@ pub enum Event {
         /// About how many times as long.
         times: u32,
     },
-    /// The plan stands and finished shards have been found.
+    /// The plan is complete and finished shards have been found.
     Planned {
         /// Product of the samples.
         product: Product,

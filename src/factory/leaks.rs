@@ -1,7 +1,7 @@
 //! Objects of a set that train in one of its datasets and are kept for judging in another.
 //!
-//! Each job divides its own objects. Whoever trains on one dataset of a set and tests on another needs that no object, and no other one
-//! of the same shape, stands on both sides.
+//! Each job splits its own objects. To train on one dataset of a set and test on another, no object, and no other one
+//! of the same shape, may be in both splits.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -63,8 +63,8 @@ impl fmt::Display for Leak {
     }
 }
 
-/// Finds the objects of a finished set that stand on two sides of its splits, and pairs of other names and one shape that do: turned,
-/// scaled or cut into other triangles. Shapes are compared of the objects whose meshes a dataset of the set stores.
+/// Finds the objects of a finished set that are in two splits, and pairs with different names and one shape: rotated,
+/// scaled or cut into other triangles. Shapes are compared for the objects whose meshes a dataset of the set stores.
 ///
 /// # Errors
 /// When a file is missing or damaged, or the wish to stop is heard.
@@ -83,7 +83,7 @@ pub fn find_leaks(folder: &Folder, table: &SetTable, run: &RunContext<'_>) -> Re
             }
         }
         if reader.manifest().entries().contains_key(SHAPES) {
-            // Meshes stand in the order of the rows: both are sorted by content.
+            // Meshes are in the order of the rows: both are sorted by content.
             for (index, row) in rows.into_iter().enumerate() {
                 meshes.entry(row.object).or_insert((shapes.len(), index, row));
             }

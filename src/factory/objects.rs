@@ -1,4 +1,4 @@
-//! Meshes and hands of a job, read again and compared with it; what a dataset says of its objects.
+//! Meshes and hands of a job, read again and compared with it; objects as a dataset records them.
 
 use std::collections::BTreeMap;
 

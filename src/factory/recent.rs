@@ -20,7 +20,7 @@ struct Kept<T> {
 }
 
 impl<T> Recent<T> {
-    /// Nothing yet; at most so many things are kept.
+    /// Empty at first; keeps at most this number of things.
     pub fn new(most: usize) -> Self {
         Self { most, kept: Mutex::new(Kept { clock: 0, things: BTreeMap::new() }) }
     }

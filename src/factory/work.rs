@@ -178,7 +178,7 @@ pub trait Producer {
     /// meanwhile.
     ///
     /// # Errors
-    /// When the subject is gone or another one than when the job was resolved, or somebody asks to stop.
+    /// When the subject is gone or differs from the resolved job, or the run is stopped.
     fn load(&mut self, subject: usize, cancel: &Cancel) -> Result<(), ProduceError>;
 
     /// Makes the samples of one item of the loaded subject.

@@ -7,16 +7,16 @@ use super::Variables;
 pub struct Grant {
     /// Processors.
     pub threads: usize,
-    /// The variable that says so.
+    /// Variable that states the grant.
     pub variable: &'static str,
 }
 
-/// Variables in which engines state the processors of one task on this machine, the more exact of an engine's first:
-/// Slurm (asked for, then what the node gave), PBS, Grid Engine, LSF. Kubernetes and HyperQueue bind by control group
+/// Variables in which engines state the processors of one task on this machine, the more exact ones of an engine first:
+/// Slurm (requested, then what the node gave), PBS, Grid Engine, LSF. Kubernetes and HyperQueue bind by control group
 /// or affinity, which the system reports.
 const GRANTS: [&str; 5] = ["SLURM_CPUS_PER_TASK", "SLURM_CPUS_ON_NODE", "NCPUS", "NSLOTS", "LSB_DJOB_NUMPROC"];
 
-/// The engine's grant, if one says: on a node that binds nobody, the system reports all of the node's processors.
+/// The engine's grant, if one is stated: on a node without binding, the system reports all of the node's processors.
 pub fn granted_threads(variables: Variables) -> Option<Grant> {
     GRANTS.into_iter().find_map(|variable| {
         let threads = variables(variable)?.trim().parse().ok().filter(|threads| *threads > 0)?;

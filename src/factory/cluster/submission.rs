@@ -107,7 +107,7 @@ pub enum SubmissionError {
         *character as u32
     )]
     ControlCharacter {
-        /// The argument that says it.
+        /// Argument that gives the text.
         argument: &'static str,
         /// Text of the argument.
         text: String,
@@ -117,7 +117,7 @@ pub enum SubmissionError {
     /// A path that no script can name.
     #[error("{argument}: {} is not UTF-8, which scripts are written in; use another name", path.shown())]
     NotText {
-        /// The argument that says it.
+        /// Argument that gives the path.
         argument: &'static str,
         /// The path.
         path: PathBuf,
@@ -140,7 +140,7 @@ impl TaskPlan {
     /// one is soon made again, and schedulers are spared thousands of short ones.
     const TASK_SECONDS: f64 = 1800.0;
 
-    /// Tasks of about half an hour for so much work [s of one processor], each with `cpus` processors.
+    /// Tasks of about half an hour for this work [s of one processor], each with `cpus` processors.
     pub fn suggested(core_seconds: f64, cpus: u16, shards: u32) -> Self {
         let tasks = (core_seconds / f64::from(cpus.max(1)) / Self::TASK_SECONDS).ceil();
         // A count that is no number, or larger than any array, ends at the count of shards.
@@ -217,7 +217,7 @@ struct ScriptView<'a> {
     name: Verbatim,
     /// The tasks, as Slurm writes arrays.
     array: Verbatim,
-    /// Most tasks at once, where the user says.
+    /// Largest number of simultaneous tasks, if the user sets one.
     limit: Option<u32>,
     tasks: u32,
     /// Number of the last task.

@@ -1,4 +1,4 @@
-//! Which task this process is: as an argument says, or as the engine that started it says.
+//! Index of the task that this process runs, from an argument or from the engine that started it.
 
 use std::{fmt, str::FromStr};
 
@@ -14,7 +14,7 @@ pub enum TaskChoice {
         /// Number of tasks in all.
         tasks: u32,
     },
-    /// Task that the engine's variables state; of `tasks`, where the argument says how many.
+    /// Task from the engine's variables; of `tasks`, where the argument gives their number.
     Environment {
         /// Number of tasks in all.
         tasks: Option<u32>,
@@ -28,7 +28,7 @@ pub struct TaskFound {
     pub task: u32,
     /// Number of tasks in all.
     pub tasks: u32,
-    /// The variable that said so, with its value; `None` where the argument did.
+    /// Variable with the index and its value; `None` if the argument gave it.
     pub from: Option<String>,
 }
 
@@ -75,7 +75,7 @@ pub enum TaskError {
         /// Where this engine's array should begin.
         first: u32,
     },
-    /// Two engines say different things.
+    /// Two engines disagree.
     #[error("{first} says task {}, {second} says task {}; unset one of them, or give --task I/N", tasks.0, tasks.1)]
     Disagree {
         /// A variable, with its value.
@@ -111,7 +111,7 @@ impl TaskChoice {
     /// Which task it is in this environment.
     ///
     /// # Errors
-    /// When engines' variables say nothing, not enough, or different things.
+    /// When engines' variables are missing, incomplete or contradictory.
     pub fn find(self, variables: Variables) -> Result<TaskFound, TaskError> {
         let tasks = match self {
             Self::Given { task, tasks } => return Ok(TaskFound { task, tasks, from: None }),
@@ -142,7 +142,7 @@ impl TaskChoice {
 struct Engine {
     /// The task's number.
     number: &'static str,
-    /// A value that says that there is no array.
+    /// A value that means that there is no array.
     none: Option<&'static str>,
     /// Number of the first task: an array that the user numbers begins at 0, others where the engine does.
     first: u32,
@@ -155,7 +155,7 @@ enum Count {
     Untold,
     /// A variable of its own; numbers begin at `first`.
     Variable(&'static str),
-    /// Variables of the first number, the last and the step: what stands between is all there.
+    /// Variables of the first number, the last and the step: all numbers in between exist.
     Span { first: &'static str, last: &'static str, step: &'static str },
 }
 
@@ -196,8 +196,8 @@ const ENGINES: &[Engine] = &[
 ];
 
 impl Engine {
-    /// The task that this engine names, if it names one. `tasks` is what the argument says: then the number counts from the
-    /// engine's first, also where a part of the array alone was sent again.
+    /// The task that this engine names, if it names one. With `tasks` from the argument, the number counts from the
+    /// engine's first, also if only a part of the array was submitted again.
     fn find(&self, tasks: Option<u32>, variables: Variables) -> Result<Option<TaskFound>, TaskError> {
         let Some(value) = variables(self.number).filter(|value| Some(value.as_str()) != self.none) else {
             return Ok(None);
@@ -232,7 +232,8 @@ impl Engine {
                     return Err(no_count(format!(" ({name}={step} is no step)")));
                 }
                 let tasks = (high - low) / step + 1;
-                // Slurm says how many there are: fewer where an array has gaps, as one that sends some tasks again.
+                // Slurm states their number: smaller where an array has gaps, such as one that submits some tasks
+                // again.
                 if let Some(count) = variables("SLURM_ARRAY_TASK_COUNT").filter(|_| self.number.starts_with("SLURM")) {
                     let count = read("SLURM_ARRAY_TASK_COUNT", &count)?;
                     if count != tasks {

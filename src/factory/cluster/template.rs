@@ -19,7 +19,7 @@ const TEMPLATES: [(&str, &str); 5] =
 
 static ENVIRONMENT: LazyLock<Environment<'static>> = LazyLock::new(environment);
 
-/// Fills a template: texts become words of a shell or strings of YAML, as the end of its name says.
+/// Fills a template: the end of its name decides whether texts become words of a shell or strings of YAML.
 ///
 /// # Panics
 /// When the template names a value that is not there, or a text holds NUL: templates are part of the program, whose tests fill
@@ -46,7 +46,7 @@ fn environment() -> Environment<'static> {
         name.rsplit_once('.').map_or(AutoEscape::None, |(_, end)| AutoEscape::Custom(end.to_owned().into()))
     });
     environment.set_formatter(write);
-    // Kubernetes replaces `$(NAME)` in arguments, Slurm `%j` in the names of logs; both are doubled to stand for themselves.
+    // Kubernetes replaces `$(NAME)` in arguments, Slurm `%j` in the names of logs; doubling escapes both.
     environment.add_filter("argument", |text: &str| text.replace('$', "$$"));
     environment.add_filter("log_name", |text: &str| text.replace('%', "%%"));
     let syntax = SyntaxConfig::builder().trim_blocks(true).lstrip_blocks(true).keep_trailing_newline(true).build();

@@ -6,7 +6,7 @@ use super::spec::{BuiltInSpec, HalfShapesSpec, ObjectsSpec, OnlyHalfShapes};
 use form::{Checker, Path, did_you_mean, fits_name};
 use kernel::assets::{self, HalfShape, NoHalfShape};
 
-/// The names that an entry asks for, in its order, with its `triangles`; each is a shape that can be made.
+/// The names that an entry requests, in its order, with its `triangles`; each shape can be made.
 pub(super) fn shapes(checker: &mut Checker, entry: &ObjectsSpec, path: &Path, default_set: &[String]) -> Vec<String> {
     let names = match &entry.built_in {
         None => Vec::new(),

@@ -42,7 +42,7 @@ impl Job {
     /// The job as a job file: every default filled in, every file pinned by content, overrides listed. Reading it back
     /// where the files are gives a job of the same digest.
     ///
-    /// Paths are written relative to `folder`, in which the file will stand; meshes of packages by package and name.
+    /// Paths are written relative to `folder`, the future folder of the file; meshes of packages by package and name.
     pub fn to_toml(&self, folder: &Path) -> String {
         let head = HeadSpec {
             product: self.product(),

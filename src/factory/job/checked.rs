@@ -15,7 +15,7 @@ use kernel::assets::MeshRefusal;
 pub struct Job {
     /// Name, for people; not part of any digest.
     pub name: String,
-    /// Profile whose defaults were taken; for people, since every switch stands in the work.
+    /// Profile that supplied the defaults; for readers, since the work contains every switch.
     pub profile: Profile,
     /// Overrides by `--set`, as given.
     pub overrides: Vec<String>,

@@ -1,9 +1,9 @@
-//! Tables of comma-separated values: fields are separated by commas and may stand in double quotes (RFC 4180); lines that start
-//! with `#` are comments.
+//! Tables of comma-separated values: fields are separated by commas and can be quoted (RFC 4180); lines that start with
+//! `#` are comments.
 
 use std::ops::Range;
 
-/// One field and the bytes that it stands on.
+/// One field and its byte range.
 pub(crate) struct CsvField {
     /// The text, without quotes.
     pub text: String,

@@ -36,7 +36,7 @@ pub(super) fn decode(label: &str, text: &str, overrides: &[String]) -> Result<De
     checker.check_schema(schema::of(factory), &JobHints(factory));
     let mut written = checker.document().to_table();
     if has_objects(factory) {
-        // An empty list stands in for one that is missing, which was reported.
+        // An empty list replaces a missing one, which was reported.
         written.entry("objects").or_insert_with(|| toml::Value::Array(Vec::new()));
     }
     let profile = match written.get("profile").and_then(toml::Value::as_str) {

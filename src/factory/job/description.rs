@@ -9,8 +9,8 @@ use kernel::{
     words::Show,
 };
 
-/// The description that stands at `key`, compared with the content that the job pins. `None` when it cannot be read or is
-/// another one, which is reported. `noun` is `hand` or `robot`.
+/// The description at `key`, compared with the content that the job pins. `None` when it cannot be read or differs,
+/// which is reported. `noun` is `hand` or `robot`.
 pub fn pinned_description(
     checker: &mut Checker,
     key: &str,
@@ -35,7 +35,7 @@ pub fn pinned_description(
     Some(description)
 }
 
-/// Whether what stands at `key` has the content that the job pins; another one is reported. `noun` says what it is.
+/// Whether the description at `key` has the content that the job pins; a difference is reported. `noun` names its kind.
 pub fn check_content(
     checker: &mut Checker,
     key: &str,

@@ -20,8 +20,8 @@ pub struct SettingDifference {
 #[error("not TOML: {0}")]
 pub struct InvalidSettings(String);
 
-/// The settings of two job files that differ, by key. Files are compared as they stand: two resolved jobs have every default
-/// written out.
+/// The settings of two job files that differ, by key. Files are compared as written: two resolved jobs have every
+/// default written out.
 ///
 /// # Errors
 /// When one is no TOML.

@@ -47,8 +47,8 @@ impl JobDraft {
         })
     }
 
-    /// [`JobDraft::read`] of a job that reads the given datasets, whatever the file says: folders by the section that names
-    /// one, such as `grasps` for `grasps.dataset`. They stand in the resolved job as if the file had named them.
+    /// [`JobDraft::read`] of a job that reads the given datasets, regardless of the file: folders by the section that
+    /// names one, such as `grasps` for `grasps.dataset`. The resolved job contains them as if the file had named them.
     ///
     /// # Errors
     /// Every mistake of the file and of its overrides.

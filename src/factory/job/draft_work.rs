@@ -100,7 +100,7 @@ impl fmt::Debug for DraftWork {
 /// Count of samples in each shard.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ShardSamples {
-    /// So many at most.
+    /// Limits the count.
     Most(u32),
     /// A thirty-second of all samples at most, within a range: threads and tasks take whole shards, so that even a small job
     /// keeps many of them busy, while a large one does not fall into many files.
@@ -108,12 +108,12 @@ pub enum ShardSamples {
 }
 
 impl ShardSamples {
-    /// The count that a job asks for, else its share within a range.
+    /// The count that a job sets, else its share within a range.
     pub fn or_share(asked: Option<u32>, range: RangeInclusive<u32>) -> Self {
         asked.map_or(Self::Share(range), Self::Most)
     }
 
-    /// Makes room for at least so many.
+    /// Raises the count to at least this number.
     pub fn at_least(self, least: u32) -> Self {
         match self {
             Self::Most(most) => Self::Most(most.max(least)),
@@ -140,7 +140,7 @@ impl From<u32> for ShardSamples {
     }
 }
 
-/// Shards of a job whose samples are enough for so many.
+/// Shards of a job with at least this number of samples.
 const SHARDS: u64 = 32;
 
 /// The multiple of the items per object that is nearest below 4,096, so that shards end where objects end; 4,096 when an

@@ -18,7 +18,7 @@ pub struct JobHand {
     pub scene: PathBuf,
     /// Name in the description, for people.
     pub name: String,
-    /// Content of description and table, with all files that the description includes, wherever they stand.
+    /// Content of description and table, with all files that the description includes, in any folder.
     pub id: ObjectId,
 }
 
@@ -35,8 +35,8 @@ impl JobHand {
     }
 }
 
-/// Reads the hand that stands at `key` and checks that it can do what the job asks. `None` when something is wrong with it,
-/// which is reported.
+/// Reads the hand at `key` and checks that it supports the job. `None` when something is wrong with it, which is
+/// reported.
 pub fn read_hand(
     checker: &mut Checker,
     key: &str,

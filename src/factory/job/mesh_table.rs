@@ -29,7 +29,7 @@ const COLUMNS: [&str; 14] = [
 /// Heaviest object [kg].
 pub(super) const MAX_MASS: f64 = 100.0;
 
-/// Reads a table: the first line names the columns, `name` among them; empty fields say nothing.
+/// Reads a table: the first line names the columns, `name` among them; empty fields are ignored.
 ///
 /// Every mistake is in the list, with its location in the table.
 pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, (MeshRow, Location)>, Mistakes) {

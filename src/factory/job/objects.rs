@@ -44,7 +44,7 @@ impl JobObject {
         self.asset.object
     }
 
-    /// Mass of the object: as the job says, otherwise by the material that the job names, otherwise by its convex hull.
+    /// Mass of the object: from the job, otherwise by the material that the job names, otherwise by its convex hull.
     pub fn weight(&self, prepared: &PreparedObject) -> Weight {
         if let Some(KnownMass { kilograms, source }) = &self.known.mass {
             return Weight { kilograms: *kilograms, from: MassSource::Table, source: source.clone() };

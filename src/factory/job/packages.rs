@@ -65,7 +65,7 @@ pub(super) fn packages_of_program() -> PathBuf {
 
 /// [`packages_of_program`] of a program by its path.
 fn packages_beside(program: &Path) -> PathBuf {
-    // Builds of Cargo: `<checkout>/target/<profile>/...`, with the name of a platform between where one was asked for.
+    // Builds of Cargo: `<checkout>/target/<profile>/...`, with the name of a platform between if one was selected.
     let target = program.ancestors().skip(1).find(|folder| folder.ends_with("target"));
     if let Some(checkout) = target.and_then(Path::parent) {
         return checkout.join(".deps");

@@ -23,7 +23,7 @@ pub fn with_slashes(path: &Path) -> String {
     parts.join("/")
 }
 
-/// The path from a folder to a file. Links are not followed: the file system is not asked.
+/// The path from a folder to a file. Links are not followed: the file system is not accessed.
 pub fn relative_to(path: &Path, folder: &Path) -> PathBuf {
     let whole = |path: &Path| absolute(path).map_or_else(|_| path.to_owned(), |path| tidy(&path));
     let (path, folder) = (whole(path), whole(folder));

@@ -40,7 +40,7 @@ pub struct SetMember {
 }
 
 impl JobSet {
-    /// Whether a job file says that it is a set; its other mistakes are not searched.
+    /// Whether a job file is a set; its other mistakes are not searched.
     pub fn is_one(text: &JobText) -> bool {
         product_word(text).is_some_and(|word| word == SET)
     }
@@ -139,7 +139,7 @@ impl Hints for SetHints {
         None
     }
 
-    /// Says where the name of an input belongs.
+    /// Reports where the name of an input belongs.
     fn unknown_key(&self, _: &Path, key: &str) -> Option<String> {
         let mut inputs = PRODUCTS.iter().flat_map(|factory| factory.inputs);
         inputs.any(|input| input.section == key).then(|| format!("write `inputs = {{ {key} = \"NAME\" }}`"))

@@ -22,7 +22,7 @@ pub struct JobText {
 }
 
 impl JobText {
-    /// Samples per shard by a resolved job, whose `[shards]` says nothing else; `None` where the text says none.
+    /// Default samples per shard of a resolved job, which `[shards]` can override; `None` where the text has none.
     pub fn shard_samples(&self) -> Option<i64> {
         let keys: toml::Table = self.text.parse().ok()?;
         keys.get("shards")?.as_table()?.values().next()?.as_integer()

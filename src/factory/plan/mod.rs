@@ -63,8 +63,8 @@ impl Plan {
         Self::of_counts(subjects.iter().map(|subject| (subject.items, subject.samples_per_item)), shard_samples)
     }
 
-    /// The plan for subjects with so many items and samples per item each, and for shards of at most so many samples (but at
-    /// least one item).
+    /// The plan for subjects with these numbers of items and of samples per item, and for shards with this largest
+    /// number of samples (but at least one item).
     pub fn of_counts(subjects: impl IntoIterator<Item = (u32, u32)>, shard_samples: u32) -> Self {
         let (mut starts, mut samples_per_item) = (vec![0], Vec::new());
         let (mut shards, mut shard) = (Vec::new(), ShardDraft::default());
@@ -106,7 +106,7 @@ impl Plan {
     /// Items of a subject.
     ///
     /// # Panics
-    /// When there are not so many subjects.
+    /// When there are fewer subjects.
     pub fn items_of(&self, subject: usize) -> u32 {
         let samples = self.starts[subject + 1] - self.starts[subject];
         (samples / u64::from(self.samples_per_item[subject])) as u32

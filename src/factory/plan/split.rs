@@ -1,9 +1,9 @@
 //! Splits of a job's objects: a function of the job and of the groups of twins, keyed by content.
 //!
 //! Every choice is made by a digest of (job seed, purpose, object id), never by a shuffle, so that adding, removing or
-//! renaming a mesh leaves the other objects where they were: always when shares are asked for, and but for one object
-//! at the border when exact counts are. Clusters (twins, and groups where the job splits by group) move as one; a
-//! cluster's key is the least key of its members.
+//! renaming a mesh changes the split of no other object with shares, and of at most one object at the border with exact
+//! counts. Clusters (twins, and groups where the job splits by group) move as one; a cluster's key is the smallest key
+//! of its members.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -60,9 +60,9 @@ pub struct LeakReport {
     pub repeated_rotations: u32,
     /// Holdout views, over all objects, whose rotation is also a training view of the same object.
     pub straddling_views: u64,
-    /// Object ids that stand on more than one side.
+    /// Object ids in more than one split.
     pub objects_straddling: u32,
-    /// Geometries (whatever the order of their triangles) that stand on more than one side.
+    /// Geometries (regardless of the order of their triangles) in more than one split.
     pub geometries_straddling: u32,
     /// Groups of objects whose shapes coincide.
     pub twin_groups: u32,
@@ -70,7 +70,7 @@ pub struct LeakReport {
     pub twin_groups_straddling: u32,
     /// Whether the job is about such twins.
     pub twins_intended: bool,
-    /// Groups named by the job that stand on more than one side.
+    /// Groups named by the job in more than one split.
     pub groups_straddling: u32,
 }
 
@@ -177,7 +177,7 @@ fn unit(key: &Digest) -> f64 {
     (u64::from_be_bytes([a, b, c, d, e, f, g, h]) >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// Objects that move as one, as lists of indices; every object stands in one of them.
+/// Objects that move as one, as lists of indices; every object is in one of them.
 fn clusters(job: &SplitInput<'_>, twins: &[Vec<usize>]) -> Vec<Vec<usize>> {
     let mut parent: Vec<usize> = (0..job.objects.len()).collect();
     fn root(parent: &mut [usize], mut index: usize) -> usize {
@@ -213,8 +213,9 @@ fn model_splits(job: &SplitInput<'_>, seed: u64, clusters: &[Vec<usize>], notes:
     let mut splits = vec![Split::Training; job.objects.len()];
     let test = chosen(job, seed, clusters, &job.split.test_objects, "test", notes);
     let rest: Vec<Vec<usize>> = clusters.iter().filter(|cluster| !test.contains(&cluster[0])).cloned().collect();
-    // The share is of all models, so among those that are left it is larger. Where the test models are a share as well
-    // it is the asked share that counts, not what came of it: else one more test model would move validation models.
+    // The share is one of all models, so it is larger among the remaining ones. If the test models are a share as well,
+    // the requested share counts rather than the resulting one: otherwise one more test model would move validation
+    // models.
     let choice = match (&job.split.validation_objects, &job.split.test_objects) {
         (ObjectChoice::Share(share), ObjectChoice::Share(tested)) => ObjectChoice::Share(share / (1.0 - tested)),
         (ObjectChoice::Share(share), _) => {
@@ -259,7 +260,7 @@ fn chosen(
     let taken: Vec<&Vec<usize>> = match choice {
         ObjectChoice::Share(share) => {
             let below = ranked.iter().filter(|(number, ..)| number < share).count();
-            // A share that is asked for is never empty where there is enough to choose from.
+            // A requested share is never empty where there are enough objects to choose from.
             let count = if below == 0 && *share > 0.0 && ranked.len() >= 3 { 1 } else { below };
             ranked.iter().take(count).map(|(.., members)| *members).collect()
         }
@@ -337,7 +338,7 @@ fn view_classes(job: &SplitInput<'_>) -> Vec<u32> {
     if job.split.keep_equal_views_together { job.first_equal.clone() } else { (0..job.items()).collect() }
 }
 
-/// Which views of one object are held out: exactly the asked share, rounded, in the order of the views' keys.
+/// Views of one object to hold out: exactly the requested share, rounded, in the order of the views' keys.
 fn holdout_views(seed: u64, split: &SplitSettings, object: &Digest, classes: &[u32]) -> Vec<u32> {
     let mut members: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
     for (view, class) in classes.iter().enumerate() {

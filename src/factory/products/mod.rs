@@ -1,6 +1,6 @@
-//! The products, one folder each: keys of their jobs, producers, and their row in the table. What several of them share stands
-//! beside them: how a pair of grids is made, what surrounds the bodies of a scene, lights and colours, and how a dataset is read that a job is
-//! about, among them one of settled scenes, one of views and one of picks.
+//! The products, one folder each: keys of their jobs, producers, and their row in the table. Code that several of them
+//! share is next to them: making a pair of grids, the surroundings of the bodies of a scene, lights and colours, and
+//! reading the datasets of scenes, views and picks that other jobs need.
 
 pub mod amodal;
 pub mod appearance;

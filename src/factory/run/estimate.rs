@@ -31,7 +31,7 @@ impl Estimate {
         let OpenJob { job, plan, .. } = open;
         let (samples, shards, threads) = (plan.samples as f64, plan.shards.len() as f64, threads.max(1) as f64);
         let opening_seconds = opening.as_secs_f64() + rate.seconds_of_opening;
-        // A subject whose items stand in two shards is loaded for each.
+        // A subject with items in two shards is loaded for each.
         let loading = plan.units().count() as f64 * rate.seconds_per_subject;
         let making = samples * rate.seconds_per_sample + loading;
         // Threads take whole shards: of three shards, one of two threads makes two.

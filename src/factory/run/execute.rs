@@ -88,7 +88,7 @@ pub fn run(task: &RunTask, context: &RunContext<'_>) -> Result<RunSummary, RunEr
         return Ok(RunSummary { finished_before: true, product, made: 0, seconds: 0.0, manifest });
     }
     let work = task.open(context).inspect_err(|_| {
-        // The folder of a job that cannot be done is free for the mended one.
+        // The folder of a job that fails is free for the corrected one.
         if begun == Begun::New {
             abandon_run(task.folder);
         }
@@ -201,7 +201,7 @@ fn make_missing(
         Ok::<_, RunError>(())
     };
     let ended = parallelism.pool()?.broadcast(on_thread).into_iter().collect::<Result<(), _>>();
-    // Before an error, too: a listener says what is lost of unfinished shards.
+    // Also before an error: a listener reports what is lost of unfinished shards.
     let seconds = tally.finish();
     ended.map(|()| (to_make, seconds))
 }

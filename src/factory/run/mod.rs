@@ -1,9 +1,9 @@
 //! The scheduler: threads, resume, regeneration, progress.
 //!
-//! A run fills a folder with the shards of a plan, each made by one thread from its first sample to its last, and closes
-//! the dataset when all are there. Nothing but the finished shard files says what is done, so a run that was stopped,
-//! killed or started twice goes on from them. A panic becomes an error that names what was being made (`contain`). Threads
-//! decide only who makes which shard, never what stands in it.
+//! A run fills a folder with the shards of a plan, each made by one thread from its first sample to its last, and
+//! closes the dataset when all exist. Only the finished shard files record the progress, so a run that was stopped,
+//! killed or started twice continues from them. A panic becomes an error that names the sample (`contain`). Threads
+//! decide only who makes which shard, never its content.
 
 mod assets;
 mod contain;

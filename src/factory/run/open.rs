@@ -35,7 +35,7 @@ pub enum OpenError {
     /// The job file has mistakes.
     #[error(transparent)]
     Job(#[from] FormErrors),
-    /// Meshes could not be prepared, or the user asked to stop.
+    /// Meshes could not be prepared, or the user stopped the run.
     #[error(transparent)]
     Run(#[from] RunError),
 }
@@ -72,7 +72,7 @@ impl OpenJob {
         Ok(Self { digest: job.digest(), plan, splits, job })
     }
 
-    /// Everything that a user should know of the job: keys without effect, refused and mended meshes, splits.
+    /// Everything that a user should know about the job: keys without effect, refused and repaired meshes, splits.
     pub fn warnings(&self) -> Vec<String> {
         let of_objects = self.job.work.objects().into_iter().flat_map(|objects| objects.warnings());
         let of_splits =

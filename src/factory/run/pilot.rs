@@ -32,7 +32,7 @@ use kernel::{
 };
 use tables::ParquetIndex;
 
-/// Subjects that a pilot visits, where the job has so many.
+/// Number of subjects that a pilot visits, if the job has that many.
 const VISITED_SUBJECTS: usize = 32;
 /// Items that follow each other, so that chunks hold samples as much alike as those of the dataset.
 const BLOCK_ITEMS: u32 = 4;
@@ -57,7 +57,7 @@ pub struct PilotRate {
     pub seconds_per_subject: f64,
     /// Processor time of making and storing a sample, with as many threads at work as the run will have [s].
     pub seconds_per_sample: f64,
-    /// Bytes that a shard has before any sample stands in it, with its row in the manifest.
+    /// Bytes of a shard without samples, with its row in the manifest.
     pub bytes_per_shard: f64,
     /// Bytes that a sample adds to its shard, kept or rejected, compressed.
     pub bytes_per_sample: f64,

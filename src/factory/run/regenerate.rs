@@ -122,7 +122,7 @@ fn row_of(
     Ok(rows[(index.0 - first) as usize].clone())
 }
 
-/// Draws so many different sample indices, ascending: the beginning of a Fisher-Yates shuffle.
+/// Draws this number of different sample indices, ascending: the beginning of a Fisher-Yates shuffle.
 fn choose(samples: u64, count: u64, seed: u64) -> Vec<SampleIndex> {
     let mut stream = Stream::of_job(seed, b"", "regenerate");
     let count = count.min(samples);

@@ -1,4 +1,4 @@
-//! A hand among the bodies of a scene, all of which stand still while it explores one.
+//! A hand among the bodies of a scene, all of which are fixed while it explores one.
 
 use std::sync::Arc;
 

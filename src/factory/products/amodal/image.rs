@@ -35,7 +35,7 @@ pub(super) struct BodyPoints {
 }
 
 impl ViewImage {
-    /// An image, before its depth stands.
+    /// An image before its depth is known.
     pub fn new(record: SceneImage, points: PointSource, level: SimdLevel) -> Self {
         let (image, rasteriser) = (LayeredImage::new(record.camera, level), Rasteriser::new(level));
         let (depth, body, boxes) = (DepthCrop::default(), DepthCrop::default(), Vec::new());
@@ -55,8 +55,8 @@ impl ViewImage {
         self
     }
 
-    /// Renders the depth of an image that no sensor measured: the stored one is rounded to the step in which it is kept. Whether
-    /// each pixel sees what the image says.
+    /// Renders the depth of an image without a sensor: the stored one is rounded to its step. Returns whether each
+    /// pixel sees the same body as in the image.
     pub fn render(&mut self, bodies: &[Arc<LoadedObject>], still: &StillSolid) -> bool {
         let Self { record, image, depth, .. } = self;
         let bodies = bodies.iter().map(|object| &object.render);
@@ -80,7 +80,7 @@ impl ViewImage {
     pub fn take_body(&mut self, number: u8, object: &LoadedObject) -> BodyPoints {
         let mut body = std::mem::take(&mut self.body);
         if self.record.point_instances.is_none() {
-            // As completion renders the object alone, to the bit; what stands in front of it is taken out below.
+            // As completion renders the object alone, bit for bit; obstacles in front of it are removed below.
             let pose = self.camera_from_object(&self.record.bodies[usize::from(number) - 1]);
             let alone = self.rasteriser.render(&object.pair.kernel.render, &self.record.camera, &pose);
             body.clone_from(alone);

@@ -26,9 +26,9 @@ pub(super) struct LoadedObject {
     pub pair: PairObject,
     /// The surface with both its sides, as views are drawn.
     pub render: RenderMesh,
-    /// The surface for touch, where the job asks for some.
+    /// The surface for touch, if the job has touch.
     pub touch: Option<TouchSurface>,
-    /// The true mesh for hands, where the job asks for one.
+    /// The true mesh for hands, if the job has a hand.
     pub contact: Option<Arc<ContactSurface>>,
 }
 

@@ -1,9 +1,9 @@
 //! Amodal pairs: completion pairs of the bodies of settled scenes, a stage behind views, about a dataset of them.
 //!
-//! [`AmodalWorker`] is the producer of one thread: it reads an image (`image`), takes the depth of each body that passes the gate,
-//! makes its pair as completion does (`pair`, which both share), and adds what surrounds it (`neighbours`) and how it is touched
-//! among that (`touch`, `hands`). Views say where everything stands and hold the meshes (`viewed`), so that nothing else is read.
-//! All but touch by hands is of class `exact`.
+//! [`AmodalWorker`] is the producer of one thread: it reads an image (`image`), takes the depth of each body that
+//! passes the gate, makes its pair as completion does (`pair`, which both share), and adds its surroundings
+//! (`neighbours`) and its touch among them (`touch`, `hands`). Views contain all poses and the meshes (`viewed`), so
+//! that nothing else is read. All results except touch by hands are of class `exact`.
 
 mod check;
 mod hands;

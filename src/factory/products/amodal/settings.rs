@@ -38,7 +38,7 @@ pub struct AmodalSettings {
     pub touch: Touch,
 }
 
-/// Rule by which a measured depth is of a body. Without a sensor both rules say the same.
+/// Rule that assigns a measured depth to a body. Without a sensor both rules agree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PointSource {

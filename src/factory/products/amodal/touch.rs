@@ -5,7 +5,7 @@ use crate::products::pair::touch::TouchObstacles;
 use format::{SceneImage, VoxelPair};
 use kernel::geom::Pose;
 
-/// Everything else in the scene of a pair: other bodies, container and table. Nothing where the job asks for no touch.
+/// Everything else in the scene of a pair: other bodies, container and table. Empty if the job has no touch.
 pub(super) fn obstacles<'a>(
     LoadedScene { bodies, still }: &'a LoadedScene<'_>,
     image: &ViewImage,

@@ -27,7 +27,7 @@ use sim::scene_camera as camera_of_scene;
 /// Most views of one object.
 const MAX_VIEWS: usize = 1_000_000;
 
-/// The product's settings; placeholders stand in for values that were reported as wrong.
+/// The product's settings, with placeholders for values that were reported as wrong.
 pub(super) fn settings(checker: &mut Checker, spec: &CompletionSpec, folder: &FilePath) -> CompletionSettings {
     let (camera, scene) = camera(checker, &spec.camera, folder);
     let largest = spec.objects.iter().map(|entry| entry.size_rule().max).fold(0.0, f64::max);

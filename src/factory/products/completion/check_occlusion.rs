@@ -1,4 +1,4 @@
-//! Settings of what stands in front of the objects.
+//! Settings of occluders in front of the objects.
 
 use super::spec_occlusion::{OcclusionMode, OcclusionSpec};
 use form::{Checker, Path};

@@ -46,7 +46,7 @@ impl DepthSource {
         }
     }
 
-    /// Depth by MuJoCo; the raster is not asked here.
+    /// Depth by MuJoCo; the rasteriser is not used here.
     pub(super) fn render(
         &mut self,
         object: &SimObject,

@@ -12,14 +12,14 @@ use kernel::{
 /// The occluder of the view that was made last.
 #[derive(Default)]
 pub(super) struct ViewOcclusion {
-    /// The occluder; `None` where nothing stands in front.
+    /// The occluder; `None` without one.
     occluder: Option<Occluder>,
     /// Depth at which each line of sight ends, where there is an occluder.
     sight: DepthCrop,
 }
 
 impl ViewOcclusion {
-    /// Draws what stands in front of the object, where the job asks for it.
+    /// Draws the occluder in front of the object, if the job has occlusion.
     pub(super) fn draw(
         &mut self,
         settings: &CompletionSettings,
@@ -36,7 +36,7 @@ impl ViewOcclusion {
         self.occluder.as_ref()
     }
 
-    /// Depth at which each line of sight ends: `crop` itself where nothing stands in front.
+    /// Depth at which each line of sight ends: `crop` itself without an occluder.
     pub(super) fn sight<'a>(&'a self, crop: &'a DepthCrop) -> &'a DepthCrop {
         if self.occluder.is_some() { &self.sight } else { crop }
     }

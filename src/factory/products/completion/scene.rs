@@ -1,7 +1,7 @@
-//! Where the object stands in front of the camera.
+//! Pose of the object in front of the camera.
 //!
-//! The world has z up; the camera stands at its origin and points along +x (`scenes/single_view.xml` says the same and a
-//! test compares). The object is rotated about its pivot, which lies on the optical axis at the sample's distance.
+//! The world has z up; the camera is at its origin and points along +x (as in `scenes/single_view.xml`, which a test
+//! compares). The object is rotated about its pivot, which is on the optical axis at the sample's distance.
 
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 
@@ -17,7 +17,7 @@ pub fn camera_from_world() -> Pose<CameraCv, World> {
     Pose::new(Rotation3::from_matrix_unchecked(axes), Vector3::zeros())
 }
 
-/// The object rotated by `rotation` about its pivot, which stands `distance` metres along the optical axis.
+/// The object rotated by `rotation` about its pivot, which is `distance` metres along the optical axis.
 pub fn world_from_object(pivot: &Point3<f64>, rotation: &Rotation3<f64>, distance: f64) -> Pose<World, Object> {
     Pose::new(*rotation, Vector3::new(distance, 0.0, 0.0) - rotation * pivot.coords)
 }

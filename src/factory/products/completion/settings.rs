@@ -56,7 +56,7 @@ pub struct CompletionSettings {
     pub renderer: Renderer,
     /// Noise of the depth sensor; `None` is a perfect sensor.
     pub sensor: Option<SensorModel>,
-    /// Occluders that stand in front of the objects in a share of the views; `None`: nothing does.
+    /// Occluders in front of the objects in a share of the views; `None` without occluders.
     pub occlusion: Option<OccluderModel>,
     /// Cells along each axis of the grids, 1 to 128.
     pub resolution: u32,
@@ -83,7 +83,7 @@ impl CompletionSettings {
     }
 }
 
-/// The point that an object is rotated about, and that stands at the stated distance.
+/// The pivot of an object's rotation, which is at the stated distance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Pivot {
@@ -151,6 +151,6 @@ impl Renderer {
 pub struct Gate {
     /// Fewest occupied cells of the partial grid.
     pub min_partial_cells: u32,
-    /// Least |partial AND complete| / |partial|; 0 asks for nothing.
+    /// Smallest |partial AND complete| / |partial|; 0 disables the gate.
     pub min_overlap: f64,
 }

@@ -34,11 +34,11 @@ pub enum RejectReason {
     NothingSeen,
     /// All pixels see one point: a grid has no size.
     NoExtent,
-    /// Fewer occupied partial cells than the gate asks for.
+    /// Fewer occupied partial cells than the gate requires.
     FewPartialCells,
-    /// Something stands in front of the object and hides another share of it than the job asks for.
+    /// The occluder hides a share of the object outside the limits of the job.
     HiddenShare,
-    /// Something stands in front of the object, and too little of it remains.
+    /// The occluder leaves too little of the object.
     LittleRemains,
     /// Too small a share of the partial grid lies in the complete one.
     LowOverlap,

@@ -19,7 +19,7 @@ pub const HAND_USES: &[HandUse] = &[
     HandUse { setting: "[physics]", check: can_be_tried },
 ];
 
-/// Whether a hand can do what a job for grasps asks: find grasps by its sampler, and try them where it has trials.
+/// Whether a hand supports a job for grasps: its sampler, and its trials if it has some.
 pub fn can_grasp(model: &HandModel, sampler: &Sampler, with_trials: bool) -> Result<(), HandError> {
     match sampler {
         Sampler::Antipodal(antipodal) => {
@@ -76,7 +76,7 @@ impl GraspHand {
         ))
     }
 
-    /// Reads the hand and checks that it is still the one of the job, and can do what the job asks.
+    /// Reads the hand and checks that it is still the one of the job, and that it supports the job.
     ///
     /// # Errors
     /// When it is gone, another one, or cannot do that.

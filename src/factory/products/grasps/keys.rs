@@ -17,7 +17,7 @@ use robot::grasp::{
     WrenchSpace,
 };
 
-/// Keys of the annealing that say how it searches; the others rate the states of any sampler.
+/// Keys of the annealing search; the others rate the states of any sampler.
 pub(super) const SEARCH_KEYS: [&str; 7] = [
     "annealing.steps",
     "annealing.whole_schedule",

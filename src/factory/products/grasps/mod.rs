@@ -1,8 +1,8 @@
 //! Grasps: how a hand can hold an object (thesis ch. 4 and 7.3).
 //!
-//! [`GraspWorker`] is the producer of one thread: it loads an object and makes its runs one by one, each from a seed
-//! of its own ([`seeds`]). A state that the search found ([`robot::grasp`]) becomes a record in `recorded`; where the
-//! job asks for physics, the kept grasps are tried in MuJoCo (`trials`), and no grasp depends on the outcome.
+//! [`GraspWorker`] is the producer of one thread: it loads an object and makes its runs one by one, each from a
+//! separate seed ([`seeds`]). A state that the search found ([`robot::grasp`]) becomes a record in `recorded`; with
+//! `[physics]` the kept grasps are tried in MuJoCo (`trials`), and no grasp depends on the outcome.
 
 mod check;
 mod hand;

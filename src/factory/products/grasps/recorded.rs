@@ -1,4 +1,4 @@
-//! From what a search found to a record that stands alone.
+//! From the result of a search to a self-contained record.
 
 use super::settings::GraspSettings;
 use format::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunStretch, WRENCH};

@@ -13,7 +13,8 @@ use kernel::{
 /// Points that are drawn for each seed, and at least.
 const DRAWN: (u32, u32) = (8, 1024);
 
-/// So many frames expressed in the object's frame: origin on the surface, z along the inward normal, a random roll about it.
+/// This number of frames expressed in the object's frame: origin on the surface, z along the inward normal, a random
+/// roll about it.
 ///
 /// Points are drawn uniformly by area; each point is the one of them that is farthest from those before, so that the first
 /// few seeds are spread, too.

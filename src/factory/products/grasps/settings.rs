@@ -97,7 +97,7 @@ impl Confirm {
 }
 
 impl Physics {
-    /// Most grasps of a run that are labelled failed where so many are labelled held: one at least, unless none is asked for.
+    /// Largest number of grasps labelled failed in a run with this number labelled held: at least one, unless set to zero.
     pub fn negatives(&self, held: usize) -> usize {
         let least = usize::from(self.failed_per_held > 0.0);
         ((self.failed_per_held * held as f64).ceil() as usize).max(least)

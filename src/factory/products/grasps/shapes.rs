@@ -42,8 +42,8 @@ pub fn hand_shape(hand: &GraspHand, id: ObjectId) -> HandShape {
     }
 }
 
-/// An object's mesh, prepared again, and what its row of the asset table says beside it: what it weighs and is, and how it rests
-/// on a table.
+/// An object's mesh, prepared again, with the data of its row in the asset table: its mass, its metadata, and how it
+/// rests on a table.
 ///
 /// # Errors
 /// When it can't be prepared any more, or is another one than when the job was resolved.
@@ -59,7 +59,7 @@ pub fn object_shape(
     Ok((ObjectShape { object: object.id(), mesh: prepared.mesh().clone() }, row))
 }
 
-/// The hand as trials have it, for plain MuJoCo; `None` where the job asks for none, or the hand cannot be described without
+/// The hand for trials, for plain MuJoCo; `None` if the job stores none, or the hand cannot be described without
 /// further files.
 ///
 /// # Errors

@@ -143,11 +143,11 @@ impl Trials {
         Ok(())
     }
 
-    /// Tries the states of a run that the job asks for and appends the payload.
+    /// Tries the selected states of a run and appends the payload.
     ///
-    /// A label needs several trials, and the first that ends otherwise makes the others needless. So positives
-    /// come first, each as far as it holds; of the grasps that did not, so many are then tried to the end, in their order, as the
-    /// job asks for beside the positives.
+    /// A label needs several trials, and the first one that differs makes the others unnecessary. So positives come
+    /// first, each as long as it holds. The job sets how many of the remaining grasps, in their order, are then tried
+    /// to the end.
     ///
     /// # Errors
     /// When a grasp does not fit the hand.
@@ -179,7 +179,7 @@ impl Trials {
     }
 }
 
-/// A grasp's own streams: what one setting asks for, or which other grasps are tried, moves no draw.
+/// A grasp's own streams: a setting, or the choice of other grasps, changes no draw.
 struct Draws {
     perturbed: Stream,
     chosen: Stream,

@@ -38,7 +38,7 @@ pub struct GraspWorker<'j> {
     /// The object that was loaded last, with its index in the job.
     loaded: Option<(usize, LoadedObject)>,
     record: GraspRun,
-    /// Where the job asks for physics.
+    /// With `[physics]`.
     trials: Option<Trials>,
 }
 
@@ -61,7 +61,7 @@ impl<'j> GraspWorker<'j> {
     /// A producer for one thread.
     ///
     /// # Errors
-    /// When the job asks for physics and the hand cannot be read.
+    /// When the job has `[physics]` and the hand cannot be read.
     pub fn new(job: &'j GraspJob, seed: u64, hand: &'j GraspHand, level: SimdLevel) -> Result<Self, ProduceError> {
         let GraspSettings { sampler, annealing, keeping, .. } = &job.settings;
         let record = GraspRun {
@@ -151,7 +151,7 @@ impl Producer for GraspWorker<'_> {
             let base = grasp.object_from_base.isometry();
             grasp.object_in_way = Some(self.passage.past_object(&object.surface, base, &grasp.posture));
         }
-        // A run over pairs ends once it has its states: it asks for no more pairs than it has drawn.
+        // A run over pairs ends once it has its states: it takes no more pairs than it has drawn.
         self.record.asked_steps = if run.losses.is_some() { run.steps } else { self.job.settings.steps() };
         self.record.resting_poses = object.search.resting().poses.len() as u32;
         let mut facts = self.record.facts();

@@ -61,7 +61,8 @@ impl SceneGrasps {
         Self { evaluated: picks.evaluated.clone(), grasps }
     }
 
-    /// Fills the rows of an image whose camera and head stand, out of the grasps that come from about where the camera stands.
+    /// Fills the rows of an image whose camera and head are set, from the grasps that approach from about the camera's
+    /// direction.
     pub fn mark(&self, settings: &HeatmapSettings, depth: &DepthCrop, heatmap: &mut SceneHeatmap) {
         let axis = heatmap.world_from_camera.rotation() * Vector3::z();
         let least = libm::cos(settings.angle);

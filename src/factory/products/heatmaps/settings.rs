@@ -32,7 +32,7 @@ pub struct HeatmapJob {
 pub struct HeatmapSettings {
     /// Meaning of the labels.
     pub label: HeatmapLabel,
-    /// Count of types that are asked for, at least 1.
+    /// Requested number of types, at least 1.
     pub types: u32,
     /// The contacts of the hand that are fingertips.
     pub tips: Vec<String>,

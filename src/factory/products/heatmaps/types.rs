@@ -9,8 +9,8 @@ use format::{
 };
 use kernel::words::GraspTypeCounts;
 
-/// Counts the good grasps of a dataset by type, and chooses the most common types, so many at most: good are the free grasps, with
-/// labels of trials those that held. One chunk of a shard is in memory at a time.
+/// Counts the good grasps of a dataset by type, and chooses up to this number of the most common types: good are the
+/// free grasps, with labels of trials those that held. One chunk of a shard is in memory at a time.
 ///
 /// # Errors
 /// When a shard is missing or damaged.

@@ -45,7 +45,7 @@ pub(super) struct Shared<'j> {
 /// The producer of one thread; its memory is reused from image to image.
 pub struct HeatmapWorker<'s> {
     shared: &'s Shared<'s>,
-    /// Index of the scene that was asked for last.
+    /// Index of the last requested scene.
     scene: usize,
     /// Index of the scene whose grasps these are, and the grasps.
     grasps: Option<(usize, SceneGrasps)>,
@@ -97,7 +97,7 @@ impl<'s> HeatmapWorker<'s> {
         if drawn { Ok(()) } else { Err(changed_view(stored, "its scene, drawn again, is another picture")) }
     }
 
-    /// Reads the grasps of a scene whose bodies are these objects, unless they stand.
+    /// Reads the grasps of a scene with these bodies, unless they are loaded.
     fn load_grasps(&mut self, scene: ObjectId, view: &SceneImage) -> Result<(), ProduceError> {
         if self.grasps.as_ref().is_none_or(|(loaded, _)| *loaded != self.scene) {
             let objects: Vec<ObjectId> = view.bodies.iter().map(|body| body.object).collect();

@@ -112,7 +112,7 @@ pub struct ImplicitSamples {
 }
 
 impl Channels {
-    /// The channels of a job whose farthest view stands at this distance [m], if that is known.
+    /// The channels of a job whose farthest view has this distance [m], if that is known.
     pub fn read(checker: &mut Checker, spec: &ChannelsSpec, product: Product, farthest: Option<f64>) -> Self {
         let depth = match spec.depth {
             DepthSpec::None => None,
@@ -164,7 +164,7 @@ impl Channels {
         self.asked().filter_map(move |channel| own_channel(product, channel))
     }
 
-    /// Completion's channels of the records that are asked for.
+    /// Completion's channels for the requested records.
     fn asked(&self) -> impl Iterator<Item = Channel> {
         let asked = [
             (Channel::VISIBILITY, self.visibility),

@@ -52,8 +52,8 @@ pub fn empty_pair(resolution: u32, camera: Intrinsics) -> VoxelPair {
     }
 }
 
-/// Fills the grids and the counts of a pair, whose camera and poses stand, from the depth of its object alone. Of a pair with too
-/// few partial cells the complete grid is not made, and its counts are 0.
+/// Fills the grids and the counts of a pair, whose camera and poses are set, from the depth of its object alone. The
+/// complete grid of a pair with too few partial cells is not made, and its counts are 0.
 ///
 /// # Errors
 /// When nothing is seen, or one point only; the counts are 0.

@@ -1,5 +1,5 @@
-//! Pairs of grids, as every product that makes some has them: where the grid lies, what is partial, what is complete, the
-//! channels beside them, and touch. Where the depth comes from, and which pairs are kept, each product says.
+//! Pairs of grids, for every product that makes some: the pose of the grid, the partial and the complete grid, further
+//! channels, and touch. Each product supplies the depth and decides which pairs are kept.
 
 mod channels;
 mod grids;

@@ -22,7 +22,7 @@ pub(super) struct ColourView {
     settings: Colours,
     seed: u64,
     level: SimdLevel,
-    /// The object as it throws a shadow, where it stands on a table.
+    /// The object as a caster of shadows, where it stands on a table.
     shadow: Option<ShadowCaster>,
     /// Colours behind the object in the window.
     behind: Vec<[u8; 3]>,
@@ -30,7 +30,7 @@ pub(super) struct ColourView {
     worker: Option<Box<SimWorker>>,
     window: Vec<[u8; 3]>,
     record: PatchColour,
-    /// The whole image, where the job asks for it.
+    /// The whole image, if the job stores it.
     image: Option<PatchImageColour>,
 }
 

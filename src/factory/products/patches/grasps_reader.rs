@@ -46,14 +46,14 @@ pub struct WantedGrasps {
     pub max_types: u32,
     /// Whether they are the grasps that were tried, of the most common types among the ones that held, not the kept ones.
     pub by_trials: bool,
-    /// Whether the object stands on a table, against whose normal the roll in a type is then counted.
+    /// Whether the object stands on a table, against whose normal the roll in a type is then measured.
     pub on_table: bool,
 }
 
 /// The grasps of the most common types in a dataset; two passes over its runs, one chunk at a time.
 ///
 /// # Errors
-/// When the folder holds no finished dataset of grasps of a known hand, or none with trials where they are asked for.
+/// When the folder holds no finished dataset of grasps of a known hand, or none with trials where they are required.
 pub fn read_grasps(folder: &Path, wanted: WantedGrasps) -> Result<FoundGrasps, InvalidGrasps> {
     let (reader, root) = open_input(folder, Product::GRASPS, NumberClass::Exact)?;
     let trials = match wanted.by_trials {
@@ -76,11 +76,12 @@ pub fn read_grasps(folder: &Path, wanted: WantedGrasps) -> Result<FoundGrasps, I
 struct TypeCensus {
     /// All of them.
     counts: BTreeMap<u32, u64>,
-    /// Grasps whose types are chosen from: kept, or with trials held, and where the object stands on a table allowed by one.
+    /// Grasps whose types are chosen from: kept, or with trials held, and for an object on a table those that a table
+    /// allows.
     good: BTreeMap<u32, u64>,
     /// Number of grasps without a type.
     without: u64,
-    /// The space of epsilon that was asked for.
+    /// The requested space of epsilon.
     space: String,
 }
 
@@ -141,7 +142,7 @@ impl CandidateRun {
     }
 }
 
-/// Resting poses by object; none where no table is asked for.
+/// Resting poses by object; none without a table.
 type Tables = BTreeMap<ObjectId, Vec<RestingPose>>;
 
 fn resting_poses(reader: &DatasetReader) -> Result<Tables, InvalidGrasps> {

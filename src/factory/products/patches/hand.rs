@@ -14,7 +14,7 @@ use sim::HandModel;
 /// Name of the palm among the points of a hand: the approach frame's.
 pub const PALM: &str = "approach";
 
-/// Some contacts of a hand, which stand for its fingertips.
+/// Contacts of a hand that represent its fingertips.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fingertips {
     hand: Arc<Hand>,
@@ -57,7 +57,7 @@ impl Fingertips {
         Ok(Self { hand: Arc::clone(hand), contacts: tips.iter().map(contact).collect::<Result<_, _>>()? })
     }
 
-    /// Where they are in a frame in which the hand's base stands, at values of all joints [m].
+    /// Their positions in the frame in which the hand's base is given, at values of all joints [m].
     ///
     /// # Panics
     /// When the hand has another count of joints.

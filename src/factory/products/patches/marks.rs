@@ -20,7 +20,7 @@ pub(super) struct PatchMarks {
 }
 
 impl PatchMarks {
-    /// The marks that a job asks for.
+    /// The marks that a job makes.
     pub fn new(settings: &PatchSettings, trials: Option<Digest>, record: &HeatmapPatch) -> Self {
         let visibility = || PatchVisibility {
             sample: record.sample,
@@ -44,12 +44,12 @@ impl PatchMarks {
         }
     }
 
-    /// The squares of patches in metres, where the job asks for them.
+    /// The squares of patches in metres, if the job has them.
     pub fn metric(&self) -> Option<&PatchMetric> {
         self.metric.as_ref()
     }
 
-    /// The table under the object, where it stands on one.
+    /// The table under the object, if it stands on one.
     pub fn table(&self) -> Option<&PatchTable> {
         self.table.as_ref()
     }

@@ -35,7 +35,7 @@ pub struct FoundGrasps {
     pub trials: Option<Digest>,
     /// Hand by content.
     pub hand: ObjectId,
-    /// The space in which it asks for force closure: `force` or `wrench`.
+    /// Space of force closure: `force` or `wrench`.
     pub space: String,
     /// Counts of its grasps by type, and the chosen types.
     pub types: GraspTypeCounts,
@@ -87,7 +87,8 @@ pub struct ChosenGrasp {
     pub verdict: GraspVerdict,
     /// Outcome of the trials, where labels are those of trials.
     pub trial: Option<GraspTrialEnd>,
-    /// The resting pose of the object on a table that the grasp allows, where the job asks for a table and there is such a pose.
+    /// The resting pose of the object on a table that the grasp allows, if the job has a table and there is such a
+    /// pose.
     pub table: Option<GraspTable>,
 }
 
@@ -112,7 +113,7 @@ pub struct GraspTrialEnd {
 /// Settings of the images of grasps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PatchSettings {
-    /// Count of types that are asked for, at least 1.
+    /// Requested number of types, at least 1.
     pub types: u32,
     /// Side of a patch [px].
     pub side: u32,
@@ -167,8 +168,8 @@ pub enum PatchLabel {
     Epsilon,
     /// Quirk of the thesis: the energy that annealing minimised. It may be above 0, where no grasp is labelled better than one.
     Energy,
-    /// Label by physics: -1 for a grasp that held in all its trials, 1 for one that failed in all, 0 where they do not agree or say
-    /// nothing. Samples are the grasps that were tried, whatever the analytic criteria say.
+    /// Label by physics: -1 for a grasp that held in all its trials, 1 for one that failed in all, 0 where they
+    /// disagree or have no result. Samples are the grasps that were tried, regardless of the analytic criteria.
     Trial,
 }
 

@@ -120,7 +120,7 @@ impl ShadowCaster {
         Self { tree: TriangleTree::new(mesh), middle, radius, level }
     }
 
-    /// Whether the object stands between a point and a light, in `Object`.
+    /// Whether the object is between a point and a light, in `Object`.
     fn blocks(&self, point: &Point3<f64>, to_light: &Unit<Vector3<f64>>) -> bool {
         let to_middle = self.middle - point;
         let along = to_middle.dot(to_light);

@@ -45,9 +45,9 @@ pub struct PatchWorker<'j> {
     on_table: DepthCrop,
     record: HeatmapPatch,
     marks: PatchMarks,
-    /// Where the job asks for heatmaps.
+    /// With heatmaps.
     heat: Option<HeatView>,
-    /// Where the job asks for colours.
+    /// With colours.
     colours: Option<ColourView>,
 }
 
@@ -114,7 +114,7 @@ impl<'j> PatchWorker<'j> {
         if let Some(heat) = &mut self.heat {
             heat.use_object(object, self.job, self.hand);
         }
-        // Both sides of a face are seen: nobody says here whether the mesh is closed.
+        // Both sides of a face are visible: it is not known here whether the mesh is closed.
         Ok(RenderMesh::new(&mesh, false))
     }
 

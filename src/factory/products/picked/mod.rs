@@ -1,5 +1,5 @@
-//! A dataset of picks as every job that is made of one reads it: which scenes it has, the grasps of a scene's bodies, what trials say
-//! of them, and where the hand's points are.
+//! A dataset of picks for the jobs that read one: its scenes, the grasps of a scene's bodies, the outcomes of trials,
+//! and the positions of the hand's points.
 
 mod found;
 mod hand;

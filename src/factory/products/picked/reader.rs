@@ -1,4 +1,4 @@
-//! Reads what a finished dataset says of its picks.
+//! Reads picks from a finished dataset.
 
 use std::path::{Path, PathBuf};
 

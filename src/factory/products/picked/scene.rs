@@ -1,4 +1,4 @@
-//! Grasps of the bodies of one scene, with what trials say of them.
+//! Grasps of the bodies of one scene, with the outcomes of their trials.
 
 use crate::ProduceError;
 use format::{PickCandidates, PickState, PickTrials, dataset::DatasetReader};
@@ -23,7 +23,7 @@ pub struct ScenePicks {
 }
 
 impl BodyPicks {
-    /// State of each candidate, which says something of the free ones alone.
+    /// State of each candidate, meaningful for the free ones only.
     pub fn states(&self) -> Vec<PickState> {
         let mut states = vec![PickState::Untried; self.candidates.candidates.len()];
         for trial in self.trials.iter().flat_map(|trials| &trials.trials) {
@@ -36,7 +36,8 @@ impl BodyPicks {
 }
 
 impl ScenePicks {
-    /// Reads the grasps of a scene with so many bodies, which are these objects; bodies of which no grasp is stored were rejected.
+    /// Reads the grasps of a scene with this number of bodies, which are these objects; bodies without stored grasps
+    /// were rejected.
     ///
     /// # Errors
     /// When a sample cannot be read, or is of another scene.

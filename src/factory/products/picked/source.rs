@@ -1,4 +1,4 @@
-//! The dataset of picks that a job file names, compared with what the job says of it.
+//! The dataset of picks that a job file names, compared with the job's pins.
 
 use std::path::Path as FilePath;
 

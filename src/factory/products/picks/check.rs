@@ -31,7 +31,7 @@ const GRASPS: InputSection = InputSection {
 
 const MAKE_TRIALS: &str = "make a dataset with trials (a section `[physics]` in the job for grasps), or take the kept ones: `picks.take = \"kept\"`";
 
-/// Directions of a hand with a closing line, where the job says none.
+/// Default directions of a hand with a closing line.
 const ROLLS: u32 = 16;
 
 /// A job for picks but for the meshes.

@@ -39,7 +39,7 @@ pub enum InvalidPickGrasps {
 /// grasps that held are, or where nothing was tried the kept ones.
 ///
 /// # Errors
-/// When the folder holds no finished dataset of grasps of a known hand, or none with trials where they are asked for.
+/// When the folder holds no finished dataset of grasps of a known hand, or none with trials where they are required.
 pub fn read_pick_grasps(
     folder: &Path,
     take: Option<TakenGrasps>,

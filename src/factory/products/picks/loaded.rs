@@ -65,7 +65,7 @@ impl Default for LoadedObjects {
 }
 
 impl LoadedObjects {
-    /// An object of the job, by its index, with room for so many grasps.
+    /// An object of the job, by its index, with capacity for this number of grasps.
     ///
     /// # Errors
     /// When it is gone or another one than when the job was resolved.

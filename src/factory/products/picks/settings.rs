@@ -53,7 +53,7 @@ pub struct PickSettings {
 pub struct PickGrasps {
     /// Digest of the dataset's exact numbers.
     pub root: Digest,
-    /// Digest of its numbers of physics, where trials say which grasps are taken.
+    /// Digest of its numbers of physics, where trials select the grasps.
     pub trials: Option<Digest>,
     /// The hand by content.
     pub hand: ObjectId,

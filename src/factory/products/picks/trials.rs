@@ -129,7 +129,7 @@ impl Trials {
     }
 }
 
-/// The record of an outcome. Where the numbers blew up, it says nothing of where things are.
+/// The record of an outcome. Where the simulation diverged, it contains no positions.
 fn recorded(candidate: u32, outcome: &ClutterOutcome) -> PickTrial {
     let is_sound = !matches!(outcome.verdict, ClutterVerdict::Unstable { .. });
     let sound = |value: f64| if is_sound { value } else { 0.0 };

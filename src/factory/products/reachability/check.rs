@@ -15,7 +15,7 @@ use kernel::{
     ids::ObjectId,
 };
 
-/// Largest count of poses of a job: a field stands in memory (14 bytes per pose) when it is made.
+/// Largest count of poses of a job: a field is in memory (14 bytes per pose) while it is made.
 const MAX_POSES: usize = 100_000_000;
 
 /// The whole job; `None` when robot or poses are wrong, which is reported.

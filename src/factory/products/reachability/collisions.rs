@@ -12,7 +12,7 @@ use robot::{
 pub(super) struct Collisions {
     group: PlanningGroup,
     checker: CollisionChecker,
-    /// Pairs of the hand with what stands still: the pose decides them.
+    /// Pairs of the hand with fixed shapes: the pose decides them.
     of_the_hand: Vec<usize>,
     /// All other pairs.
     of_the_arm: Vec<usize>,
@@ -57,7 +57,7 @@ impl Collisions {
         links
     }
 
-    /// Whether the hand touches what stands still, with the end effector at a pose: then every solution there collides.
+    /// Whether the hand touches a fixed shape, with the end effector at a pose: then every solution there collides.
     pub fn hand_collides(&self, target: &Pose<World, EndEffector>) -> bool {
         let mut links = vec![IsometryMatrix3::identity(); self.group.len() + 1];
         links[self.group.len()] = target.isometry() * self.group.end_effector().inverse();
@@ -83,7 +83,7 @@ impl Collisions {
         }
     }
 
-    /// All pairs but one that touch; each is evaluated when it is asked for.
+    /// All touching pairs except one; each is evaluated lazily.
     pub fn others(&self, links: &[IsometryMatrix3<f64>], but: usize) -> impl Iterator<Item = Hit> {
         let others = self.of_the_arm.iter().copied().filter(move |pair| *pair != but);
         self.checker.hits(others, links)

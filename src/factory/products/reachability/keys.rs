@@ -10,8 +10,8 @@ use crate::job::{Profile, keys_of, relative_to, with_slashes, without};
 use kernel::geom::{Axis, FieldMetric, PoseGrid};
 
 impl ReachabilityJob {
-    /// Keys of the job file beside shards. With a folder the robot's file is named relative to it; otherwise neither its file
-    /// nor its content stand in the keys.
+    /// Keys of the job file other than shards. With a folder the robot's file is named relative to it; otherwise the
+    /// keys contain neither its file nor its content.
     pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
         let Self { robot, poses, solver, collisions, metric } = self;
         let mut spec = ReachabilitySpec::standard();

@@ -32,7 +32,7 @@ enum Arm {
     /// On curves, in closed form.
     Redundant {
         arm: Box<RedundantArm>,
-        /// Orientations that ask the same of the wrist share an index here; their first one's.
+        /// Orientations with the same requirement for the wrist share an index here, that of the first one.
         wrists: Vec<Wrist>,
         /// Index of each orientation.
         wrist_of: Vec<usize>,
@@ -100,7 +100,7 @@ impl PoseLabeller {
     /// Reads the robot of a job and prepares everything that all poses share.
     ///
     /// # Errors
-    /// When the robot cannot be read, its arm cannot be solved as the job asks, or it collides at rest.
+    /// When the robot cannot be read, its arm has no solver of the requested kind, or it collides at rest.
     pub fn new(job: &ReachabilityJob, seed: u64, level: SimdLevel) -> Result<Self, ProduceError> {
         let refused = |error: RobotError| ProduceError::unusable(&job.robot.name, error);
         let ReadRobot { model, group, collidable } = ReadRobot::new(&job.robot, job.collisions).map_err(refused)?;
@@ -124,7 +124,7 @@ impl PoseLabeller {
     /// don't count. `seed` is that of the numeric solver's starts.
     ///
     /// # Errors
-    /// Says why the arm has no closed form, or which shape has no surface.
+    /// Reports why the arm has no closed form, or which shape has no surface.
     pub fn of_parts(
         group: &PlanningGroup,
         bodies: Option<(&Bodies, SimdLevel)>,
@@ -246,7 +246,7 @@ fn wrists(motion: &SelfMotion, rotations: &[Rotation3<f64>]) -> (Vec<Wrist>, Vec
     (wrists, wrist_of)
 }
 
-/// The closed form that a job asks for; `None` for the numeric solver.
+/// The closed form that a job selects; `None` for the numeric solver.
 fn closed_form(group: &PlanningGroup, solver: Solver) -> Result<Option<ClosedForm>, NoClosedForm> {
     match solver {
         Solver::Numeric => Ok(None),

@@ -6,7 +6,7 @@ use super::settings::Robot;
 use robot::kinematics::InvalidGroup;
 use sim::{RobotError, RobotModel};
 
-/// Reason why a robot cannot do what a job asks.
+/// Reason why a robot does not support a job.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct RobotFault {
     /// Key at fault.

@@ -24,7 +24,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     draft,
 };
 
-/// Poses per shard where the job does not say, about.
+/// Approximate default of the poses per shard.
 const SHARD_POSES: u32 = 65_536;
 
 fn draft(keys: &toml::Table, checker: Checker, folder: &Path, _: &JobContext) -> Result<DraftWork, FormErrors> {

@@ -130,7 +130,7 @@ impl SearchedArm {
         let mut search =
             Search { arm: self, target, near: self.near(target), index: 0, ends: Vec::new(), found: false };
         if self.collisions.as_ref().is_some_and(|collisions| collisions.hand_collides(target)) {
-            // Only the existence of a solution is asked: none is free.
+            // Only the existence of a solution matters: none is free.
             return match search.next() {
                 Some(_) => (PoseLabel::Colliding, Proof::Swept),
                 None => (PoseLabel::NoSolution, Proof::Searched),

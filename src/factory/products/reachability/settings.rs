@@ -44,15 +44,15 @@ pub struct Robot {
     pub scene: PathBuf,
     /// Name in the description, for people.
     pub name: String,
-    /// Content of the description, with all files that it includes, wherever they stand.
+    /// Content of the description, with all files that it includes, in any folder.
     pub id: ObjectId,
     /// The joints that move, from the base outward.
     pub joints: Vec<String>,
     /// The site that is brought to the poses.
     pub target: String,
-    /// The body or site that stands still and in whose frame the poses are expressed; see [`WORLD`].
+    /// The fixed body or site in whose frame the poses are expressed; see [`WORLD`].
     pub frame: String,
-    /// Values of joints that stand still [rad or m], by name.
+    /// Values of fixed joints [rad or m], by name.
     pub fixed: BTreeMap<String, f64>,
 }
 

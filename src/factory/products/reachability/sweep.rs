@@ -25,7 +25,7 @@ const NOTHING: f64 = 1e-5;
 /// Configurations that are evaluated for one pose, at most; what is left by then is not proved.
 const MAX_CHECKS: usize = 1_200;
 
-/// Where MuJoCo decides, configurations stand at most this far apart in the first joint [rad].
+/// Largest distance in the first joint between configurations that MuJoCo checks [rad].
 const STEP: f64 = 0.02;
 
 /// An arm of seven joints with its free joint, and what it may collide with.

@@ -20,8 +20,8 @@ use format::{SceneContainer, SceneMode};
 use sim::SettleSettings;
 
 impl SceneJob {
-    /// Keys of the job file beside objects, split and shards, without those that the other keys make idle. `name` says how an
-    /// object is called that the job knows by a name. With a folder the container's file is named relative to it, otherwise by
+    /// Keys of the job file other than objects, split and shards, without those that the other keys make idle. `name`
+    /// returns the job's name of an object. With a folder the container's file is named relative to it, otherwise by
     /// content alone.
     pub(super) fn keys(&self, name: impl Fn(&str) -> String, folder: Option<&Path>) -> toml::Table {
         let SceneSettings {

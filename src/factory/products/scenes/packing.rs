@@ -1,10 +1,10 @@
 //! Bodies packed around the middle of a table: each at the free position that is closest to the middle, by outlines.
 //!
-//! An outline is a convex polygon around the shadow of a body, with sides in fixed directions. Two outlines that keep their
-//! distance are a point outside of a polygon of the same directions: their Minkowski sum (Lozano-Pérez 1983, "Spatial planning: a
-//! configuration space approach"). So the free positions of a body are the plane without one such polygon per body that stands
-//! there, and the closest of them is on a side of one polygon, next to the middle, or where sides of two meet, or where a side
-//! meets the limit of the table.
+//! An outline is a convex polygon around the shadow of a body, with sides in fixed directions. Two outlines keep their
+//! distance if a point is outside a polygon of the same directions: their Minkowski sum (Lozano-Pérez 1983, "Spatial
+//! planning: a configuration space approach"). So the free positions of a body are the plane without one such polygon
+//! per earlier body. The closest of them is on a side of one polygon, next to the middle, or where sides of two meet,
+//! or where a side meets the limit of the table.
 
 use std::{array, f64::consts::FRAC_PI_2};
 
@@ -144,7 +144,7 @@ impl PackedTable {
         best.map(|(_, position)| position)
     }
 
-    /// Polygon of the positions at which an outline would be too near to one that stands there.
+    /// Polygon of the positions at which an outline would be too near to an earlier one.
     fn polygon(&self, outline: &Outline, (position, other): &([f64; 2], Outline)) -> [Side; SIDES] {
         array::from_fn(|index| {
             let normal = self.directions[index];

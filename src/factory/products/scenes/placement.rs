@@ -64,8 +64,9 @@ pub(super) fn dropped(stream: &mut Stream) -> Placement {
     Placement::Dropped { rotation, shares: [stream.unit(), stream.unit()] }
 }
 
-/// A resting pose of a body, drawn by its probability, on a table [m] beside what stands there, with the middle of its outline
-/// in a region where there is one. While no position is found, it is rotated about the vertical anew; `None` where that does not help.
+/// A resting pose of a body, drawn by its probability, on a table [m] among the earlier bodies, with the middle of its
+/// outline in a region if there is one. While no position is found, it gets a new rotation about the vertical; `None`
+/// where that does not help.
 pub(super) fn standing(
     object: &LoadedObject,
     size: [f64; 2],

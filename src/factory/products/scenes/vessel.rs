@@ -222,7 +222,7 @@ impl Rays {
         self.tree.first_hit(SimdLevel::detect(), &ray, self.reach).map(|hit| hit.distance)
     }
 
-    /// Height above the floor to which walls stand all around: that of the lowest rim, or of a hole [m].
+    /// Height above the floor to which walls surround it: that of the lowest rim, or of a hole [m].
     fn walled_height(&self, foot: &Point3<f64>, height: f64) -> Result<f64, NoVessel> {
         let is_closed = |level: u32| {
             let from = foot + Vector3::z() * (height * (f64::from(level) + 0.5) / f64::from(LEVELS));

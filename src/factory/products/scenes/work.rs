@@ -176,7 +176,7 @@ fn standing_walls(walls: PileWalls) -> Result<Walls, ProduceError> {
     Ok(Walls::new(contact_body("walls", &TriMesh::walls(inner, WALL), Sampled::Edges)?, inner, walls.lift_speed))
 }
 
-/// A job for scenes whose container stands.
+/// A job for scenes whose container is known.
 struct OpenScenes<'j>(Shared<'j>);
 
 impl OpenWork for OpenScenes<'_> {
@@ -184,7 +184,7 @@ impl OpenWork for OpenScenes<'_> {
         Ok(Box::new(SceneWorker::new(&self.0)))
     }
 
-    /// Cost of what the rows of the objects say of each, and of the meshes by those of a few.
+    /// Estimated cost from the rows of the objects, and of the meshes from a few of them.
     fn side_cost(&self, _: &[usize], folder: &Folder) -> Result<SideCost, ProduceError> {
         let objects = &self.0.job.objects;
         let all: Vec<usize> = (0..objects.list.len()).collect();

@@ -68,7 +68,8 @@ impl FoundScenes {
         subjects_section(&self.split_table(items), names)
     }
 
-    /// Tables of a dataset of exact numbers with so many samples of each scene: scenes, objects and splits are theirs.
+    /// Tables of a dataset of exact numbers with this number of samples per scene, which has the scenes, objects and
+    /// splits of these.
     pub fn tables(&self, items: impl Fn(&SettledScene) -> u32) -> WorkTables {
         let subject = |scene: &SettledScene| {
             serde_json::json!({

@@ -17,7 +17,7 @@ use form::{Checker, Document, FormErrors};
 use format::{ObjectShape, Product, dataset::layout::JOB, products::grasps::ShapesWriter};
 use kernel::{files::Folder, ids::JobDigest};
 
-/// Keys of the job of the scenes that say what its objects are.
+/// Keys of the scenes' job that define the objects.
 pub struct ObjectKeys {
     split: SplitSpec,
     objects: Vec<ObjectsSpec>,
@@ -33,7 +33,7 @@ pub fn object_keys(checker: &mut Checker, scenes: &FoundScenes) -> Option<Object
     read().map_err(|error| report_job(checker, &error.to_string())).ok()
 }
 
-/// Rolling friction among the bodies of the scenes [m]; `None` when their job says none, which is reported.
+/// Rolling friction among the bodies of the scenes [m]; `None` when their job has none, which is reported.
 pub fn rolling_friction(checker: &mut Checker, scenes: &FoundScenes) -> Option<f64> {
     let keys: Option<toml::Table> = scenes.job_text.parse().ok();
     let rolling = keys.as_ref().and_then(|keys| keys.get("physics")?.get("rolling"));

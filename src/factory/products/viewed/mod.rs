@@ -1,5 +1,5 @@
-//! A dataset of views as every job that is made of one reads it: which scenes and views it has, the meshes beside
-//! them, and the images, which are drawn again where their exact depth is asked for.
+//! A dataset of views for the jobs that read one: its scenes and views, their meshes, and the images, which are
+//! rendered again where their exact depth is required.
 
 mod found;
 mod meshes;

@@ -1,4 +1,4 @@
-//! Reads what a finished dataset says of its views.
+//! Reads views from a finished dataset.
 
 use std::{
     collections::BTreeMap,
@@ -31,7 +31,7 @@ pub enum InvalidViews {
     /// No view was kept.
     #[error("{} has no kept view", .0.shown())]
     Empty(PathBuf),
-    /// A scene is not in the table of assets, or its row does not say what its bodies are.
+    /// A scene is not in the table of assets, or its row does not list its bodies.
     #[error(
         "{}: assets.json does not say which objects are in scene {}; `verify` the dataset, and make it again",
         folder.shown(), scene.0.short()
@@ -57,7 +57,7 @@ pub fn read_views(folder: &Path) -> Result<FoundViews, InvalidViews> {
     let rows: BTreeMap<ObjectId, _> = assets.subjects.iter().map(|row| (row.object, row)).collect();
     let mut scenes: Vec<ViewedScene> = Vec::new();
     for view in (0..reader.manifest().counts.samples).filter_map(|index| reader.id(SampleIndex(index))) {
-        // Views of a scene stand together, in order.
+        // Views of a scene are adjacent, in order.
         if scenes.last().is_none_or(|scene| scene.id != view.subject) {
             let row = rows.get(&view.subject).and_then(|row| Some((row, row.facts.get("objects")?.as_array()?.len())));
             let (row, bodies) =

@@ -6,8 +6,8 @@ use kernel::{
     render::LayeredImage,
 };
 
-/// Renders the depth of an image of a scene whose bodies have these meshes, with its container, if it has one, and its table. Whether
-/// each pixel sees what the image says.
+/// Renders the depth of an image of a scene whose bodies have these meshes, with its container, if it has one, and its
+/// table. Returns whether each pixel sees the same body as in the image.
 pub fn redraw<'m>(
     image: &mut LayeredImage,
     record: &SceneImage,

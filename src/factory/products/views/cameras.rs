@@ -28,7 +28,7 @@ pub fn camera_at(eye: &Point3<f64>, target: &Point3<f64>, roll: f64) -> Pose<Wor
 /// it points.
 ///
 /// # Panics
-/// When there are not so many poses.
+/// When there are fewer poses.
 pub fn world_from_camera(
     placement: &ViewPlacement,
     view: u32,

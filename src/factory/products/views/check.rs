@@ -21,7 +21,7 @@ use kernel::{
     words::Show,
 };
 
-/// Smallest distance seen where the job says none [m].
+/// Default of the smallest visible distance [m].
 const NEAR: f64 = 0.01;
 
 /// First line of a file of poses.

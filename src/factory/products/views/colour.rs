@@ -24,7 +24,7 @@ const CONTAINER: [f32; 3] = [0.45, 0.50, 0.56];
 /// Paint of the table: light wood.
 const TABLE: [f32; 3] = [0.62, 0.51, 0.39];
 
-/// Shadows are thrown so many times as far from the world's origin as the farthest body reaches.
+/// Distance of shadows from the world's origin, as a multiple of the farthest extent of a body.
 const SHADOWED: f64 = 2.0;
 
 /// Colour renderer of one thread.

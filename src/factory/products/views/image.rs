@@ -106,7 +106,7 @@ impl ImageMaker {
             (body.object, body.world_from_object) = (*object, *world_from_object);
             (body.pixels_all, body.whole_box) = (silhouette.pixels, [left, top, right - left, bottom - top]);
         }
-        // Container and table stand in the world.
+        // Container and table are fixed in the world.
         let camera_from_fixed: Pose<CameraCv, Object> = Pose::from_isometry(*camera_from_world.isometry());
         if let Some(container) = &meshes.container {
             image.add(&container.render, &camera_from_fixed, SceneImage::CONTAINER);
@@ -157,7 +157,7 @@ pub(super) fn most_seen(record: &SceneImage) -> u32 {
     record.bodies.iter().map(|body| body.pixels_visible).max().unwrap_or(0)
 }
 
-/// Whether a view keeps what the settings ask of it.
+/// Whether a view satisfies the settings.
 pub(super) fn sees_enough(record: &SceneImage, settings: &ViewSettings) -> bool {
     most_seen(record) >= settings.min_pixels
 }

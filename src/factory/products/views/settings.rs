@@ -31,7 +31,7 @@ pub struct ViewSettings {
     pub cameras: Vec<ViewCamera>,
     /// Nothing is nearer to a camera than this [m].
     pub clearance: f64,
-    /// Some body is seen by so many pixels.
+    /// Some body is visible in this number of pixels.
     pub min_pixels: u32,
     /// Sides of the table along x and y [m].
     pub table: [f64; 2],
@@ -92,7 +92,7 @@ impl ViewSettings {
     /// The camera that makes a view of a scene, with its index, and the number of the view among those of the camera.
     ///
     /// # Panics
-    /// When there are not so many views.
+    /// When there are fewer views.
     pub fn camera_of(&self, mut view: u32) -> (u32, &ViewCamera, u32) {
         for (index, camera) in (0..).zip(&self.cameras) {
             if view < camera.views {

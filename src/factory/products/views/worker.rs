@@ -42,7 +42,7 @@ pub(super) struct Shared<'j> {
 pub struct ViewWorker<'s> {
     shared: &'s Shared<'s>,
     maker: ImageMaker,
-    /// Where the job asks for colours.
+    /// With colours.
     colours: Option<ColourView>,
     /// Index of the scene that was loaded last, and its meshes.
     loaded: Option<(usize, SceneMeshes)>,

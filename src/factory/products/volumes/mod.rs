@@ -1,9 +1,9 @@
 //! Volumes: truncated signed distances fused from the depth images of settled scenes, a stage behind views, about a dataset of them.
 //!
 //! [`VolumeWorker`] is the producer of one thread: it draws which images of a scene are fused, fuses them
-//! ([`kernel::voxel::VolumeFusion`]) and says what is at the centre of every voxel (`scene`). Views hold depth, cameras, poses and
-//! meshes, so that nothing else is read, but for picks where the job names some: which grasps are in the cube (`grasps`). All of it
-//! is of class `exact`.
+//! ([`kernel::voxel::VolumeFusion`]) and finds the body at the centre of every voxel (`scene`). Views contain depth,
+//! cameras, poses and meshes, so that nothing else is read except picks where the job names some: the grasps in the
+//! cube (`grasps`). All of it is of class `exact`.
 
 mod check;
 mod grasps;

@@ -70,7 +70,7 @@ impl<'j> Shared<'j> {
 /// The producer of one thread; its memory is reused from volume to volume.
 pub struct VolumeWorker<'s> {
     shared: &'s Shared<'s>,
-    /// Index of the scene that was asked for last.
+    /// Index of the last requested scene.
     scene: usize,
     /// Index of the scene whose truth and kept views these are.
     loaded: Option<usize>,
@@ -105,7 +105,8 @@ impl<'s> VolumeWorker<'s> {
         }
     }
 
-    /// Takes the scene that was asked for, if another one stands: its kept views and its truth, and why none of its volumes is kept.
+    /// Loads the requested scene, if another one is loaded: its kept views and its truth, and why none of its volumes
+    /// is kept.
     fn take_scene(&mut self) -> Result<(), ProduceError> {
         let Self { shared, scene, truth, images, kept, affordance, .. } = self;
         if self.loaded == Some(*scene) {
@@ -119,7 +120,7 @@ impl<'s> VolumeWorker<'s> {
         self.refusal = if kept.len() < fewest as usize {
             Some((FEW_VIEWS, format!("{} kept views, {fewest} asked", kept.len())))
         } else {
-            // Container and bodies stand in every image of the scene.
+            // Container and bodies have the same pose in every image of the scene.
             let image = images.get(&shared.views, &kept[0])?;
             let object = |id: ObjectId| -> Result<Arc<PreparedObject>, ProduceError> {
                 shared.objects.get(shared.meshes.index_of(id)?, || shared.meshes.prepared(id))

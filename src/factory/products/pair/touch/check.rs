@@ -18,7 +18,7 @@ pub const HAND_USES: &[HandUse] =
     &[EXPLORES, HandUse { setting: "touch.grasp = true", check: HandModel::check_touching }];
 
 impl Touch {
-    /// The kinds of touch that the keys ask for; mistakes are reported.
+    /// The kinds of touch that the keys select; mistakes are reported.
     pub fn read(checker: &mut Checker, spec: &TouchSpec, folder: &FilePath) -> Self {
         let asked = spec.exploration || spec.grasp;
         idle(checker, &["rays", "ray_target"], &[("random_rays", spec.random_rays)]);
@@ -38,7 +38,7 @@ impl Touch {
                 hand,
                 exploration: spec.exploration.then_some(Exploration {
                     approaches: spec.approaches,
-                    // The profile says it.
+                    // Set by the profile.
                     target: spec.exploration_target.unwrap_or(ExplorationTarget::UnseenCells),
                 }),
                 grasp: spec.grasp,
@@ -47,7 +47,7 @@ impl Touch {
     }
 }
 
-/// Reports settings of a kind of touch that the job does not ask for, unless the kind's own key is written as `false`.
+/// Reports settings of a kind of touch that the job does not have, unless the kind's own key is written as `false`.
 fn idle(checker: &mut Checker, keys: &[&str], kinds: &[(&str, bool)]) {
     let written = |key: &str| checker.has(&format!("touch.{key}"));
     let Some(key) = keys.iter().find(|key| written(key)) else { return };

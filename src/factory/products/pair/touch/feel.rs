@@ -7,7 +7,8 @@
 //! along the image plane to the middle of the object's box, the fingers closing across the optical axis. Fingers give way to a
 //! contact that presses with more than a fingertip bears.
 //!
-//! Among things that stand still, a hand that meets one of these on its way is blocked, and a finger that does stops there.
+//! Among fixed obstacles, a hand that meets one of these on its path is blocked, and a finger that meets one stops
+//! there.
 
 use std::{collections::BTreeSet, f64::consts::PI, sync::Arc};
 
@@ -74,7 +75,7 @@ impl TouchingHand {
         self.among(surface, StillAround::default())
     }
 
-    /// With an object to touch among things that stand still.
+    /// With an object to touch among fixed obstacles.
     ///
     /// # Errors
     /// When the hand cannot touch true meshes, or a pose is not finite.
@@ -130,8 +131,9 @@ struct PlannedTouch {
 }
 
 impl HandOnObject {
-    /// Touches the object of a pair as a channel says. `stream` gives the sample's own stream of a name; `drop_index_zero` is
-    /// the quirk of the pair's grids: a contact in a cell with index 0 on any axis counts as outside.
+    /// Touches the object of a pair as a channel requires. `stream` gives the sample's own stream of a name;
+    /// `drop_index_zero` is the quirk of the pair's grids: a contact in a cell with index 0 on any axis counts as
+    /// outside.
     ///
     /// # Errors
     /// When a point is not finite.

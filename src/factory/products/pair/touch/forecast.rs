@@ -52,9 +52,10 @@ impl Forecast {
         Self { points: (0..=STEPS).map(row).collect(), moved, fixed }
     }
 
-    /// Points of an object's surface that a hand comes to touch, with outward normals, expressed in the object's frame: it comes
-    /// along the z axis of its approach frame with its fingers a share of their way closed, stops where it touches first, and each
-    /// finger closes until it touches. None where it goes by, or through what stands around the object.
+    /// Points of an object's surface that a hand will touch, with outward normals, expressed in the object's frame. The
+    /// hand moves along the z axis of its approach frame with its fingers partly closed and stops at its first contact;
+    /// then each finger closes until it touches. None where it misses the object, or would pass through its
+    /// surroundings.
     pub(super) fn touches(
         &self,
         surface: &ContactSurface,

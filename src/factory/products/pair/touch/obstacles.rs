@@ -51,7 +51,7 @@ impl<'a> TouchObstacles<'a> {
         self.things.push(Obstacle { number, surface, is_solid, thing_from_camera: camera_from_thing.inverse() });
     }
 
-    /// Sets the table, whose top stands in the world at a height [m].
+    /// Sets the table, whose top has this height in the world [m].
     pub fn set_table(
         &mut self,
         number: u8,
@@ -71,7 +71,7 @@ impl<'a> TouchObstacles<'a> {
             .min_by(|one, other| one.distance.total_cmp(&other.distance).then(one.number.cmp(&other.number)))
     }
 
-    /// Whether anything stands between a point and the camera, less than `length` along the way to it [m].
+    /// Whether an obstacle is between a point and the camera, less than `length` along the line to it [m].
     pub(super) fn hides(&self, start: &Point3<f64>, towards_camera: &Unit<Vector3<f64>>, length: f64) -> bool {
         let table_hides = |table: &Table| {
             let [start, way] = [table.world_from_camera.point(start).coords, table.rotated(towards_camera)];

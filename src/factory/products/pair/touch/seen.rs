@@ -36,7 +36,7 @@ impl<'a> SeenSurface<'a> {
         !faces_away && self.is_visible(point)
     }
 
-    /// Whether no surface stands between the camera and a point in `CameraCv`.
+    /// Whether no surface is between the camera and a point in `CameraCv`.
     pub(super) fn is_visible(&self, point: &Point3<f64>) -> bool {
         let towards_camera = self.object_from_camera.rotation() * -point.coords;
         let length = towards_camera.norm();

@@ -1,10 +1,10 @@
-//! Things that stand still around an object that a hand explores.
+//! Fixed obstacles around an object that a hand explores.
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use sim::{StillShape, StillThing};
 
-/// Things that stand still around an object that a hand explores; nothing by default.
+/// Fixed obstacles around an object that a hand explores; empty by default.
 #[derive(Default)]
 pub struct StillAround {
     pub(super) things: Vec<StillThing>,
@@ -15,7 +15,7 @@ pub struct StillAround {
 }
 
 impl StillAround {
-    /// Nothing yet, in a scene where an object stands at a pose; z of the scene is up.
+    /// No obstacles yet, in a scene where an object has a pose; z of the scene is up.
     pub fn in_scene(object_from_scene: &IsometryMatrix3<f64>) -> Self {
         Self { down: Some(object_from_scene.rotation * -Vector3::z()), ..Self::default() }
     }

@@ -50,7 +50,7 @@ pub struct ImportedBody {
 }
 
 impl SourceFrame {
-    /// Direction of the table's normal in the world of files that say none.
+    /// Default direction of the table's normal in the world of files.
     pub const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
     /// Pose of a container whose frame is the world of the files.

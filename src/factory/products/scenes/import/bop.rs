@@ -57,7 +57,7 @@ struct ModelPose {
     translation: [f64; 3],
 }
 
-/// The pose of a camera, where its file says it.
+/// The pose of a camera, if its file has one.
 #[derive(Clone, Copy, Deserialize)]
 struct CameraPose {
     #[serde(rename = "cam_R_w2c")]
@@ -180,7 +180,7 @@ impl BopFolder<'_> {
     }
 }
 
-/// Where the entries of a file stand, found in one pass.
+/// Positions of the entries of a file, found in one pass.
 struct Places {
     /// First byte of the first key of each number of an image.
     images: BTreeMap<u32, usize>,

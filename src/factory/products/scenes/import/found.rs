@@ -1,4 +1,4 @@
-//! Arrangements as they were read, with where each body stands, and what is wrong with them.
+//! Arrangements as read, with the position of each body in its file, and their mistakes.
 
 use form::{FormError, Location, Mistakes, Problem, did_you_mean};
 
@@ -23,7 +23,7 @@ pub(super) struct FoundBody {
     pub body: ImportedBody,
     /// Number by which a file of BOP names the object.
     pub obj_id: Option<u32>,
-    /// Where it stands.
+    /// Position in the file.
     pub location: Location,
 }
 
@@ -40,8 +40,8 @@ pub(super) fn mistake(
 }
 
 impl FoundScene {
-    /// Reports what is wrong with the arrangement: its count of bodies, objects that the job does not have, and bodies that stand
-    /// there twice. `key` is the one that names the file, `names` the objects of the job.
+    /// Reports mistakes of the arrangement: its count of bodies, objects that the job does not have, and bodies listed
+    /// twice. `key` is the one that names the file, `names` the objects of the job.
     pub fn check(&self, key: &str, names: &[&str], errors: &mut Mistakes) {
         let count = self.bodies.len();
         if !(1..=MAX_BODIES).contains(&count) {

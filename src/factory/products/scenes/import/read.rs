@@ -19,8 +19,8 @@ use kernel::{
 /// Key that lists scenes in the job itself.
 const LISTED: &str = "import.scenes";
 
-/// The arrangements; `None` when something is wrong, which is reported. `names` are the objects of the job, `is_contained` says
-/// whether it has a container.
+/// The arrangements; `None` when something is wrong, which is reported. `names` are the objects of the job,
+/// `is_contained` is true with a container.
 pub(in super::super) fn read(
     checker: &mut Checker,
     spec: &ImportSpec,

@@ -16,7 +16,7 @@ const COLUMNS: [&str; 9] = ["scene", "object", "x", "y", "z", "qx", "qy", "qz", 
 /// Key that names the table.
 pub(super) const KEY: &str = "import.csv";
 
-/// The arrangements of a table, in the order in which their first bodies stand there, and every mistake.
+/// The arrangements of a table, in the order of their first bodies there, and every mistake.
 pub(super) fn scenes_of_table(file: &str, text: &str) -> (Vec<FoundScene>, Mistakes) {
     let (source, mut scenes, mut errors) = (Source::new(file, text), Vec::<FoundScene>::new(), Mistakes::default());
     let mut numbers: BTreeMap<String, usize> = BTreeMap::new();
@@ -44,7 +44,7 @@ pub(super) fn scenes_of_table(file: &str, text: &str) -> (Vec<FoundScene>, Mista
             Some(number) => {
                 let bodies = &mut scenes[*number].bodies;
                 bodies.push(body);
-                // What follows mends no scene that has too many.
+                // A scene with too many bodies stays wrong, so the rest is skipped.
                 if bodies.len() > MAX_BODIES {
                     break;
                 }
