@@ -286,13 +286,13 @@ fn a_few_kills_lose_double_and_change_nothing() {
 }
 
 #[test]
-#[ignore = "minutes: `make test-slow`"]
+#[ignore = "minutes: `make test-all`"]
 fn a_hundred_kills_of_each_product_of_objects_lose_double_and_change_nothing() {
     storm(|name| !OF_CLUTTER.contains(&name), 100, 1, 2);
 }
 
 #[test]
-#[ignore = "minutes: `make test-slow`"]
+#[ignore = "minutes: `make test-all`"]
 fn fifty_kills_of_each_product_of_clutter_lose_double_and_change_nothing() {
     storm(|name| OF_CLUTTER.contains(&name), 50, 1, 3);
 }

@@ -1,4 +1,4 @@
-//! Arguments of the program. The command line is a contract: README lists it, and `tests/cli.rs` checks it.
+//! Arguments of the program. The command line is a contract: README lists it, and `tests/cli` checks it.
 
 use std::{fmt, path::PathBuf};
 

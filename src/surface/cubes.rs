@@ -193,7 +193,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    #[ignore = "slow: make test-slow"]
+    #[ignore = "slow: make test-all"]
     fn ten_thousand_fields_give_closed_manifold_meshes_wound_outward() {
         let mut draw = Stream::of_job(11, b"", "fields");
         let mut empty = 0;

@@ -182,7 +182,7 @@ fn a_slurm_of_four_nodes_makes_the_bytes_of_one_process() {
 }
 
 #[test]
-#[ignore = "slow: needs an extra package, which make test-slow installs"]
+#[ignore = "slow: needs an extra package, which make test-all installs"]
 fn kubernetes_takes_the_manifest() {
     let workspace = write_job(JOB);
     let asked = ["--tasks", "8", "--print", "--backend", "kubernetes", "--image", "factory:1", "--claim", "data=/data"];

@@ -187,7 +187,7 @@ const OTHERS: [([u32; 3], &str, u32); 3] =
 
 /// From the smallest size to the largest, near and far, coarse and fine: rounding is never the same twice.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn so_has_every_other_size_distance_and_mesh() {
     for (sizes, distance, triangles) in OTHERS {
         compare_others(&sizes, distance, triangles);
@@ -195,7 +195,7 @@ fn so_has_every_other_size_distance_and_mesh() {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn so_has_every_size_in_every_distance_and_mesh() {
     let sizes: Vec<u32> = OTHERS.iter().flat_map(|(sizes, ..)| *sizes).collect();
     for (_, distance, triangles) in OTHERS {

@@ -4,7 +4,7 @@ use std::{fmt::Write as _, fs, path::Path};
 
 use graspmill::format::{FactKind, FactRange, Product};
 
-use super::support::{files::repository_path, schemas::generate};
+use crate::support::{files::repository_path, schemas::generate};
 
 /// The ranges of facts for the Python package.
 const RANGES: &str = "python/graspmill/fact_ranges.py";

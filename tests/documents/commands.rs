@@ -52,22 +52,32 @@ fn commands_in_the_documents_are_commands() {
 /// Number of the tests that `cargo test` runs by these words: an integration test or a package, and a part of the tests' names.
 fn count_tests(words: &[String]) -> usize {
     let value = |option: &str| words.iter().skip_while(|word| *word != option).nth(1);
-    let sources = match (value("--test"), value("-p")) {
-        (Some(binary), None) => repository_path("tests").join(binary),
-        (None, Some(package)) => repository_path("src").join(package.trim_start_matches("graspmill-")),
+    let files = match (value("--test"), value("-p")) {
+        (Some(binary), None) => files_of_binary(binary),
+        (None, Some(package)) => read_tree(repository_path("src").join(package.trim_start_matches("graspmill-"))),
         other => panic!("{other:?}: name one integration test or one package"),
     };
-    let mut files = if sources.is_dir() { read_tree(sources) } else { BTreeMap::new() };
-    let file = value("--test").map(|binary| repository_path("tests").join(binary).with_extension("rs"));
-    files.extend(file.filter(|file| file.is_file()).map(|file| (PathBuf::new(), fs::read(file).expect("a file"))));
     let filter = words.last().filter(|word| value("--test") != Some(word) && value("-p") != Some(word));
     let names = files.iter().flat_map(|(path, text)| names_of_tests(path, &String::from_utf8_lossy(text)));
     names.filter(|name| filter.is_none_or(|filter| name.contains(filter.as_str()))).count()
 }
 
+/// Sources of a binary of integration tests: its file, and the folders of its modules, by their paths below `tests/`.
+fn files_of_binary(binary: &str) -> BTreeMap<PathBuf, Vec<u8>> {
+    let file = repository_path("tests").join(binary).with_extension("rs");
+    let text = read_text(file);
+    let mut files = BTreeMap::new();
+    for module in text.lines().filter_map(|line| line.strip_prefix("mod ")?.strip_suffix(';')) {
+        let below = read_tree(repository_path("tests").join(module)).into_iter();
+        files.extend(below.map(|(path, content)| (Path::new(module).join(path), content)));
+    }
+    files.insert(PathBuf::new(), text.into_bytes());
+    files
+}
+
 /// Names of the tests in a file, each with its modules, which are the path of the file.
 fn names_of_tests(path: &Path, text: &str) -> Vec<String> {
-    let module = path.with_extension("").to_string_lossy().replace('/', "::");
+    let module = path.with_extension("").to_string_lossy().replace('/', "::").replace("::mod", "");
     let functions = text.split("#[test]\n").skip(1).filter_map(|rest| rest.split("fn ").nth(1)?.split('(').next());
     functions.map(|name| format!("{module}::{name}")).collect()
 }
@@ -75,10 +85,10 @@ fn names_of_tests(path: &Path, text: &str) -> Vec<String> {
 #[test]
 fn tests_are_found_as_cargo_names_them() {
     let count = |line: &str| count_tests(&shlex::split(line).expect("words"));
-    assert_eq!(count("--release --test dataset numpy_reads_the_arrays"), 1);
-    assert!(count("--test dataset export") > 1 && count("-p graspmill-publish export") > 1);
+    assert_eq!(count("--release --test data numpy_reads_the_arrays"), 1);
+    assert!(count("--test data dataset::export") > 1 && count("-p graspmill-publish export") > 1);
     assert!(count("--locked --test architecture") > 10);
-    assert_eq!(count("--test dataset no_such_test"), 0);
+    assert_eq!(count("--test data no_such_test"), 0);
 }
 
 #[test]

@@ -24,11 +24,11 @@ use crate::support::{
 enum Reason {
     /// Fetches packages: CI runs these targets itself.
     Network,
-    /// Sends tasks to an engine: `tests/cluster` does so, with its own Slurm in `make test-slow`.
+    /// Sends tasks to an engine: `tests/cluster` does so, with its own Slurm in `make test-all`.
     Cluster,
     /// Builds the repository, which CI does itself.
     Build,
-    /// Needs PyTorch: [`blocks_with_pytorch_run`] runs it in `make test-slow`.
+    /// Needs PyTorch: [`blocks_with_pytorch_run`] runs it in `make test-all`.
     PyTorch,
 }
 
@@ -38,8 +38,8 @@ const NOT_RUN: &[(&str, Reason)] = &[
     ("make test", Reason::Network),
     ("make model-quick", Reason::Network),
     ("make setup build deps-test", Reason::Network),
-    ("cargo test --release --locked --test dataset numpy_reads_the_arrays", Reason::Build),
-    ("cargo test --release --locked --test dataset export", Reason::Build),
+    ("cargo test --release --locked --test data numpy_reads_the_arrays", Reason::Build),
+    ("cargo test --release --locked --test data dataset::export", Reason::Build),
     ("cargo test --release --locked -p graspmill-publish export", Reason::Build),
     ("cargo test --release --locked --test architecture", Reason::Build),
     ("make lint", Reason::Build),
@@ -269,7 +269,7 @@ fn run_blocks(documents: &[String]) -> Vec<Script> {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn blocks_run() {
     let scripts = run_blocks(&documents());
     let ran: usize = scripts.iter().map(|script| script.ran).sum();

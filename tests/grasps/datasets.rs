@@ -254,7 +254,7 @@ fn trials_move_no_grasp() {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn fewer_trials_are_those_of_all() {
     let workspace = write_job();
     let tried = run(&workspace, "tried", TRIED);
@@ -464,7 +464,7 @@ fn objects_rest_and_hands_stay_above_the_table() {
 
 /// The table of objects gives the mass of one and the material of another; the third has a mass from its hull.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn masses_of_the_table_are_those_of_trials() {
     let workspace = write_job();
     let table = "name,category,mass,mass_source,material,wall\ncan-01,can,0.25,scales,,\nmug-01,mug,,,ceramic,0.004\n";

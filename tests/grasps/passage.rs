@@ -394,7 +394,7 @@ fn partly_closed(hand: &Hand, share: f64) -> Vec<f64> {
 
 /// Twenty thousand poses of hands among scans: coal finds the same obstacles, at the same distances.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn coal_finds_the_same_in_the_way() {
     const GRASPS: usize = 170;
     let meshes: Vec<TriMesh> = SCANS.iter().map(|name| prepare_scan(&scan_file(name))).collect();

@@ -119,7 +119,7 @@ fn qhull_agrees() {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn qhull_agrees_on_a_thousand_sets() {
     println!("{}", agrees_with_qhull(1000));
 }

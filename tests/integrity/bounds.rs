@@ -6,7 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::support::{
+use crate::support::{
     files::{copy_folder, list_shards, repository_path},
     jobs::{ABOUT, NO_SPLIT},
     program::{Outcome, Program},

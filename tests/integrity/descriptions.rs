@@ -6,7 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::support::{
+use crate::support::{
     program::{Outcome, Program},
     workspace::Workspace,
 };

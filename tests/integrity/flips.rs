@@ -4,14 +4,12 @@ use std::{collections::BTreeMap, fs, path::PathBuf};
 
 use graspmill::{ids::Digest, seed::Stream};
 
-use crate::{
-    support::{
-        files::read_tree,
-        jobs::{ABOUT, NO_SPLIT, copy_small_datasets},
-        program::Program,
-        workspace::Workspace,
-    },
-    verification::Verification,
+use crate::integrity::verification::Verification;
+use crate::support::{
+    files::read_tree,
+    jobs::{ABOUT, NO_SPLIT, copy_small_datasets},
+    program::Program,
+    workspace::Workspace,
 };
 
 /// Files that are not part of the dataset: damage of a preview is a note, and no digest covers notes of a run.
@@ -24,14 +22,14 @@ fn every_flipped_bit_of_a_hundred_is_caught() {
 }
 
 #[test]
-#[ignore = "minutes: `make test-slow`"]
+#[ignore = "minutes: `make test-all`"]
 fn every_flipped_bit_of_a_thousand_is_caught() {
     let workspace = Workspace::new();
     flip(&make_datasets(&workspace), &OUTSIDE, 1000, 2);
 }
 
 #[test]
-#[ignore = "minutes: `make test-slow`"]
+#[ignore = "minutes: `make test-all`"]
 fn every_flipped_bit_of_a_release_is_caught() {
     let workspace = Workspace::new();
     let release = make_release(&workspace);

@@ -632,7 +632,7 @@ fn forgeries_are_found_or_read_as_they_stand() {
 }
 
 #[test]
-#[ignore = "minutes: `make test-slow`"]
+#[ignore = "minutes: `make test-all`"]
 fn a_thousand_forgeries_are_found_or_read_as_they_stand() {
     storm(250, 2);
 }

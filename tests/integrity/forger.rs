@@ -11,14 +11,12 @@ use graspmill::{
     tables::ParquetIndex,
 };
 
-use crate::{
-    support::{
-        files::repository_path,
-        jobs::{NO_SPLIT, make_small_datasets, small_job},
-        meshes::pyramid_off,
-        workspace::Workspace,
-    },
-    verification::Verification,
+use crate::integrity::verification::Verification;
+use crate::support::{
+    files::repository_path,
+    jobs::{NO_SPLIT, make_small_datasets, small_job},
+    meshes::pyramid_off,
+    workspace::Workspace,
 };
 
 /// Alters the leading message of a sample by the last bit of one number; its facts follow. `None` where it has none to alter.

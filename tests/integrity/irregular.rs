@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::support::{
+use crate::support::{
     files::{list_shards, repository_path},
     jobs::{NO_SPLIT, small_job},
     program::Program,

@@ -12,7 +12,7 @@ use std::{
 
 use rustix::fs::inotify;
 
-use super::support::{
+use crate::support::{
     files::{list_shards, read_tree, repository_path},
     jobs::{ABOUT, NO_SPLIT},
     products::made_products,
@@ -182,7 +182,7 @@ fn try_names(
     for (name, is_finished) in names {
         let workspace = Workspace::new();
         let data = workspace.path("data");
-        super::support::files::copy_folder(dataset, &data);
+        crate::support::files::copy_folder(dataset, &data);
         if !is_finished {
             // As a run that was killed leaves it: a shard is missing, and the tables are.
             for table in ["manifest.json", "assets.json", "index.parquet", "rejects.jsonl"] {
@@ -351,7 +351,7 @@ fn releases_and_pictures_follow_no_link() {
     Program::on("release", &dataset).option("--about", &about).option("--out", &release).succeed();
     for name in ["README.md", "pictures/", "manifest-sha256.txt", "croissant.json", "shards/"] {
         let copy = workspace.path("copy");
-        super::support::files::copy_folder(&release, &copy);
+        crate::support::files::copy_folder(&release, &copy);
         let place = workspace.path(format!("victim-{}", name.trim_end_matches('/')));
         link(&copy, name, &place).expect("a link");
         let victim = Victim::new(place);

@@ -7,7 +7,7 @@ use std::{
 
 use serde_json::Value;
 
-use super::support::{
+use crate::support::{
     files::{copy_folder, repository_path},
     jobs::NO_SPLIT,
     program::{Outcome, Program},

@@ -175,7 +175,7 @@ fn a_panic_names_what_was_being_made_and_loses_nothing() {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn a_panic_of_any_product_names_what_was_being_made_and_loses_nothing() {
     let names = small_jobs(small_folder()).map(|(name, _)| name);
     assert_contained(&names);

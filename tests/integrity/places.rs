@@ -6,7 +6,7 @@ use std::{
     path::Path,
 };
 
-use super::support::{
+use crate::support::{
     files::{copy_folder, number_at, repository_path},
     jobs::{NO_SPLIT, small_job},
     program::Program,

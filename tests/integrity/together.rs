@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::support::{
+use crate::support::{
     products::{MadeProduct, made_products},
     program::{Program, print_root},
     workspace::Workspace,
@@ -34,7 +34,7 @@ fn run_together(made: &MadeProduct, times: usize) {
 #[track_caller]
 fn assert_no_leftover(folder: &Path) {
     for folder in [folder.to_owned(), folder.join("shards")] {
-        for name in super::support::files::list_names(&folder) {
+        for name in crate::support::files::list_names(&folder) {
             assert!(!name.ends_with(".tmp") && !name.ends_with(".bad"), "{}: {name}", folder.display());
         }
     }

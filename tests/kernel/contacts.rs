@@ -322,7 +322,7 @@ fn overlap_is_found_by_depth_alone() {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn overlap_is_found_by_depth_alone_often() {
     assert_overlap_is_found(1500);
 }

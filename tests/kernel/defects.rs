@@ -13,15 +13,13 @@ use graspmill::{
     seed::Stream,
 };
 
-use crate::{
-    meshes::{join, reversed, scaled, sheet, shrunk},
-    support::{
-        files::{FULL_CHECK, assert_intact},
-        jobs::NO_SPLIT,
-        meshes::{block, bumpy, round, write_stl},
-        program::Program,
-        workspace::Workspace,
-    },
+use crate::kernel::meshes::{join, reversed, scaled, sheet, shrunk};
+use crate::support::{
+    files::{FULL_CHECK, assert_intact},
+    jobs::NO_SPLIT,
+    meshes::{block, bumpy, round, write_stl},
+    program::Program,
+    workspace::Workspace,
 };
 
 /// Radius or half width of most meshes here [m].
@@ -368,7 +366,7 @@ fn no_draw_of_loose_triangles_is_a_solid() {
 /// Bodies of a scene may be any accepted mesh, with all its defects: a scene of them is kept, or rejected with its
 /// reason.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn scenes_of_meshes_with_defects_are_kept_or_rejected() {
     const SCENES: u64 = 120;
     let workspace = Workspace::new();

@@ -9,13 +9,11 @@ use graspmill::{
     seed::Stream,
 };
 
-use crate::{
-    meshes::{join, reversed},
-    support::{
-        meshes::{block, stl_bytes},
-        program::Program,
-        workspace::Workspace,
-    },
+use crate::kernel::meshes::{join, reversed};
+use crate::support::{
+    meshes::{block, stl_bytes},
+    program::Program,
+    workspace::Workspace,
 };
 
 /// Verdict that a file must get.
@@ -527,14 +525,14 @@ fn every_hostile_file_gets_its_verdict() {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn every_costly_file_gets_its_verdict() {
     assert_eq!(judge_files(vec![("costly", costly())]), 5);
 }
 
 /// The program itself ends on all of them, within 3 GB of address space: the largest file has 47 MB.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn the_program_survives_every_hostile_file() {
     let folder = Workspace::new();
     for (_, files) in hostile_files().into_iter().chain([("costly", costly())]) {

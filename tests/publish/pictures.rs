@@ -74,7 +74,7 @@ fn draw_pictures(set: &Path) -> [(&'static str, Picture); 3] {
 
 /// `make pictures` sets GRASPMILL_WRITE_PICTURES to the folder of the set, and writes; a test compares.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn pictures_of_the_readme_come_out_again() {
     let workspace = Workspace::new();
     let given = std::env::var_os("GRASPMILL_WRITE_PICTURES");

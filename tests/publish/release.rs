@@ -386,7 +386,7 @@ fn the_small_release_comes_out_again() {
 
 /// Readers that others use: mlcroissant, cffconvert, Rerun; on a release of each product.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn others_read_releases_of_every_product() {
     let workspace = Workspace::new();
     let chosen = format!("grasps.dataset={}", workspace.path("grasps").display());

@@ -275,7 +275,7 @@ fn search(
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn the_search_of_an_unknown_arm_misses_less_than_a_thousandth() {
     let mut bad = Vec::new();
     for joints in [6, 7] {

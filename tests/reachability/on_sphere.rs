@@ -129,7 +129,7 @@ struct Wrong {
 /// The thesis's grid and the even one with the same positions, at rotations and positions between all cells, against the
 /// labeller's own answer there.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn evenly_spread_orientations_answer_better() {
     const POSITIONS: usize = 600;
     let workspace = Workspace::new();

@@ -9,14 +9,12 @@ use graspmill::{
 };
 use nalgebra::Vector3;
 
-use crate::{
-    support::{
-        files::read_text,
-        robots::{
-            FETCH, FETCH_ARM, FETCH_SITE, TX60L, TX60L_JOINTS, TX60L_SITE, max_difference, open_robot, random_values,
-        },
+use crate::robot::write_scene;
+use crate::support::{
+    files::read_text,
+    robots::{
+        FETCH, FETCH_ARM, FETCH_SITE, TX60L, TX60L_JOINTS, TX60L_SITE, max_difference, open_robot, random_values,
     },
-    write_scene,
 };
 
 #[test]

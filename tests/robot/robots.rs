@@ -16,16 +16,12 @@ use mujoco_rs::wrappers::{
 use nalgebra::{IsometryMatrix3, Matrix3, Point3, Quaternion, Rotation3, UnitQuaternion, Vector3};
 use serde_json::json;
 
-use crate::{
-    support::{
-        program::Program,
-        robots::{
-            FETCH, FETCH_ARM, FETCH_MESHES, FETCH_SITE, TX60L, TX60L_JOINTS, TX60L_SITE, open_robot, random_values,
-        },
-        touch_test::TouchTest,
-        workspace::Workspace,
-    },
-    write_scene,
+use crate::robot::write_scene;
+use crate::support::{
+    program::Program,
+    robots::{FETCH, FETCH_ARM, FETCH_MESHES, FETCH_SITE, TX60L, TX60L_JOINTS, TX60L_SITE, open_robot, random_values},
+    touch_test::TouchTest,
+    workspace::Workspace,
 };
 
 /// Compares where MuJoCo has each geom at random joint values with where the links' frames put it: the largest difference of

@@ -8,10 +8,8 @@ use graspmill::{
 };
 use nalgebra::{Point3, Rotation3, Vector3};
 
-use crate::{
-    support::{meshes::centred_block, pairs::default_camera},
-    write_scene,
-};
+use crate::robot::write_scene;
+use crate::support::{meshes::centred_block, pairs::default_camera};
 
 #[test]
 fn the_scene_holds_the_camera_of_the_default_job() {

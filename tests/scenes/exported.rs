@@ -153,7 +153,7 @@ fn containers_stand_as_the_bodies_settled_in_them() {
 
 /// Bins of scans, by contacts that are not ours.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn bins_of_scans_stay_where_they_are_in_stock_mujoco() {
     let workspace = Workspace::new();
     let bins = format!(

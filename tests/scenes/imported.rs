@@ -11,16 +11,14 @@ use graspmill::{
 };
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::{
-    scenes,
-    support::{
-        files::{FULL_CHECK, assert_intact, read_json},
-        jobs::NO_SPLIT,
-        meshes::{built_in_mesh, stl_bytes},
-        program::{Program, print_root},
-        solid::{Ends, Solid},
-        workspace::Workspace,
-    },
+use crate::scenes::scenes;
+use crate::support::{
+    files::{FULL_CHECK, assert_intact, read_json},
+    jobs::NO_SPLIT,
+    meshes::{built_in_mesh, stl_bytes},
+    program::{Program, print_root},
+    solid::{Ends, Solid},
+    workspace::Workspace,
 };
 
 /// A job that imports scenes of three shapes.
@@ -100,8 +98,11 @@ fn poses_of_a_table_are_kept_as_they_are_and_their_overlaps_are_measured() {
     let facts = Program::on("inspect", &data).read_json();
     assert_eq!((&facts["imported"]["too_deep"], &facts["imported"]["moved"]), (&1.into(), &1.into()));
     assert!(Program::on("inspect", &data).succeed().stdout.contains("of 1 a body moves by 2 mm or 2 degrees"));
-    let read: Vec<(String, String, u32, [f64; 3])> =
-        Program::python_lines(READ).arg(&data).env("PYTHONPATH", crate::repository_path("python")).succeed().json();
+    let read: Vec<(String, String, u32, [f64; 3])> = Program::python_lines(READ)
+        .arg(&data)
+        .env("PYTHONPATH", crate::scenes::repository_path("python"))
+        .succeed()
+        .json();
     assert_eq!((read[1].0.as_str(), read[1].1.as_str(), read[1].2), ("imported", "overlap", 0));
     assert!((read[1].3[0] + (length - 0.005) / 2.0).abs() < 1e-6 && (read[1].3[2] + 0.2).abs() < 1e-6, "{read:?}");
 

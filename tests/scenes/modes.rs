@@ -2,13 +2,11 @@
 
 use graspmill::format::{Scene, SceneContainer, SceneMode};
 
-use crate::{
-    SHAPES, assert_refused, job, scenes,
-    support::{
-        files::{FULL_CHECK, assert_intact},
-        program::{Program, print_root},
-        workspace::Workspace,
-    },
+use crate::scenes::{SHAPES, assert_refused, job, scenes};
+use crate::support::{
+    files::{FULL_CHECK, assert_intact},
+    program::{Program, print_root},
+    workspace::Workspace,
 };
 
 /// Makes a dataset of these keys on two threads and on one, and checks it.

@@ -53,7 +53,7 @@ fn verdicts(folder: &Path) -> BTreeMap<(SampleId, [u32; 3]), bool> {
 
 /// Bodies that touch neither the object nor what touches it, and that the hand stays away from, change hardly a trial.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn bodies_far_away_change_hardly_a_trial() {
     let workspace = Workspace::new();
     let keys = "mode = \"heap\"\ncount = 8\ntable = { size = [0.5, 0.5] }\nscenes = { training = 16 }";
@@ -72,7 +72,7 @@ fn bodies_far_away_change_hardly_a_trial() {
 
 /// Grasps of an object that lies alone on a plane, tried in its scene and by the trial on a table of a dataset of grasps.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn a_lone_body_is_held_where_the_trial_on_a_table_holds_it() {
     let workspace = Workspace::new();
     workspace.make_dataset("scenes", &scenes_job("mode = \"table\"\ncount = 1\nscenes = { training = 45 }"), &[]);

@@ -135,7 +135,7 @@ fn payloads(folder: &Path) -> BTreeMap<SampleId, PickCandidates> {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn other_objects_and_more_trials_change_nothing() {
     let workspace = with_inputs(true);
     let job = picks_job("trials = 2");

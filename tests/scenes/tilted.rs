@@ -2,16 +2,16 @@
 
 use graspmill::format::{Scene, SceneContainer};
 
-use crate::{
+use crate::scenes::{
     amodal::{SHELL, amodal_job, check_by_trimesh, views_job},
     assert_refused, picks, scenes,
-    support::{
-        files::{FULL_CHECK, assert_intact},
-        jobs::NO_SPLIT,
-        program::{Program, print_root},
-        workspace::Workspace,
-    },
     views::check_by_embree,
+};
+use crate::support::{
+    files::{FULL_CHECK, assert_intact},
+    jobs::NO_SPLIT,
+    program::{Program, print_root},
+    workspace::Workspace,
 };
 
 const TILT: f64 = 25.0;
@@ -25,7 +25,7 @@ fn bins(container: &str) -> String {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn bodies_lie_at_the_lower_wall_and_everybody_sees_the_same_bin() {
     let workspace = Workspace::new();
     let data = workspace.make_dataset("scenes", &bins(&format!(", tilt_deg = {TILT}")), &[]);

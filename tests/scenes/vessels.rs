@@ -11,17 +11,17 @@ use graspmill::{
 };
 use serde_json::Value;
 
-use crate::{
+use crate::scenes::{
     amodal::{SHELL, amodal_job, check_by_trimesh, samples, views_job},
     assert_refused, picks, scenes,
-    support::{
-        files::{FULL_CHECK, assert_intact, list_shards, read_json, read_text, repository_path},
-        jobs::NO_SPLIT,
-        meshes::{block, write_stl},
-        program::{Program, print_root},
-        workspace::Workspace,
-    },
     views::check_by_embree,
+};
+use crate::support::{
+    files::{FULL_CHECK, assert_intact, list_shards, read_json, read_text, repository_path},
+    jobs::NO_SPLIT,
+    meshes::{block, write_stl},
+    program::{Program, print_root},
+    workspace::Workspace,
 };
 
 const TOTE: &str = "scenes/tote.stl";
@@ -130,7 +130,7 @@ fn bodies_lie_in_a_tote_wherever_its_file_stands() {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn everybody_sees_the_same_tote() {
     let workspace = Workspace::new();
     let data = workspace.make_dataset("scenes", &job(&repository(TOTE), ", tilt_deg = 15"), &[]);

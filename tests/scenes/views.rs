@@ -435,7 +435,7 @@ fn rays_of_mujoco_see_the_same_bodies() {
 
 /// MuJoCo's own renderer and Embree, at the size of a camera: bins of ten scans.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn the_renderer_of_mujoco_and_embree_see_the_same_scans() {
     let workspace = Workspace::new();
     let bins = format!(

@@ -175,7 +175,7 @@ fn numpy_fuses_the_same_distances_and_libigl_finds_the_same_bodies() {
 
 /// Open3D is installed with the peers of the benchmarks; its wheel needs the machine's libusb.
 #[test]
-#[ignore = "needs Open3D: make test-slow"]
+#[ignore = "needs Open3D: make test-all"]
 fn open3d_fuses_the_same_distances() {
     let workspace = Workspace::new();
     workspace.make_dataset("scenes", BINS, &[]);

@@ -257,7 +257,7 @@ fn dataset(workspace: &Workspace, channels: &str) -> PathBuf {
 const CHANNELS: &str = "[channels]\nvisibility = true\ncoverage = true\ndepth = \"f32\"\n";
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn geodesics_rules_and_smoothing_change_what_they_are_asked_for() {
     let workspace = Workspace::new();
     let data = dataset(&workspace, CHANNELS);

@@ -66,7 +66,7 @@ impl Program {
         // The larger programs are installed with the benchmarks' peers.
         assert!(
             program.exists(),
-            "{} is missing: run `make deps-test`, for slow tests `make test-slow`",
+            "{} is missing: run `make deps-test`, for slow tests `make test-all`",
             program.display()
         );
         Self::of_system(program)

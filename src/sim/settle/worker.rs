@@ -837,7 +837,7 @@ mod tests {
     /// Bins of scans, settled as jobs do it where they say nothing else: nearly all are kept (docs/jobs/scenes.md), and what a
     /// step costs.
     #[test]
-    #[ignore = "slow: make test-slow"]
+    #[ignore = "slow: make test-all"]
     fn bins_of_scans_settle() {
         let all = scans(26);
         for (count, scenes, floor) in [(5, 20, 19), (10, 20, 18), (20, 6, 4)] {

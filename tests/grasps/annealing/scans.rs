@@ -45,7 +45,7 @@ fn timed(searcher: &Searcher, settings: &Annealing, keeping: &Keeping, runs: u64
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn steps_a_second_on_ten_scans() {
     let mut speeds = [const { Vec::new() }; 3];
     let mut built = Vec::new();
@@ -79,7 +79,7 @@ fn steps_a_second_on_ten_scans() {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn best_energies_by_budget() {
     for name in ["mug", "power_drill", "cracker_box"] {
         let searcher = Searcher::with_scan(&scan_file(name));
@@ -107,7 +107,7 @@ fn best_energies_by_budget() {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn kept_grasps_an_hour_on_ten_scans() {
     let mut hours = [const { Vec::new() }; 3];
     for name in TEN {

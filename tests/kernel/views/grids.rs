@@ -66,7 +66,7 @@ fn partial_lies_in_complete() {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn partial_lies_in_complete_on_every_scan() {
     assert_partial_lies_in_complete(1);
 }
@@ -250,7 +250,7 @@ fn complete_is_every_cell_that_meets_the_solid() {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn complete_is_every_cell_that_meets_the_solid_in_more_views() {
     assert_complete_meets_the_solid([1, 2, 7, 8]);
 }
@@ -314,7 +314,7 @@ fn lower_corners_are_those_of_every_solid_cell() {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn lower_corners_are_those_of_every_solid_cell_in_more_views() {
     assert_lower_corners([1, 2, 7, 8]);
 }

@@ -82,7 +82,7 @@ fn open_mesh_fetch() -> (PlanningGroup, Bodies) {
 
 /// Zero false "reachable": every witness, by programs that are not ours.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn every_witness_of_the_mesh_fetch_holds() {
     let map = &*MESHES;
     let (group, bodies) = open_mesh_fetch();
@@ -126,7 +126,7 @@ fn every_witness_of_the_mesh_fetch_holds() {
 /// No false "not reachable" that another solver finds, 200 random starts each: of 20,000 random cells those that no bound
 /// decides, and more of these.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn a_numeric_solver_upgrades_no_cell_of_the_mesh_fetch() {
     const CELLS: usize = 20_000;
     const SEARCHED: usize = 4_000;
@@ -203,7 +203,7 @@ fn find_solutions(group: &PlanningGroup, target: &Pose<World, EndEffector>, cell
 
 /// The two models of one robot, cell by cell.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn the_primitive_fetch_reaches_what_the_mesh_fetch_does() {
     let (meshes, primitives) = (&*MESHES, &*PRIMITIVES);
     let mut table = [[0usize; 3]; 3];

@@ -218,7 +218,7 @@ fn bodies_overlap_by_the_depth_at_least() {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn bodies_overlap_by_the_depth_at_least_often() {
     assert_bodies_overlap(1500);
 }
@@ -262,7 +262,7 @@ fn move_one(robot: &mut Robot, pair: usize, links: &Links, depth: f64, motion: u
 /// The whole robot, in 100,000 configurations: coal's verdict, and the time of a check compared with coal's and
 /// MuJoCo's.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn the_mesh_fetch_collides_where_coal_says() {
     let mut robot = Robot::open(MESH_FETCH, "coal");
     let configurations: Vec<[f64; 7]> =

@@ -56,7 +56,7 @@ fn closings_touch_what_mujocos_own_field_touches() {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn many_closings_touch_what_mujocos_own_field_touches() {
     assert_closings_touch(20, &["mug-01", "bowl-01", "can-01", "kettle-01"]);
 }

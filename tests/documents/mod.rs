@@ -9,6 +9,4 @@ mod links;
 mod programs;
 mod running;
 mod statements;
-#[path = "../support/mod.rs"]
-mod support;
 mod threats;

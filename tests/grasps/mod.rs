@@ -7,8 +7,6 @@ mod passage;
 mod patch_marks;
 mod patches;
 mod second_engine;
-#[path = "../support/mod.rs"]
-mod support;
 mod table_trials;
 mod trials;
 mod wrench;

@@ -4,5 +4,3 @@ mod pages;
 mod pictures;
 mod release;
 mod report;
-#[path = "../support/mod.rs"]
-mod support;

@@ -5,16 +5,14 @@ mod datasets;
 mod looking;
 mod misses;
 mod on_sphere;
-#[path = "../support/mod.rs"]
-mod support;
 
 use std::{
     fs,
     path::{Path, PathBuf},
 };
 
+use crate::support::{jobs::fetch_table, program::Program, robots::FETCH, workspace::Workspace};
 use serde_json::Value;
-use support::{jobs::fetch_table, program::Program, robots::FETCH, workspace::Workspace};
 
 /// Grid of orientations by roll, pitch and yaw, of [`small_job`].
 const ORIENTATIONS: &str = "roll = 2\npitch = 4\nyaw = 4\n";

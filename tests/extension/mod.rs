@@ -2,9 +2,6 @@
 //! of completion, `centroid`, and the first change of CONTRIBUTING.md is built and used. Files of product and channel are in
 //! `tests/fixtures/`.
 
-#[path = "support/mod.rs"]
-mod support;
-
 use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
@@ -12,8 +9,7 @@ use std::{
     sync::LazyLock,
 };
 
-use serde_json::Value;
-use support::{
+use crate::support::{
     files::{ROOT, read_json, repository_path},
     first_change,
     jobs::NO_SPLIT,
@@ -21,6 +17,7 @@ use support::{
     schemas,
     workspace::Workspace,
 };
+use serde_json::Value;
 
 /// Files of the repository that a build of the program takes.
 const SOURCES: [&str; 10] = [
@@ -313,7 +310,7 @@ fn a_new_channel_edits_six_files() {
 }
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn a_new_product_is_run_verified_inspected_and_reported() {
     let workspace = Workspace::new();
     let text = format!("product = \"volume\"\n[[objects]]\nbuilt_in = {NAMES:?}\n{NO_SPLIT}");
@@ -364,7 +361,7 @@ print(json.dumps([float(numpy.abs(numpy.array(stored) - expected).max()), len(da
 ";
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn a_new_channel_is_made_verified_and_read_and_moves_no_other() {
     let workspace = Workspace::new();
     let text = format!("views = {{ even = 5 }}\n[[objects]]\nbuilt_in = {NAMES:?}\n{NO_SPLIT}");
@@ -402,7 +399,7 @@ print(json.dumps([column, ((partial & complete).sum(axis=1) / complete.sum(axis=
 ";
 
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn the_first_change_of_contributing_adds_its_column() {
     let workspace = Workspace::new();
     let text = format!("views = {{ even = 3 }}\n[[objects]]\nbuilt_in = {NAMES:?}\n{NO_SPLIT}");

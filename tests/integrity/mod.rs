@@ -16,8 +16,6 @@ mod names;
 mod panics;
 mod places;
 mod remedies;
-#[path = "../support/mod.rs"]
-mod support;
 mod surroundings;
 mod together;
 mod verification;

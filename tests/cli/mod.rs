@@ -1,8 +1,5 @@
 //! The command line as a contract: verbs, exit codes, what is printed where, and that nothing is lost.
 
-#[path = "support/mod.rs"]
-mod support;
-
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -10,13 +7,13 @@ use std::{
     time::{Duration, Instant},
 };
 
-use serde_json::Value;
-use support::{
+use crate::support::{
     files::{flip_bit, list_shards, read_text, read_tree, repository_path},
     meshes::tetrahedron_off,
     program::{Program, print_root},
     workspace::Workspace,
 };
+use serde_json::Value;
 
 const JOB: &str = r#"
 name = "cli"

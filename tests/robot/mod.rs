@@ -6,8 +6,6 @@ mod kinematics;
 mod robots;
 mod sim;
 mod solids;
-#[path = "../support/mod.rs"]
-mod support;
 mod urdf;
 
 use std::fs;

@@ -12,6 +12,4 @@ mod onnx_file;
 mod remedies;
 mod seen_space;
 mod segment;
-#[path = "../support/mod.rs"]
-mod support;
 mod table;

@@ -2,5 +2,3 @@
 
 mod sets;
 mod specs;
-#[path = "../support/mod.rs"]
-mod support;

@@ -12,8 +12,6 @@ mod pick_trials;
 mod picks;
 mod segmenting;
 mod sets;
-#[path = "../support/mod.rs"]
-mod support;
 mod tables;
 mod tilted;
 mod verbs;
@@ -23,6 +21,13 @@ mod volumes;
 
 use std::path::Path;
 
+use crate::support::{
+    files::{FULL_CHECK, assert_intact, read_json, repository_path},
+    jobs::NO_SPLIT,
+    meshes::{centred_block, round, write_stl},
+    program::Program,
+    workspace::Workspace,
+};
 use alike::make_alike;
 use graspmill::{
     files::Folder,
@@ -32,13 +37,6 @@ use graspmill::{
     },
     geom::TriMesh,
     words::Split,
-};
-use support::{
-    files::{FULL_CHECK, assert_intact, read_json, repository_path},
-    jobs::NO_SPLIT,
-    meshes::{centred_block, round, write_stl},
-    program::Program,
-    workspace::Workspace,
 };
 
 /// Shapes of every job here.
@@ -345,7 +343,7 @@ fn unusable_meshes_are_refused_by_name_and_an_open_one_may_be_weighed() {
 
 /// Thin walls that fall on thin walls, edge first or not: no kept body has passed through.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn two_thousand_cups_fall_on_bowls_and_none_is_kept_in_one() {
     let workspace = Workspace::new();
     let keys = "mode = \"heap\"\ncount = 2\nscenes = { training = 2000 }\nphysics = { release_height = 0.3 }";
@@ -362,7 +360,7 @@ fn two_thousand_cups_fall_on_bowls_and_none_is_kept_in_one() {
 
 /// Twenty balls are the largest number of bodies of a scene, and all of them roll.
 #[test]
-#[ignore = "slow: make test-slow"]
+#[ignore = "slow: make test-all"]
 fn twenty_balls_come_to_rest_or_are_rejected() {
     let workspace = Workspace::new();
     let balls = "mode = \"bin\"\ncount = 20\nscenes = { training = 10 }\n[[objects]]\nfolder = \"meshes\"\nsizes = [0.5, 0.52, \

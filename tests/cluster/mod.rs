@@ -2,8 +2,6 @@
 
 mod hostile;
 mod slurm;
-#[path = "../support/mod.rs"]
-mod support;
 mod tasks;
 
 use std::{
@@ -11,7 +9,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use support::{
+use crate::support::{
     files::read_tree,
     program::{Outcome, Program},
     workspace::Workspace,

@@ -9,5 +9,3 @@ mod peers;
 mod python_package;
 mod reading;
 mod schemas;
-#[path = "../support/mod.rs"]
-mod support;

@@ -5,7 +5,5 @@ mod determinism;
 mod half_shapes;
 mod nearness;
 mod occlusion;
-#[path = "../support/mod.rs"]
-mod support;
 mod touch;
 mod views_per_object;

@@ -11,8 +11,6 @@ mod polygons;
 mod seams;
 mod sensors;
 mod solids;
-#[path = "../support/mod.rs"]
-mod support;
 mod symmetries;
 mod twins;
 mod views;
