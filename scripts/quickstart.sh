@@ -56,6 +56,8 @@ $(printf '%s\n' "${made[@]}")
 Next:
 $(printf '%s\n' "${pages[@]:0:2}")
   $program inspect ${clutter[1]}/views
+  $program run jobs/half-shapes.toml --out datasets/half-shapes      (shapes that only touch distinguishes)
+  $program run jobs/grasps-quick.toml --out datasets/grasps-quick    (grasps of a Barrett hand on three shapes)
   $program run jobs/ycb-completion.toml --out datasets/ycb-completion
   make model-quick    (trains a network on such pairs and shows what it completes; PyTorch, 5 GB once)
 END
