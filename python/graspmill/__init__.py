@@ -1,11 +1,11 @@
-"""Reads datasets of graspmill: completion pairs, touch, reachability maps, grasps, patches, scenes, views, amodal pairs,
-volumes, picks and heatmaps of scenes.
+"""Reads datasets of graspmill: completion pairs with touch, reachability maps, grasps, patches, scenes, views, amodal pairs,
+volumes, picks and heatmaps.
 
     import graspmill
     data = graspmill.Dataset("datasets/quickstart", graspmill.CompletionSample, split="training")
     partial, complete = data[0].partial, data[0].complete    # bool (n, n, n), indexed (x, y, z)
 
-``docs/python.md`` says more; ``docs/format.md`` what every number means.
+See ``docs/python.md`` for a guide, ``docs/format.md`` for the meaning of every number.
 """
 
 from .amodal import AmodalSample, Clutter

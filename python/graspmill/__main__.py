@@ -20,7 +20,7 @@ def _facts(folder: Folder) -> dict[str, Any]:
 
 
 def _shown(line: str) -> str:
-    """A line whose control characters, line ends and marks of direction are escapes: names are texts of others."""
+    """A line with control characters, line ends and marks of direction escaped: names come from others."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in line)
 
 

@@ -1,4 +1,4 @@
-"""Samples of amodal pairs: completion pairs of the bodies of settled scenes, with what surrounds each."""
+"""Samples of amodal pairs: completion pairs of the bodies of settled scenes, with the surroundings of each."""
 
 from __future__ import annotations
 
@@ -16,32 +16,32 @@ class Clutter:
     """Surroundings of one body of a scene in one image, on the grid of its pair."""
 
     object: str
-    """Digest of the object that the body is, 64 hexadecimal digits, as in ``assets.json``."""
+    """Digest of the body's object, 64 hexadecimal digits, as in ``assets.json``."""
     instance: int
     """Number of the body in its scene and in its image, from 1."""
     pixels_all: int
-    """Pixels of its silhouette alone, those outside the image included."""
+    """Pixels of its silhouette alone, including those outside the image."""
     pixels_in_image: int
     """Pixels of its silhouette alone, in the image."""
     pixels_visible: int
     """Pixels that see it."""
     points: int
-    """Measured depths that the partial grid is made of."""
+    """Measured depths from which the partial grid is made."""
     own_points: int
     """Points among them that were measured on the body's own surface."""
     others_seen: Cells
     """Cells that hold a measured depth of anything else: (n, n, n), indexed (x, y, z)."""
     others_solid: Cells
-    """Cells that meet another body, the container or what is below the table: (n, n, n), indexed (x, y, z)."""
+    """Cells that meet another body, the container or the half-space below the table: (n, n, n), indexed (x, y, z)."""
 
     @property
     def visible_share(self) -> float:
-        """Share of its silhouette that is seen, 0 to 1."""
+        """Visible share of its silhouette, 0 to 1."""
         return self.pixels_visible / max(self.pixels_all, 1)
 
     @property
     def truncated(self) -> bool:
-        """Whether the body reaches out of the image."""
+        """Whether the body extends beyond the image."""
         return self.pixels_in_image < self.pixels_all
 
     @property
@@ -51,7 +51,7 @@ class Clutter:
 
 
 class AmodalSample(CompletionSample):
-    """A completion pair of one body of a scene in one image: all that a ``CompletionSample`` has but occluders, and
+    """A completion pair of one body of a scene in one image: all attributes of a ``CompletionSample`` except occluders, and
     ``clutter``."""
 
     product = "amodal"

@@ -1,4 +1,4 @@
-"""The export ``graspmill export --to npy``, mapped into memory: the fastest way to completion pairs."""
+"""The export ``graspmill export --to npy``, mapped into memory: the fastest way to read completion pairs."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _AGAIN = "export it again"
 class NpyExport:
     """Pairs of an export, by row: ``len(pairs)``, ``pairs[k]``, ``pairs.gather([...])``.
 
-    ``split`` and ``objects`` (names) select rows of ``samples.csv``. An export with ``--unpacked`` is read, too.
+    ``split`` and ``objects`` (names) select rows of ``samples.csv``. Exports with ``--unpacked`` work, too.
 
-    Raises ``DatasetError`` for a folder that is no such export, ``BadSelection`` for a selection that holds nothing.
+    Raises ``DatasetError`` for a folder that is not such an export, ``BadSelection`` for an empty selection.
     """
 
     def __init__(self, folder: str | Path, *, split: str | None = None, objects: Iterable[str] | None = None) -> None:
@@ -33,13 +33,13 @@ class NpyExport:
         facts = self.path / "export.json"
         if not facts.is_file():
             raise UnfinishedDataset(
-                self.path, "no export: it has no export.json", "make it with `graspmill export --to npy`"
+                self.path, "not an export: it has no export.json", "make it with `graspmill export --to npy`"
             )
         self.facts: dict[str, Any] = json.loads(read_text(self.path, facts.name))
         if self.facts.get("format") != "npy":
             raise UnfinishedDataset(self.path, f"an export to {self.facts.get('format')}", "give one `--to npy`")
         self.root: str = self.facts["root"]
-        """Root digest of the dataset that it was made from."""
+        """Root digest of the exported dataset."""
         rows = list(csv.DictReader(io.StringIO(read_text(self.path, "samples.csv"), newline="")))
         names = [] if objects is None else [objects] if isinstance(objects, str) else list(objects)
         chosen = [
@@ -50,7 +50,7 @@ class NpyExport:
         if not chosen:
             raise BadSelection(f"{self.path}: no row of split {split!r} and objects {names}")
         self.rows = np.array(chosen, np.int64)
-        """Row in the arrays of each place."""
+        """Row in the arrays for each index."""
         self.samples = [rows[place] for place in chosen]
         """The rows of ``samples.csv``, as text."""
         self.indices = np.array([int(row["sample_index"]) for row in self.samples], np.int64)
@@ -65,9 +65,9 @@ class NpyExport:
     def _array(self, name: str, count: int) -> npt.NDArray[Any]:
         path = self.path / f"{name}.npy"
         try:
-            # Refuses links and what is no regular file.
+            # Refuses links and everything that is not a regular file.
             size_inside(self.path, path.name)
-            # Mapped, then taken as a plain array: each row of a memmap would cost a new object of that class.
+            # Mapped, then taken as a plain array: each row of a memmap would create a new object of that class.
             array: npt.NDArray[Any] = np.load(path, mmap_mode="r").view(np.ndarray)
         except (OSError, ValueError) as error:
             raise DamagedFile(path, f"it cannot be read ({error})", _AGAIN) from error
@@ -95,12 +95,12 @@ class NpyExport:
         return self.gather([place])
 
     def gather(self, places: Sequence[int] | npt.NDArray[np.int64]) -> PairBatch:
-        """Pairs at several places, packed, in the order asked for."""
-        asked = np.asarray(places, np.int64)
-        rows = self.rows[asked]
+        """Pairs at several indices, packed, in the given order."""
+        wanted = np.asarray(places, np.int64)
+        rows = self.rows[wanted]
         tactile = None if self._tactile is None else self._bits(self._tactile, rows)
         partial, complete = self._bits(self._partial, rows), self._bits(self._complete, rows)
-        return PairBatch(self.resolution, self.indices[asked], partial, complete, None, tactile)
+        return PairBatch(self.resolution, self.indices[wanted], partial, complete, None, tactile)
 
     @staticmethod
     def _bits(array: npt.NDArray[Any], rows: npt.NDArray[np.int64]) -> npt.NDArray[np.uint8]:

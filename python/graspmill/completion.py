@@ -1,4 +1,4 @@
-"""Samples of completion datasets: pairs of grids, what goes with them, and touch."""
+"""Samples of completion datasets: pairs of grids, further channels, and touch."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TOUCH = ("touch_rays", "touch_exploration", "touch_grasp")
 
 @dataclass(frozen=True, eq=False)
 class Pair:
-    """All of a ``VoxelPair`` but its bits."""
+    """A ``VoxelPair`` without its bits."""
 
     sample: SampleId
     grid: Grid
@@ -40,7 +40,7 @@ class Pair:
     complete_cells: int
     both_cells: int
     solid_share: float
-    """Share of the solid's volume that lies inside the grid, 0 to 1."""
+    """Share of the solid's volume inside the grid, 0 to 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class Depth:
 
     @classmethod
     def of(cls, sample: Sample, channel: str) -> Depth:
-        """Out of a ``Depth`` message."""
+        """From a ``Depth`` message."""
         message = sample.message(channel)
         shape = message["height"], message["width"]
         if message["step"] == 0.0:
@@ -73,7 +73,7 @@ class Occlusion:
     kind: str
     """``none``, ``neighbour`` or ``half_space``."""
     object_pixels: int
-    """Pixels of a perfect image that see the object where nothing stands in front of it."""
+    """Pixels of a perfect image that would see the object without the occluder."""
     hidden_pixels: int
     """Pixels of these that see the occluder instead."""
     corners: Points
@@ -125,33 +125,33 @@ class Contacts:
     """Where the object was touched, in the camera's frame; one row per contact, in the order of the probes."""
 
     probes: int
-    """Count of what was sent out to touch: rays, or approaches of a hand."""
+    """Number of probes: rays, or approaches of a hand."""
     probe: npt.NDArray[np.uint64]
-    """(contacts,) which probe made each."""
+    """(contacts,) index of the probe that made each."""
     positions: Points
     """(contacts, 3) m"""
     normals: Points
     """(contacts, 3) outward, unit length."""
     distances: Points
-    """(contacts,) m that the probe came."""
+    """(contacts,) m, distance that the probe moved."""
     visible: Cells
-    """(contacts,) whether no surface stands between it and the camera, in clutter none of the whole scene."""
+    """(contacts,) whether no surface is between it and the camera; in clutter, no surface of the whole scene."""
     cells: npt.NDArray[np.uint64]
     """(contacts,) cell (x n + y) n + z of the pair's grid; n^3: outside."""
     misses: Points
-    """(probes without a contact that nothing stopped, 3) m: where each started."""
+    """(probes that touched nothing and were not stopped, 3) m: where each started."""
     blocked_probe: npt.NDArray[np.uint64] = field(default_factory=lambda: np.zeros(0, np.uint64))
-    """(blocked,) which probe something else stopped than the object; of lone objects none, and so is all of ``blocked``."""
+    """(blocked,) index of each probe that an obstacle stopped; empty for single objects, as all of ``blocked``."""
     blocked_by: Bits = field(default_factory=lambda: np.zeros(0, np.uint8))
-    """(blocked,) what: the number of a body from 1, 254 the container, 255 the table."""
+    """(blocked,) obstacle: the number of a body from 1, 254 the container, 255 the table."""
     blocked_positions: Points = field(default_factory=lambda: np.zeros((0, 3), np.float32))
     """(blocked, 3) m"""
     hand: str = ""
-    """Name of the hand; empty of rays, and so is all below."""
+    """Name of the hand; empty for rays, as all attributes below."""
     links: list[str] = field(default_factory=list)
     joints: list[str] = field(default_factory=list)
     link: npt.NDArray[np.uint64] = field(default_factory=lambda: np.zeros(0, np.uint64))
-    """(contacts,) place in ``links``."""
+    """(contacts,) index into ``links``."""
     forces: Points = field(default_factory=lambda: np.zeros(0, np.float32))
     """(contacts,) N along the normal."""
     gaps: Points = field(default_factory=lambda: np.zeros(0, np.float32))
@@ -165,7 +165,7 @@ class Contacts:
 
     @classmethod
     def of(cls, sample: Sample, channel: str) -> Contacts:
-        """Out of a ``TactileContacts``, a ``HandContacts`` or a ``ClutterContacts`` message."""
+        """From a ``TactileContacts``, a ``HandContacts`` or a ``ClutterContacts`` message."""
         message = sample.message(channel)
         rays = {
             "probes": message["probes"],
@@ -207,7 +207,7 @@ class Contacts:
 
 
 class CompletionSample(Sample):
-    """A pair of grids and what goes with it, in the camera's frame."""
+    """A pair of grids and its further channels, in the camera's frame."""
 
     product = "completion"
     __slots__ = ()
@@ -332,7 +332,7 @@ class CompletionSample(Sample):
 
     @content
     def tactile(self) -> Cells:
-        """Cells that any kind of touch met: (n, n, n)."""
+        """Cells with a contact of any kind of touch: (n, n, n)."""
         n = self.resolution
         cells = np.zeros(n**3 + 1, np.bool_)
         for channel in TOUCH:
@@ -348,7 +348,7 @@ class CompletionSample(Sample):
 
 @dataclass(frozen=True, eq=False)
 class PairBatch:
-    """Pairs of one resolution side by side, packed: a tenth of the bytes on the way to a device."""
+    """Pairs of one resolution, packed: a tenth of the bytes on the way to a device."""
 
     resolution: int
     indices: npt.NDArray[np.int64]
@@ -376,7 +376,7 @@ class PairBatch:
     def of(cls, samples: Sequence[CompletionSample]) -> PairBatch:
         """Stacks samples, which must be of one resolution.
 
-        Raises ``ValueError`` where they are not, or there are none.
+        Raises ``ValueError`` if they are not, or if there are none.
         """
         if not samples:
             raise ValueError("a batch of no samples")
@@ -392,7 +392,7 @@ class PairBatch:
             except WireError as error:
                 raise sample.damaged(error) from error
             if len(partial) != size or len(complete) != size:
-                # Raises what is wrong with the sample itself; else it is of another resolution.
+                # Raises the error of the sample itself; otherwise it has another resolution.
                 _ = sample.resolution
             parts += (partial, complete)
         planes = _planes(parts, size).reshape(len(samples), 2, size)

@@ -1,4 +1,4 @@
-"""A dataset, map style: samples by their place in a selection, straight from the compressed shards."""
+"""A dataset, map style: samples by their index in a selection, directly from the compressed shards."""
 
 from __future__ import annotations
 
@@ -52,17 +52,17 @@ KINDS: dict[str, type[Sample]] = {
 
 
 class Dataset(Generic[S]):
-    """Samples of a finished dataset, by place: ``len(data)``, ``data[k]``, ``data[:100]``, ``data.gather([...])``.
+    """Samples of a finished dataset, by index: ``len(data)``, ``data[k]``, ``data[:100]``, ``data.gather([...])``.
 
-    ``kind`` is the class of its samples (``CompletionSample``, ``ReachabilitySample``, ``GraspSample``,
-    ``PatchSample``, ``SceneSample``, ``ViewSample``, ``AmodalSample``, ``VolumeSample``, ``PickSample``,
-    ``HeatmapSample``): with it type checkers know what a sample has, and a dataset of another product is refused.
-    ``Sample``, which products without a class of their own have, reads any product by the schemas in its shards.
-    ``split``, ``objects`` (names) and ``subset`` (a nested training subset) select; ``channels`` are the channels to
-    read, all without it. ``cached_chunks`` unpacked chunks of 64 KiB or so stay in memory.
+    ``kind`` is the class of its samples (``CompletionSample``, ``ReachabilitySample``, ``GraspSample``, ``PatchSample``,
+    ``SceneSample``, ``ViewSample``, ``AmodalSample``, ``VolumeSample``, ``PickSample``, ``HeatmapSample``): with it, type
+    checkers know the attributes of a sample, and a dataset of another product is refused. ``Sample`` reads any product by the
+    schemas in its shards, including products without a class. ``split``, ``objects`` (names) and ``subset`` (a nested training
+    subset) select; ``channels`` are the channels to read, by default all. ``cached_chunks`` is the number of unpacked chunks, of
+    about 64 KiB, that stay in memory.
 
-    Files are opened when they are first needed, once per process, so a ``Dataset`` can be pickled and forked at will. It
-    serves one thread at a time.
+    Files are opened when they are first needed, once per process, so a ``Dataset`` can be pickled and forked. Use it in one
+    thread at a time.
 
     Raises ``DatasetError`` for a folder that cannot be read, ``BadSelection`` for a selection that it cannot fulfil.
     """
@@ -105,7 +105,7 @@ class Dataset(Generic[S]):
         cached_chunks: int = 64,
     ) -> None:
         self.folder = Folder(folder)
-        # A product without a class of its own is read by its schemas: `Sample.message`.
+        # A product without a class is read by its schemas: `Sample.message`.
         self.kind: type[Any] = kind or KINDS.get(self.folder.product, Sample)
         if self.kind is not Sample:
             self.folder.expect(self.kind.product)
@@ -115,11 +115,11 @@ class Dataset(Generic[S]):
         self._index: Index | None = None
         self._reset()
         if split is None and objects is None and subset is None and self.folder.kept == self.folder.samples:
-            # Nothing to look up: the index is read when it is asked for.
+            # Nothing to look up: the index is read on first use.
             self.indices: npt.NDArray[np.int64] = np.arange(self.folder.samples)
         else:
             self.indices = np.flatnonzero(self._selected(split, objects, subset))
-        """Sample index of each place, ascending but in slices with a negative step."""
+        """Sample index of each element, ascending except in slices with a negative step."""
 
     def _reset(self) -> None:
         self._files: dict[int, McapFile] = {}
@@ -149,10 +149,10 @@ class Dataset(Generic[S]):
     def __getitem__(self, place: slice) -> Dataset[S]: ...
 
     def __getitem__(self, place: int | slice) -> S | Dataset[S]:
-        """The sample at a place of the selection; negative places count from the end. A slice is a ``Dataset`` of the
-        samples at its places, of which none is read yet.
+        """The sample at an index of the selection; negative indices count from the end. A slice is a ``Dataset`` of its
+        samples, none of which is read yet.
 
-        Raises ``IndexError`` past the end, ``DamagedFile`` where a chunk does not hold what its checksum says.
+        Raises ``IndexError`` past the end, ``DamagedFile`` where a chunk does not match its checksum.
         """
         if isinstance(place, slice):
             view = copy(self)
@@ -166,12 +166,11 @@ class Dataset(Generic[S]):
         return self._sample(shard, chunk, index)
 
     def __getitems__(self, places: Sequence[int]) -> list[S]:
-        """Samples at several places, in the order asked for; each chunk is unpacked once. What PyTorch's loaders
-        call."""
-        asked = np.asarray(places, np.int64)
-        if len(asked) and not (-len(self) <= asked.min() and asked.max() < len(self)):
-            raise IndexError(f"indices {asked.min()} to {asked.max()} of {len(self)} samples")
-        indices = self.indices[asked]
+        """Samples at several indices, in the given order; each chunk is unpacked once. PyTorch's loaders call it."""
+        wanted = np.asarray(places, np.int64)
+        if len(wanted) and not (-len(self) <= wanted.min() and wanted.max() < len(self)):
+            raise IndexError(f"indices {wanted.min()} to {wanted.max()} of {len(self)} samples")
+        indices = self.indices[wanted]
         shards, chunks = self._chunks_of(indices)
         order = np.lexsort((chunks, shards)).tolist()
         rows = list(zip(shards.tolist(), chunks.tolist(), indices.tolist()))
@@ -183,22 +182,22 @@ class Dataset(Generic[S]):
     gather = __getitems__
 
     def __iter__(self) -> Iterator[S]:
-        """All samples in order, a chunk at a time."""
+        """All samples in order, one chunk at a time."""
         return (self[place] for place in range(len(self)))
 
     @property
     def index(self) -> Index:
-        """The sample index: one row per sample index, rejected ones included."""
+        """The sample index: one row per sample index, including rejected samples."""
         if self._index is None:
             self._index = Index(self.folder)
         return self._index
 
     @property
     def objects(self) -> dict[str, str]:
-        """The objects that this selection has samples of: name -> digest (64 hexadecimal digits, the column
-        ``subject``), in the order of the asset table; two of one name are told apart by the digest.
+        """The objects of the samples of this selection: name -> digest (64 hexadecimal digits, the column
+        ``subject``), in the order of the asset table; two of one name are distinguished by the digest.
 
-        Reachability maps have none: their subject is a robot.
+        Reachability maps have no objects: their subject is a robot.
         """
         numbers = np.unique(self.index.subject_number[self.indices]).tolist()
         here = {self.index.subjects[number] for number in numbers}
@@ -209,20 +208,20 @@ class Dataset(Generic[S]):
         return found
 
     def frame(self) -> pd.DataFrame:
-        """The index of this selection as a pandas DataFrame: one row per sample, in the order of the places; without
-        the digests. ``data.index.frame()`` has the rejected samples, too, ``grasp_frame`` one row per grasp.
+        """The index of this selection as a pandas DataFrame: one row per sample, in their order; without the digests.
+        ``data.index.frame()`` has the rejected samples, too, ``grasp_frame`` one row per grasp.
 
         Raises ``MissingPackage`` without pandas.
         """
         return index_frame(self.index, self.indices)
 
     def column(self, name: str) -> npt.NDArray[Any]:
-        """A column of the index for the places of this selection: ``object``, ``split``, ``item``, ..."""
+        """A column of the index for the samples of this selection: ``object``, ``split``, ``item``, ..."""
         return self.index.column(name, self.indices)
 
     def place_of(self, sample: SampleId) -> int | None:
-        """The place of the sample of this id, for example of a pair of the same view in another dataset; ``None``
-        without one."""
+        """The index of the sample with this id, for example of a pair of the same view in another dataset; ``None`` without
+        one."""
         index = self.index
         if sample.subject not in index.subjects:
             return None
@@ -233,9 +232,9 @@ class Dataset(Generic[S]):
         return int(places[0]) if len(places) else None
 
     def chunk_table(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        """Shard, chunk and first place of each chunk that holds a selected sample, in order.
+        """Shard, chunk and first index of each chunk with a selected sample, in order.
 
-        The samples of chunk k stand at the places from its first one to that of the next.
+        The samples of chunk k have the indices from its first one to that of the next.
         """
         shards, chunks = self._chunks_of(self.indices)
         new = np.ones(len(self), np.bool_)
@@ -244,8 +243,7 @@ class Dataset(Generic[S]):
         return shards[firsts], chunks[firsts], firsts
 
     def run_of(self, shard: int, chunk: int, first: int, end: int) -> list[S]:
-        """The samples at the places from ``first`` to before ``end``, which all stand in this chunk
-        (``chunk_table``)."""
+        """The samples at the indices from ``first`` to before ``end``, which are all in this chunk (``chunk_table``)."""
         held, path = self._read_chunk(shard, chunk), self.folder.shards[shard]
         try:
             return [self.kind(index, self._layout, held[index]) for index in self.indices[first:end].tolist()]
@@ -312,7 +310,7 @@ class Dataset(Generic[S]):
         return file
 
     def _chunk(self, shard: int, chunk: int) -> dict[int, list[memoryview]]:
-        """Messages of a chunk as ``_read_chunk`` reads them, out of memory where the chunk is still there."""
+        """Messages of a chunk as ``_read_chunk`` reads them, from memory if the chunk is still cached."""
         key = (shard, chunk)
         found = self._cache.get(key)
         if found is not None:

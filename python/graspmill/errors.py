@@ -1,4 +1,4 @@
-"""Errors of reading a dataset. Every error names the file and what to do."""
+"""Errors of reading a dataset. Every error names the file and the remedy."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class UnfinishedDataset(DatasetError):
 
 
 class UnknownFormat(DatasetError):
-    """A dataset of another format version, or with things in it that this version does not know."""
+    """A dataset of another format version, or with content that this version does not know."""
 
 
 class DamagedFile(DatasetError):
-    """A file that is not what its own checksums, or the manifest, say."""
+    """A file that does not match its own checksums, or the manifest."""
 
 
 _REMEDIES = {
@@ -52,13 +52,13 @@ _REMEDIES = {
 
 
 def unreadable(path: Path, error: OSError) -> DatasetError:
-    """The error of a file that the operating system does not let us read."""
+    """The error of a file that the operating system does not allow to be read."""
     remedy = _REMEDIES.get(error.errno or 0, "check the path, its permissions and the disk")
     return DatasetError(path, f"it cannot be read ({error.strerror or error})", remedy)
 
 
 class WrongProduct(DatasetError):
-    """A dataset of another product than the one asked for."""
+    """A dataset of another product than the requested one."""
 
 
 class BadSelection(ValueError):
@@ -66,7 +66,7 @@ class BadSelection(ValueError):
 
 
 class MissingPackage(ImportError):
-    """A Python package that a part of this one needs besides NumPy and zstandard, and that is not installed."""
+    """A Python package that is not installed, which a part of this package needs in addition to NumPy and zstandard."""
 
     def __init__(self, package: str, purpose: str, remedy: str) -> None:
         super().__init__(f"{purpose} needs {package}, which is not installed; {remedy}", name=package)

@@ -1,6 +1,6 @@
 """A reachability map: labels and signed distances of a grid of end-effector poses, and values between its cells.
 
-The same values as ``graspmill query reach`` and the Rust runtime give, vectorised over poses; tests hold them to 1e-6.
+Computes the values of ``graspmill query reach`` and the Rust runtime, vectorised over poses, equal within 1e-6.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Axis:
     """The cell after the last one is cell 0."""
 
     def places(self, coordinates: Floats) -> Floats:
-        """Steps from the centre of cell 0; on a periodic axis brought into 0..count."""
+        """Steps from the centre of cell 0; wrapped into 0..count on a periodic axis."""
         place = (coordinates - self.first) / self.step
         if self.periodic:
             outside = ~((place >= 0.0) & (place < self.count))
@@ -61,11 +61,11 @@ class Nearest:
     cells: Ints
     """(poses,) in C order over the axes."""
     labels: npt.NDArray[np.uint8]
-    """(poses,) places in ``LABELS``: 0 no solution, 1 colliding, 2 reachable."""
+    """(poses,) indices into ``LABELS``: 0 no solution, 1 colliding, 2 reachable."""
     poses: Floats
     """(poses, 6) the cells' centres."""
     inside: npt.NDArray[np.bool_]
-    """(poses,) whether the pose lies in the grid."""
+    """(poses,) whether the pose is in the grid."""
 
     @property
     def names(self) -> list[str]:
@@ -74,7 +74,7 @@ class Nearest:
 
 
 class ReachabilityField:
-    """The map of a reachability dataset, out of ``field.mcap`` alone.
+    """The map of a reachability dataset, read only from ``field.mcap``.
 
     Poses are x, y, z [m], roll, pitch, yaw [rad] with rotation Rz(yaw) Ry(pitch) Rx(roll), of ``target`` in ``frame``.
 
@@ -106,7 +106,7 @@ class ReachabilityField:
             raise WireError("no cell")
         self.shape = tuple(axis.count for axis in self.axes)
         self.labels = np.frombuffer(field["labels"], np.uint8).reshape(self.shape)
-        """Labels of the cells, places in ``LABELS``; shape as the axes."""
+        """Labels of the cells, indices into ``LABELS``; shape as the axes."""
         self.distances = np.frombuffer(field["distances"], "<f4").reshape(self.shape)
         """Signed distances of the cells' centres, negative inside the reachable set; shape as the axes."""
         self.robot: str = field["robot"]
@@ -119,10 +119,10 @@ class ReachabilityField:
         """Unit of the distances: ``metres`` or ``cells``."""
         self.radian_weight: float = field["radian_weight"]
         self.on_sphere = self.axes[3].unit == "healpix"
-        """Whether orientations are directions and rolls in place of roll, pitch and yaw."""
+        """Whether orientations are directions and rolls instead of roll, pitch and yaw."""
 
     def _scale(self, axis: Axis) -> float:
-        """Field units in one unit of an axis."""
+        """Field units per unit of an axis."""
         if self.unit == "cells":
             return 1.0 / axis.step
         return self.radian_weight if axis.unit == "rad" else 1.0
@@ -132,9 +132,9 @@ class ReachabilityField:
         return self.distance_and_gradient(poses)[0]
 
     def distance_and_gradient(self, poses: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Signed distance (...,) and its gradient (..., 6), by metre and radian, at poses (..., 6).
+        """Signed distance (...,) and its gradient (..., 6), per metre and radian, at poses (..., 6).
 
-        Between centres: multilinear on six axes; of directions linear in position, in the triangle of directions and in
+        Between centres: multilinear on six axes; for directions, linear in position, in the triangle of directions and in
         roll. Beyond the box of the centres: the value at its border plus the distance to it. Where the gradient jumps
         (at centres) it is that of one side. A field without a border is infinite, with a zero gradient; a pose that is
         not finite gives NaN.
@@ -155,7 +155,7 @@ class ReachabilityField:
         return values.reshape(given.shape[:-1]), gradients.reshape(given.shape)
 
     def _corners(self, poses: Floats, axes: list[Axis]) -> tuple[list[Ints], list[Ints], list[Floats], Floats]:
-        """Lower and upper cell and share between them on each axis; how far poses lie beyond, in field units."""
+        """Lower and upper cell and share between them on each axis; distance of poses beyond the grid, in field units."""
         low, high, share = [], [], []
         beyond = np.zeros((len(poses), len(axes)))
         for k, axis in enumerate(axes):
@@ -171,7 +171,7 @@ class ReachabilityField:
 
     def _on_axes(self, poses: Floats) -> tuple[Floats, Floats]:
         low, high, share, beyond = self._corners(poses, self.axes)
-        # All 2^6 corners, then one axis after the other is folded away, the first one first.
+        # All 2^6 corners, then the axes are contracted one after another, the first one first.
         cells: Ints = np.zeros((len(poses),) + (1,) * 6, np.int64)
         for k, count in enumerate(self.shape):
             side = np.stack([low[k], high[k]], axis=1).reshape((len(poses),) + (1,) * k + (2,) + (1,) * (5 - k))
@@ -218,9 +218,9 @@ class ReachabilityField:
             weight = weights[:, k]
             value += weight * own[:, 0]
             along += weight[:, None] * own[:, 1:]
-            # The direction moves with velocity x ahead.
+            # The direction moves along x with unit velocity.
             turning += own[:, :1] * np.cross(ahead, slopes[:, k])
-            # Swung along, the turn about the other direction grows so: half the two axes' sum, over the cosine squared
+            # Carried along, the rotation about the other direction grows by: half the two axes' sum, over the cosine squared
             # of half the angle between them.
             towards = frame[:, :, 0]
             cosine = np.sum(ahead * towards, axis=1)
@@ -247,7 +247,7 @@ class ReachabilityField:
         return np.stack([corners, *(slope / axis.step for slope, axis in zip(slopes, self.axes))], axis=1)
 
     def _add_beyond(self, value: Floats, gradient: Floats, beyond: Floats) -> tuple[Floats, Floats]:
-        """The way to the box of the centres, of poses outside of it."""
+        """The offset from the box of the centres, for poses outside it."""
         distance = np.sqrt(np.sum(beyond**2, axis=1))
         far = distance > 0.0
         value[far] += distance[far]
@@ -259,7 +259,7 @@ class ReachabilityField:
     def nearest(self, poses: npt.ArrayLike) -> Nearest:
         """The cells nearest to finite poses (poses, 6).
 
-        Of six axes: axis by axis. Of directions: by the angle between the rotations; positions are clamped.
+        With six axes: axis by axis. With directions: by the angle between the rotations; positions are clamped.
         """
         given = np.atleast_2d(np.asarray(poses, np.float64))
         if given.ndim != 2 or given.shape[1] != 6 or not np.isfinite(given).all():
@@ -299,7 +299,7 @@ class ReachabilityField:
         return np.stack(centres, axis=1)
 
     def witnesses(self) -> Floats:
-        """Joint values [rad, m] of every cell, (cells, joints), NaN where it is not reachable; out of the shards.
+        """Joint values [rad, m] of every cell, (cells, joints), NaN where it is not reachable; read from the shards.
 
         Raises ``DatasetError`` when the dataset is not finished, or is not this map's.
         """
@@ -333,13 +333,13 @@ def _rotations(roll: Floats, pitch: Floats, yaw: Floats) -> Floats:
 
 
 def _turn_about(frame: Floats, x: Floats, y: Floats) -> Floats:
-    """The turn about a direction of an end effector whose x axis was brought onto it the shortest way [rad, -pi..pi].
+    """The rotation about a direction of an end effector whose x axis was moved onto it the shortest way [rad, -pi..pi].
 
-    ``frame`` (..., 3, 3) holds the direction and the axes from which turns count; ``x`` and ``y`` (..., 3) are the end
+    ``frame`` (..., 3, 3) holds the direction and the axes from which rotations count; ``x`` and ``y`` (..., 3) are the end
     effector's.
     """
     direction = frame[..., :, 0]
-    # Straight back there is no shortest way: any turn will do.
+    # Straight back there is no shortest way: any rotation is valid.
     least = np.finfo(np.float64).tiny
     along = np.sum(y * direction, axis=-1) / np.maximum(1.0 + np.sum(x * direction, axis=-1), least)
     swung = y - along[..., None] * (x + direction)

@@ -1,4 +1,4 @@
-"""Bytes of files by place: any number of files is read with few of them open at a time."""
+"""Bytes of files by offset: reads any number of files with few of them open at a time."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from .errors import VERIFY, DamagedFile, unreadable
 from .inside import descriptor_of
 
 _MOST_OPEN = 64
-"""Files that a process keeps open, at most, whatever the count of shards; a limit of 1,024 is common."""
+"""Files that a process keeps open, at most, for any number of shards; a limit of 1,024 is common."""
 _SHARE = 4
-"""One of so many files that the system allows: the others are the program's own."""
+"""One of this number of files that the system allows: the rest of the program uses the others."""
 
 
 if sys.platform == "win32":
@@ -39,7 +39,7 @@ else:
         return _MOST_OPEN if limit == resource.RLIM_INFINITY else max(1, min(_MOST_OPEN, limit // _SHARE))
 
     def _read_at(descriptor: int, size: int, place: int) -> bytes:
-        """At most ``size`` bytes from ``place`` on; threads and forked processes share no position in the file."""
+        """At most ``size`` bytes from offset ``place`` on; threads and forked processes share no file position."""
         return os.pread(descriptor, size, place)
 
 
@@ -55,14 +55,14 @@ class _OpenFile:
 
 
 class _OpenFiles:
-    """The files that were read last."""
+    """The most recently read files."""
 
     def __init__(self) -> None:
         self._files: OrderedDict[Path, _OpenFile] = OrderedDict()
         self._lock = threading.Lock()
 
     def get(self, path: Path) -> _OpenFile:
-        """The open file of a path; it is opened where it is not among the last ones."""
+        """The open file of a path; opened if it is not among the most recent ones."""
         with self._lock:
             found = self._files.get(path)
             if found is not None:
@@ -73,7 +73,7 @@ class _OpenFiles:
         except OSError as error:
             if error.errno != errno.EMFILE:
                 raise
-            # The rest of the program holds the others.
+            # The rest of the program uses the others.
             with self._lock:
                 self._files.clear()
             opened = _OpenFile(path)
@@ -84,7 +84,7 @@ class _OpenFiles:
         return opened
 
     def forget(self, path: Path) -> None:
-        """Opens the file anew at the next read."""
+        """Opens the file again at the next read."""
         with self._lock:
             self._files.pop(path, None)
 
@@ -105,7 +105,7 @@ if hasattr(os, "register_at_fork"):
 
 @dataclass(frozen=True)
 class _Identity:
-    """Facts that tell a file from another one that takes its name later."""
+    """Facts that distinguish a file from another one that takes its name later."""
 
     device: int
     inode: int
@@ -120,11 +120,11 @@ class _Identity:
 
 
 class FileBytes:
-    """A regular file that is read by place, ``size`` bytes long. It is closed and opened again between reads, and refused when
+    """A regular file that is read by offset, ``size`` bytes long. It is closed and opened again between reads, and refused when
     another file has taken its name since.
 
-    Raises ``DamagedFile`` where it is missing, empty, reached through a link or no regular file, ``DatasetError`` where the system does not let
-    us read it.
+    Raises ``DamagedFile`` where it is missing, empty, reached through a link or not a regular file, ``DatasetError`` where the
+    system does not allow reading it.
     """
 
     def __init__(self, path: Path) -> None:
@@ -137,7 +137,7 @@ class FileBytes:
             raise DamagedFile(path, "it is empty", VERIFY)
 
     def read(self, place: int, size: int) -> memoryview:
-        """The bytes from ``place`` on; fewer at the end of the file."""
+        """The bytes from offset ``place`` on; fewer at the end of the file."""
         size = min(size, self.size - place)
         if size <= 0:
             return memoryview(b"")

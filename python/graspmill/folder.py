@@ -36,8 +36,8 @@ _DIGEST_BYTES = 32
 class Folder:
     """A finished dataset on disk, or a release of one.
 
-    Raises ``UnfinishedDataset`` where there is no manifest, ``UnknownFormat`` where the format is another than
-    ``FORMAT_VERSION``, ``DamagedFile`` where a shard is missing or of another size than the manifest says.
+    Raises ``UnfinishedDataset`` where there is no manifest, ``UnknownFormat`` where the format is not ``FORMAT_VERSION``,
+    ``DamagedFile`` where a shard is missing or its size differs from the manifest.
     """
 
     def __init__(self, folder: str | Path) -> None:
@@ -66,35 +66,35 @@ class Folder:
             except OSError as error:
                 raise unreadable(path, error) from error
             if size != shard["bytes"]:
-                raise DamagedFile(path, f"it has {size} bytes, and the manifest says {shard['bytes']}", VERIFY)
+                raise DamagedFile(path, f"it has {size} bytes, and the manifest lists {shard['bytes']}", VERIFY)
 
     def expect(self, *products: str) -> None:
         """Raises ``WrongProduct`` unless the dataset is of one of these products."""
         if self.product not in products:
             known = " or ".join(products)
-            remedy = "give a dataset whose job says product = " + " or ".join(f'"{product}"' for product in products)
+            remedy = "give a dataset whose job has product = " + " or ".join(f'"{product}"' for product in products)
             raise WrongProduct(self.path, f"a dataset of {self.product}, not of {known}", remedy)
 
     def objects(self) -> list[dict[str, Any]]:
-        """The rows of ``assets.json``: at least ``object`` (digest) and ``name``; ``object_facts`` and
-        ``resting_poses`` read what else they say of objects."""
+        """The rows of ``assets.json``: at least ``object`` (digest) and ``name``; ``object_facts`` and ``resting_poses`` read
+        further properties of objects."""
         rows: list[dict[str, Any]] = self._rows("assets.json", {"object": str, "name": str})["objects"]
         return rows
 
     def subjects(self) -> list[dict[str, Any]]:
-        """The rows of what samples are of, each with ``object`` (digest) and ``name``: those of ``objects()``, or, of a
-        product whose subjects are no objects, rows of their own."""
+        """The rows of the subjects, each with ``object`` (digest) and ``name``: those of ``objects()``, or separate rows for a
+        product whose subjects are not objects."""
         own = "subjects" if "subjects" in self._table("assets.json") else "objects"
         rows: list[dict[str, Any]] = self._rows("assets.json", {"object": str, "name": str}, own)[own]
         return rows
 
     def splits(self) -> dict[str, Any]:
-        """``splits.json``; empty tables where the product has no splits."""
+        """``splits.json``; empty tables if the product has no splits."""
         if not self.has_splits:
             return {"training_subsets": [], "objects": []}
         table = self._rows("splits.json", {"object": str, "split": str})
         path = self.path / "splits.json"
-        _expect(path, _are_counts(table.get("training_subsets")), "its training_subsets are no list of counts")
+        _expect(path, _are_counts(table.get("training_subsets")), "its training_subsets are not a list of counts")
         for row in table["objects"]:
             held = _are_counts(row.get("holdout_items", [])) and _is_count(row.get("subset", 0))
             _expect(path, held, f"the row of {row['object']} holds no numbers of items")
@@ -120,7 +120,7 @@ class Folder:
         table = _json(self.path, name)
         entry = self.manifest["files"].get(name)
         if not isinstance(entry, dict) or entry.get("bytes") != size_inside(self.path, name):
-            raise DamagedFile(path, "the manifest knows it otherwise", VERIFY)
+            raise DamagedFile(path, "it does not match the manifest", VERIFY)
         return table
 
 
@@ -145,8 +145,7 @@ def _has(row: Any, keys: dict[str, type]) -> bool:
 
 
 def _check_manifest(path: Path, manifest: dict[str, Any]) -> None:
-    """Raises ``DamagedFile`` where the manifest is not what readers take it for, before any file that it names is
-    touched."""
+    """Raises ``DamagedFile`` if the manifest is invalid, before any file that it names is touched."""
     texts = {key: str for key in ("generator", "product", "root")}
     kinds = texts | {"topics": list, "counts": dict, "shards": list, "files": dict, "warnings": list, "classes": dict}
     for key, kind in kinds.items():
@@ -162,7 +161,7 @@ def _check_manifest(path: Path, manifest: dict[str, Any]) -> None:
     samples = kept = 0
     for number, shard in enumerate(manifest["shards"]):
         _expect(path, _has(shard, _SHARD_KEYS), f"its shard {number} lacks {', '.join(_SHARD_KEYS)}")
-        # A name of any other form could lead out of the folder.
+        # A name of any other form could point outside the folder.
         _expect(path, name.fullmatch(shard["file"]) is not None, f"it names a shard {shard['file']!r}"[:200])
         fits = shard["first_sample"] == samples and 0 < shard["samples"] and shard["kept"] <= shard["samples"]
         # Each kept sample has a digest per topic in its shard, each rejected one a reason.
@@ -170,8 +169,8 @@ def _check_manifest(path: Path, manifest: dict[str, Any]) -> None:
         counted = f"{shard['samples']} samples from {shard['first_sample']}, {shard['kept']} kept"
         _expect(path, fits and least <= shard["bytes"], f"its shard {number} has {shard['bytes']} bytes and {counted}")
         samples, kept = samples + shard["samples"], kept + shard["kept"]
-    said = f"its shards have {samples} samples and keep {kept}, it says {counts['samples']} and {counts['kept']}"
-    _expect(path, (samples, kept) == (counts["samples"], counts["kept"]), said)
+    problem = f"its shards have {samples} samples and keep {kept}, it states {counts['samples']} and {counts['kept']}"
+    _expect(path, (samples, kept) == (counts["samples"], counts["kept"]), problem)
 
 
 def _json(folder: Path, name: str) -> dict[str, Any]:
@@ -185,22 +184,22 @@ def _json(folder: Path, name: str) -> dict[str, Any]:
     except RecursionError:
         raise DamagedFile(path, "it is nested too deep", VERIFY) from None
     except ValueError as error:
-        raise DamagedFile(path, f"it is no JSON ({error})", VERIFY) from error
+        raise DamagedFile(path, f"it is not JSON ({error})", VERIFY) from error
     if not isinstance(value, dict):
-        raise DamagedFile(path, "it holds no JSON object", VERIFY)
+        raise DamagedFile(path, "it does not contain a JSON object", VERIFY)
     return value
 
 
 def _manifest(folder: Path) -> dict[str, Any]:
     path = folder / "manifest.json"
-    # A link is there, wherever it leads.
+    # A link exists, regardless of its target.
     if not os.path.lexists(path):
         raise _without_manifest(folder)
     manifest = _json(folder, path.name)
     version = manifest.get("format_version")
     if isinstance(version, int) and version < FORMAT_VERSION:
         problem = f"format version {version}, and this package reads {FORMAT_VERSION}"
-        remedy = "make it anew with `graspmill run`, or read it with the package of the program that wrote it"
+        remedy = "make it again with `graspmill run`, or read it with the package of the program that wrote it"
         raise UnknownFormat(path, problem, remedy)
     if version != FORMAT_VERSION:
         problem = f"format version {version!r}, and this package reads {FORMAT_VERSION}"
@@ -227,10 +226,10 @@ def _without_manifest(folder: Path) -> DatasetError:
         return UnfinishedDataset(
             folder,
             "unfinished: it has no manifest.json",
-            "run the same `graspmill run` again, which goes on where it stopped",
+            "run the same `graspmill run` again, which resumes where it stopped",
         )
     if (folder / "export.json").is_file():
         return UnfinishedDataset(folder, "an export, not a dataset", "read `--to npy` with graspmill.NpyExport")
     return UnfinishedDataset(
-        folder, "no dataset: it has no manifest.json", "give the folder that `graspmill run --out` made"
+        folder, "not a dataset: it has no manifest.json", "give the folder that `graspmill run --out` made"
     )

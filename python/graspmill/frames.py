@@ -1,4 +1,4 @@
-"""Tables for pandas, which the package needs for nothing else."""
+"""Tables for pandas, which only this module needs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def import_pandas() -> Any:
 
 
 def index_frame(index: Index, rows: Rows) -> pd.DataFrame:
-    """Some rows of the sample index; the digests, 32 bytes per channel and sample, are left out."""
+    """Some rows of the sample index; the digests, 32 bytes per channel and sample, are omitted."""
     plain = {name: index.column(name, rows) for name in index if not name.startswith("digest_")}
     frame: pd.DataFrame = import_pandas().DataFrame(plain)
     return frame

@@ -19,14 +19,14 @@ class SampleId:
     subject: str
     """BLAKE3 of the prepared object, of the robot's description or of the settled scene, 64 hexadecimal digits."""
     instance: int
-    """Body of a scene, from 1; 0 for a lone object, a robot and a scene as a whole."""
+    """Body of a scene, from 1; 0 for a single object, a robot and a scene as a whole."""
     item: int
     """Number of the view, position, run or grasp of the subject."""
     camera: int
 
     @classmethod
     def of(cls, message: dict[str, Any]) -> SampleId:
-        """Out of a ``SampleId`` message."""
+        """From a ``SampleId`` message."""
         return cls(bytes(message["subject"]).hex(), message["instance"], message["item"], message["camera"])
 
 
@@ -67,13 +67,13 @@ class Grid:
     resolution: int
     """Cells along each axis, n."""
     centre: Floats
-    """(3,) m. It stands at 0.5 n, 0.5 n and 0.45 n cells from the lower corner."""
+    """(3,) m, at 0.5 n, 0.5 n and 0.45 n cells from the lower corner."""
     cell_size: float
     """m"""
 
     @classmethod
     def of(cls, message: dict[str, Any]) -> Grid:
-        """Out of a ``Grid`` message."""
+        """From a ``Grid`` message."""
         centre = np.array([message["centre_x"], message["centre_y"], message["centre_z"]])
         return cls(message["resolution"], centre, message["cell_size"])
 
@@ -83,7 +83,7 @@ class Grid:
         return self.centre - np.array([0.5, 0.5, 0.45]) * self.resolution * self.cell_size
 
     def cells(self, points: npt.ArrayLike) -> npt.NDArray[np.int64]:
-        """The cells (x, y, z) of points (..., 3) in the camera's frame [m]; they may lie outside 0..n."""
+        """The cells (x, y, z) of points (..., 3) in the camera's frame [m]; they may be outside 0..n."""
         places = (np.asarray(points, np.float64) - self.centre) / self.cell_size
         cells: npt.NDArray[np.int64] = np.floor(places + np.array([0.5, 0.5, 0.45]) * self.resolution).astype(np.int64)
         return cells
@@ -94,12 +94,12 @@ class Grid:
 
 
 def pose(rows: npt.NDArray[np.float64]) -> Floats:
-    """A pose ``a_from_b`` as (4, 4), out of its twelve stored numbers."""
+    """A pose ``a_from_b`` as (4, 4), from its twelve stored numbers."""
     return np.vstack([rows.reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])
 
 
 def poses(rows: Floats) -> Floats:
-    """(k, 4, 4) poses, out of twelve stored numbers each."""
+    """(k, 4, 4) poses, from twelve stored numbers each."""
     rows = rows.reshape(-1, 3, 4)
     found = np.tile(np.eye(4), (len(rows), 1, 1))
     found[:, :3] = rows
@@ -107,7 +107,7 @@ def poses(rows: Floats) -> Floats:
 
 
 def container_mesh(message: Mapping[str, Any]) -> tuple[Floats, npt.NDArray[np.uint32]] | None:
-    """Vertices (n, 3) in the world [m] and triangles (m, 3) of the container of a message; ``None`` of a plane or a bin."""
+    """Vertices (n, 3) in the world [m] and triangles (m, 3) of the container of a message; ``None`` for a plane or a bin."""
     if message["container"] != "mesh":
         return None
     sizes = message["container_size"]

@@ -26,20 +26,20 @@ TRIAL_VERDICTS = (
 """Name of each verdict on a physical trial."""
 
 GRASP_LABELS = (None, "untested", "held", "failed", "borderline", "unconfirmed")
-"""Labels of grasps, in which all trials of one agree, by number; none in datasets of earlier versions."""
+"""Labels of grasps, the combined result of all trials, by number; none in datasets of earlier versions."""
 
 WAYPOINTS = ("pregrasp", "arrival", "posture", "closed", "lifted")
-"""Name of each waypoint on the way of a grasp."""
+"""Name of each waypoint of a grasp."""
 PATH_STAGES = (None, "pregrasp", "approach", "closing", "shaping")
-"""Part of the way of a hand, by number: in its posture where it begins to close, on the way there, while it closes, and, where it
-has come opened, while it takes on its posture."""
+"""Stage of the path of a hand, by number: in its posture where it begins to close, on the way there, while it closes, and, if it
+approached opened, while it takes its posture."""
 FREE_WAYS = ("none", "opened", "posture", "both")
-"""Ways that are free: of the hand that comes opened, and of the one that comes in its posture."""
+"""Ways of approach that are free: for the hand that approaches opened, and for the hand that approaches in its posture."""
 TRIAL_PHASES = {
     "lifted": ("closing", "lift", "shake"),
     "six": ("closing", "-z", "z", "-y", "y", "-x", "x"),
 }
-"""Names of the phases of a trial, by what gravity does in it."""
+"""Names of the phases of a trial, by its gravity."""
 
 _NUMBERS = (
     *("penetration", "energy", "contact_energy", "potential", "epsilon_force", "epsilon_wrench", "volume", "advance"),
@@ -56,14 +56,14 @@ _LISTS = (*_JOINTS, "clearances", "clearances_opened")
 _OBSTACLES = (("", "table"), ("object", "object and table"))
 _COUNTS = ("perturbed", "perturbed_held", "roll_outs", "roll_outs_held")
 _TRIAL = ("trial", "held", *_COUNTS, "label", "robust", "table_pose", "table_trial", "held_on_table")
-# Columns of frames whose values may be missing, of all grasps or of some, have a type that says so.
+# Columns of frames whose values may be missing, for all grasps or some, have a nullable type.
 _KINDS = dict.fromkeys(("verdict", "trial", "label", "table_trial", "free_ways"), "string")
 _KINDS |= dict.fromkeys(("object_in_way_posture", "object_in_way_opened"), "string")
 _KINDS |= dict.fromkeys(("held", "robust", "held_on_table"), "boolean")
 _KINDS |= dict.fromkeys(("type", *_COUNTS, "table_pose"), "Int64")
 
 _MAX_RESTING_POSES = 4096
-"""Far above what an object has: a run that says more would take memory without measure."""
+"""Far above the number of any object: a run that states more would allocate unlimited memory."""
 
 Table = npt.NDArray[np.void]
 Columns = dict[str, list[Any]]
@@ -82,16 +82,16 @@ class GraspSample(Sample):
 
     @content
     def grasps(self) -> Table:
-        """One row per grasp, the lowest energy first, as a structured array.
+        """One row per grasp, lowest energy first, as a structured array.
 
-        Poses (4, 4): ``object_from_approach``, ``object_from_base``. Joints: ``opening`` and ``posture`` of the driven
-        ones, ``joints_before`` and ``joints`` of all; ``amplitudes``. Numbers: ``penetration`` (m), ``energy``,
-        ``contact_energy``, ``potential``, ``epsilon_force``, ``epsilon_wrench``, ``volume``, ``advance`` (m), ``width``
-        (m, NaN where it means nothing). ``shift`` (m) and ``turn`` (rad) of grippers. ``clearances`` and
-        ``clearances_opened`` (m, one per resting pose of the object, as ``resting_poses`` lists them; NaN where not
-        measured). ``object_in_way`` (2, places in ``PATH_STAGES``): where the object is in the way of the hand that comes in its
-        posture, and of the one that comes opened; 0 nowhere. ``type`` (-1: none), ``verdict`` (place
-        in ``VERDICTS``), ``contacts`` (how many rows it has in ``contacts``).
+        Poses (4, 4): ``object_from_approach``, ``object_from_base``. Joints: ``opening`` and ``posture`` of the driven ones,
+        ``joints_before`` and ``joints`` of all joints; ``amplitudes``. Numbers: ``penetration`` (m), ``energy``,
+        ``contact_energy``, ``potential``, ``epsilon_force``, ``epsilon_wrench``, ``volume``, ``advance`` (m), ``width`` (m, NaN
+        for a hand without a width). ``shift`` (m) and ``turn`` (rad) of grippers. ``clearances`` and ``clearances_opened`` (m,
+        one per resting pose of the object, as ``resting_poses`` lists them; NaN where not measured). ``object_in_way`` (2,
+        indices into ``PATH_STAGES``): the stage in which the object obstructs the hand that approaches in its posture, and the
+        hand that approaches opened; 0 for none. ``type`` (-1: none), ``verdict`` (index into ``VERDICTS``), ``contacts`` (number
+        of its rows in ``contacts``).
         """
         run = self.run
         rows: list[Message] = run["grasps"]
@@ -131,11 +131,11 @@ class GraspSample(Sample):
         return table
 
     def free_ways(self, resting_pose: npt.ArrayLike | None = None) -> npt.NDArray[np.str_]:
-        """(grasps,) ways on which nothing is in the way of the hand before it closes, each one of ``FREE_WAYS``: opened from the
+        """(grasps,) ways of approach without an obstacle before the hand closes, each one of ``FREE_WAYS``: opened from the
         pregrasp on, or in the posture in which it closes.
 
-        Without a table the object alone can be in the way. ``resting_pose``, one number or one per grasp as ``resting_poses`` counts
-        them, puts the object on a table: this is in the way below a clearance of 0.
+        Without a table only the object can be an obstacle. ``resting_pose``, one number or one per grasp as ``resting_poses``
+        counts them, puts the object on a table, which is an obstacle below a clearance of 0.
         """
         shaped, opened = self._free(resting_pose)
         names: npt.NDArray[np.str_] = np.array(FREE_WAYS)[2 * shaped + opened]
@@ -144,18 +144,18 @@ class GraspSample(Sample):
     def waypoints(
         self, up: npt.ArrayLike = (0.0, 0.0, 1.0), lift: float = 0.1, resting_pose: npt.ArrayLike | None = None
     ) -> Table:
-        """Waypoints of the hand as it comes to each grasp, closes and lifts: one row per grasp, one column per name
+        """Waypoints of the hand as it approaches each grasp, closes and lifts: one row per grasp, one column per name
         in ``WAYPOINTS``.
 
-        ``pregrasp``: ``stand_off`` back along the approach, opened where that way is free, else in the posture before closing.
+        ``pregrasp``: ``stand_off`` back along the approach, opened if that way is free, else in the posture before closing.
         ``arrival``: the same where it closes. ``posture``: in that posture. ``closed``: closed. ``lifted``: closed, ``lift`` (m)
-        higher along ``up``, which is expressed in the object's frame: its z axis, as in trials in the air; of an object on a table
-        the third row of a resting pose's rotation, ``resting_poses(folder)[name][k].world_from_object[2, :3]``. ``resting_pose``
-        as in ``free_ways``. A row is NaN where neither way is free.
+        higher along ``up``, which is expressed in the object's frame: its z axis, as in trials in the air; for an object on a
+        table, the third row of a resting pose's rotation, ``resting_poses(folder)[name][k].world_from_object[2, :3]``.
+        ``resting_pose`` as in ``free_ways``. A row is NaN if neither way is free.
 
-        Fields: ``object_from_base`` (4, 4); ``driven`` (rad or m, in the order of ``run["driven"]``; NaN where the motors
-        close until what they meet stops them); ``joints`` (rad or m, in the order of ``run["joints"]``; NaN of the opened
-        hand, whose driven joints alone are known).
+        Fields: ``object_from_base`` (4, 4); ``driven`` (rad or m, in the order of ``run["driven"]``; NaN where the motors close
+        until something stops them); ``joints`` (rad or m, in the order of ``run["joints"]``; NaN for the opened hand, of which
+        only the driven joints are known).
         """
         grasps, stand_off = self.grasps, self.run["stand_off"]
         up = np.asarray(up, np.float64)
@@ -177,7 +177,7 @@ class GraspSample(Sample):
         return way
 
     def _free(self, resting_pose: npt.ArrayLike | None) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-        """Whether the way in the posture, and the opened one, is free to each grasp."""
+        """Whether the way in the posture, and the opened way, is free for each grasp."""
         grasps = self.grasps
         # A hand that penetrates the object was not closed and has no way.
         free = (grasps["object_in_way"] == 0) & (grasps["verdict"] != VERDICTS.index("penetrates"))[:, None]
@@ -199,20 +199,19 @@ class GraspSample(Sample):
 
     @content
     def contacts(self) -> Table:
-        """One row per contact of a closed hand: ``grasp`` (row of ``grasps``), ``link`` (place in ``run["links"]``),
-        ``point`` and ``normal`` (on the object's surface, out of it), ``distance`` (m, from the object to the link)."""
+        """One row per contact of a closed hand: ``grasp`` (row of ``grasps``), ``link`` (index into ``run["links"]``),
+        ``point`` and ``normal`` (on the object's surface, outward), ``distance`` (m, from the object to the link)."""
         return _contacts(self.run["grasps"], _CONTACT)
 
     @content
     def trials(self) -> Table:
         """One row per physical trial (channel ``trials``); states without one are untested, not bad.
 
-        ``grasp`` (row of ``grasps``), ``verdict`` (place in ``TRIAL_VERDICTS``; 0: held), ``closed_at_rest``, ``links``
-        that touched in the end, times (s), penetrations, ``farthest`` and ``drawn_back`` (m), ``force`` (N),
-        ``opened_by``, ``perturbed`` and ``perturbed_held`` (runs), ``roll_outs`` and ``roll_outs_held``, ``variants`` and
-        ``variants_held`` (variants of the conditions under which the grasp was tried again; 0 of most grasps),
-        ``table_pose`` (resting pose of the object in which it was tried on a table, -1 where it was not) and
-        ``held_on_table``.
+        ``grasp`` (row of ``grasps``), ``verdict`` (index into ``TRIAL_VERDICTS``; 0: held), ``closed_at_rest``, ``links`` that
+        touch at the end, times (s), penetrations, ``farthest`` and ``drawn_back`` (m), ``force`` (N), ``opened_by``,
+        ``perturbed`` and ``perturbed_held`` (runs), ``roll_outs`` and ``roll_outs_held``, ``variants`` and ``variants_held``
+        (variants of the conditions under which the grasp was tried again; 0 for a grasp that was not chosen), ``table_pose``
+        (resting pose of the object in which it was tried on a table, -1 without such a trial) and ``held_on_table``.
         """
         rows: list[Message] = self.message("trials")["trials"]
         fields = [("grasp", "<i4"), ("verdict", "u1"), ("closed_at_rest", "?"), ("links", "<i4")]
@@ -238,11 +237,11 @@ class GraspSample(Sample):
 
     @content
     def series(self) -> Table:
-        """Chosen trials over time, one row per sample (channel ``trials``): ``grasp`` (row of ``grasps``), ``on_table``
-        (the trial on a table, else that in the air), ``phase`` (place in ``TRIAL_PHASES[gravity]``, ``"lifted"`` on a
-        table), ``time`` (s, since the trial began), ``forces`` (N, of each of ``message("trials")["links"]``: the sum of
-        its normal forces on the object), ``moved`` (m) and ``turned`` (rad): the object in the hand, from where it was
-        when the hand began to close, after that phase from where it was when gravity came on."""
+        """Chosen trials over time, one row per sample (channel ``trials``): ``grasp`` (row of ``grasps``), ``on_table`` (the
+        trial on a table, else in the air), ``phase`` (index into ``TRIAL_PHASES[gravity]``, ``"lifted"`` on a table), ``time``
+        (s, since the trial began), ``forces`` (N, of each of ``message("trials")["links"]``: the sum of its normal forces on the
+        object), ``moved`` (m) and ``turned`` (rad): the object in the hand, since the hand began to close; after the closing
+        phase, since gravity was switched on."""
         trials = self.message("trials")
         links, interval = len(trials["links"]), trials.get("series_interval", 0.0)
         stored = []
@@ -269,7 +268,7 @@ class GraspSample(Sample):
 
     @content
     def trial_contacts(self) -> Table:
-        """Contacts when gravity came on, as ``contacts`` (channel ``trials``); also ``force`` (N, along the normal)."""
+        """Contacts when gravity was switched on, as ``contacts`` (channel ``trials``); also ``force`` (N, along the normal)."""
         rows: list[Message] = self.message("trials")["trials"]
         return _contacts(rows, [*_CONTACT, ("force", "<f8")])
 
@@ -296,15 +295,15 @@ def grasp_frame(data: Dataset[GraspSample]) -> pd.DataFrame:
     """One row per grasp of the runs of a dataset, kept or not, as a pandas DataFrame: the columns of
     ``graspmill export --to parquet`` (docs/tables.md).
 
-    The runs come in their order, the grasps of each with the lowest energy first. ``sample_index``, ``subject``,
-    ``object``, ``split`` and ``item`` name the run, ``rank`` the grasp in it. Poses are 16 numbers (4 x 4, row-major).
-    Where the dataset has trials, ``trial`` is the verdict on that of the grasp and ``held`` whether it held; both are
-    missing of grasps that were not tried: these are untested, not bad. ``label`` is what all trials of a grasp say together:
-    ``held``, ``failed``, ``borderline`` where they disagree, ``unconfirmed`` where none held but not all were made, ``untested``. ``robust`` says of some held grasps whether they hold
-    under every variant of the conditions too, ``held_on_table`` whether the grasp lifted the object from a table on which it
-    rested in its resting pose ``table_pose``.
+    Runs are in their order, the grasps of each run with the lowest energy first. ``sample_index``, ``subject``, ``object``,
+    ``split`` and ``item`` name the run, ``rank`` the grasp in it. Poses are 16 numbers (4 x 4, row-major). If the dataset has
+    trials, ``trial`` is the verdict on the trial of the grasp and ``held`` whether it held; both are missing for grasps that
+    were not tried: these are untested, not bad. ``label`` is the combined result of all trials of a grasp: ``held``, ``failed``,
+    ``borderline`` if they disagree, ``unconfirmed`` if none held but not all were made, ``untested``. ``robust`` is whether a
+    held grasp also holds under every variant of the conditions (known for some grasps), ``held_on_table`` whether the grasp
+    lifted the object from a table on which it rested in its resting pose ``table_pose``.
 
-    Raises ``MissingPackage`` without pandas, ``KeyError`` where the selection does not read the channel ``run``.
+    Raises ``MissingPackage`` without pandas, ``KeyError`` if the selection does not read the channel ``run``.
     """
     parts = [_columns_of_run(sample) for sample in data]
     lengths = [len(part["rank"]) for part in parts]
@@ -327,7 +326,7 @@ def _frame(parts: list[Columns]) -> pd.DataFrame:
 def _columns_of_run(sample: GraspSample) -> Columns:
     """The columns of one run, row by row.
 
-    Raises ``DamagedFile`` where a message is not what the format says.
+    Raises ``DamagedFile`` if a message is invalid.
     """
     with sample.reading():
         return _unchecked_columns(sample)
@@ -360,7 +359,8 @@ def _unchecked_columns(sample: GraspSample) -> Columns:
 
 
 def _columns_of_ways(sample: GraspSample) -> Columns:
-    """Ways to each grasp that are free, and what is in the others: without a table, and on that of each resting pose."""
+    """Ways of approach to each grasp that are free, and the obstacles of the others: without a table, and on that of each
+    resting pose."""
     grasps, driven = sample.grasps, sample.waypoints()["driven"][:, 0]
     is_closed = grasps["verdict"] != VERDICTS.index("penetrates")
     stages = grasps["object_in_way"]

@@ -1,4 +1,4 @@
-"""Directions spread evenly over the sphere, and between which three of them another one lies.
+"""Directions spread evenly over the sphere, and the triangle of three directions around another one.
 
 The same numbers as the Rust program's ``geom::field``: ring order after Gorski et al., "HEALPix", Astrophysical Journal
 622 (2005), section 4.1; strips of triangles between neighbouring rings; weights where a direction meets the plane of
@@ -62,7 +62,7 @@ def triangles(nside: int) -> Ints:
     above, first = rings[0], 0
     for below in rings[1:]:
         second = first + above[2]
-        # All azimuths once: a step past the end is a turn further on.
+        # All azimuths once: a step past the end is one revolution further.
         high = [float(_azimuth(above, s % above[2])) + 2.0 * np.pi * (s // above[2]) for s in range(above[2] + 2)]
         low = [float(_azimuth(below, s % below[2])) + 2.0 * np.pi * (s // below[2]) for s in range(below[2] + 2)]
         a = b = 0
@@ -81,7 +81,7 @@ def triangles(nside: int) -> Ints:
 
 
 class DirectionMesh:
-    """The triangles, prepared for many questions at once."""
+    """The triangles, prepared for many queries at once."""
 
     def __init__(self, nside: int) -> None:
         self.corners = triangles(nside)
@@ -99,8 +99,8 @@ class DirectionMesh:
         self._hints = self._starts()
 
     def around(self, ahead: Floats) -> tuple[Ints, Floats, Floats]:
-        """Neighbours of directions (p, 3): the three around each (p, 3), their weights (p, 3), which sum to 1, and how each
-        weight grows as the direction moves (p, 3, 3)."""
+        """Neighbours of directions (p, 3): the three around each (p, 3), their weights (p, 3), which sum to 1, and the
+        derivative of each weight with respect to the direction (p, 3, 3)."""
         at = self._walk(ahead, self._hint(ahead))
         duals = self._duals[at]
         parts = np.einsum("pkc,pc->pk", duals, ahead)
@@ -123,7 +123,7 @@ class DirectionMesh:
         return self._widest(middle)
 
     def _widest(self, ahead: Floats) -> Ints:
-        """The triangle whose least weight is largest, by looking at all of them."""
+        """The triangle whose smallest weight is largest, by checking all of them."""
         best = np.empty(len(ahead), np.int64)
         for first in range(0, len(ahead), 256):
             some = ahead[first : first + 256]
@@ -143,7 +143,7 @@ class DirectionMesh:
         return hints
 
     def _walk(self, ahead: Floats, at: Ints) -> Ints:
-        """The triangle around each direction, from one nearby: across the side that it lies farthest beyond."""
+        """The triangle around each direction, from one nearby: steps across the side that the direction is farthest beyond."""
         at = at.copy()
         open_ = np.arange(len(ahead))
         for _ in range(4 * self._side):

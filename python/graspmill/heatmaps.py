@@ -21,8 +21,8 @@ Flags = npt.NDArray[np.bool_]
 
 
 class HeatmapSample(Sample):
-    """One image of a settled scene with the grasps that come from about where its camera stands. Bodies are counted from 1, in the
-    order of the scene; grasps are rows of arrays; points of a hand are the palm, then the fingertips."""
+    """One image of a settled scene with the grasps that come from its camera's side. Bodies are numbered from 1, in the order of
+    the scene; grasps are rows of arrays; points of a hand are the palm, then the fingertips."""
 
     product = "heatmaps"
     __slots__ = ()
@@ -39,7 +39,7 @@ class HeatmapSample(Sample):
 
     @content
     def depth(self) -> Points:
-        """(height, width) m along the optical axis, exact but for the step in which it is stored, NaN = no return."""
+        """(height, width) m along the optical axis, exact up to the step in which it is stored, NaN = no return."""
         crop, camera = Depth.of(self, "depth"), self.camera
         whole = np.full((camera.height, camera.width), np.nan, np.float32)
         height, width = crop.metres.shape
@@ -58,7 +58,7 @@ class HeatmapSample(Sample):
 
     @content
     def types(self) -> list[int]:
-        """The chosen grasp types, the most common first; of a hand without types none: its grasps count as of one."""
+        """The chosen grasp types, the most common first; empty for a hand without types, whose grasps count as one type."""
         return [int(kind) for kind in self.message("grasps")["types"]]
 
     @content
@@ -73,7 +73,7 @@ class HeatmapSample(Sample):
 
     @content
     def evaluated(self) -> Flags:
-        """(bodies,) whether the dataset of picks has grasps of the body; those of others are unknown, not background."""
+        """(bodies,) whether the dataset of picks has grasps of the body; grasps of other bodies are unknown, not background."""
         return as_array(self.message("grasps")["evaluated"], "u1", -1).astype(bool)
 
     @content
@@ -83,7 +83,7 @@ class HeatmapSample(Sample):
 
     @content
     def candidates(self) -> Counts:
-        """(grasps,) place among the candidates of the body's sample of picks."""
+        """(grasps,) index among the candidates of the body's sample of picks."""
         return self._per_grasp("candidates")
 
     @content
@@ -93,7 +93,7 @@ class HeatmapSample(Sample):
 
     @content
     def ranks(self) -> Counts:
-        """(grasps,) place of the stored grasp in its run."""
+        """(grasps,) index of the stored grasp in its run."""
         return self._per_grasp("ranks")
 
     @content
@@ -103,17 +103,17 @@ class HeatmapSample(Sample):
 
     @content
     def type_indices(self) -> Counts:
-        """(grasps,) place of its type in ``types``; 0 of a hand without types."""
+        """(grasps,) index of its type in ``types``; 0 for a hand without types."""
         return self._per_grasp("type_indices")
 
     @content
     def states(self) -> npt.NDArray[np.uint8]:
-        """(grasps,) state by trials, a place in ``PICK_STATES``."""
+        """(grasps,) state by trials, an index into ``PICK_STATES``."""
         return as_array(self.message("grasps")["states"], "u1", len(self.bodies))
 
     @content
     def values(self) -> Points:
-        """(grasps,) labels, lower is better; with labels of trials 0 where these say nothing."""
+        """(grasps,) labels, lower is better; with labels of trials, 0 without a conclusive trial."""
         return as_array(self.message("grasps")["values"], "<f4", len(self.bodies))
 
     @content
@@ -131,7 +131,7 @@ class HeatmapSample(Sample):
 
     @content
     def pixels(self) -> Floats:
-        """(grasps, points, 2) px: their projections, in the image or not; NaN nearer than the camera sees."""
+        """(grasps, points, 2) px: their projections, in the image or not; NaN if nearer than the camera's near limit."""
         pixels: Floats = self.message("grasps")["pixels"].reshape(len(self.bodies), len(self.point_names), 2)
         return pixels
 
@@ -147,7 +147,7 @@ class HeatmapSample(Sample):
 
     @content
     def visible(self) -> Flags:
-        """(grasps, points) whether the point is in the image and nothing lies before it."""
+        """(grasps, points) whether the point is in the image and nothing is in front of it."""
         return as_array(self.message("grasps")["visible"], "u1", len(self.bodies), len(self.point_names)).astype(bool)
 
     @content
@@ -176,12 +176,12 @@ class HeatmapSample(Sample):
 
     @content
     def size(self) -> float | None:
-        """Side of the squares that patches in metres show [m]; None without these."""
+        """Side of the squares that patches in metres show [m]; None without such squares."""
         return float(self.message("grasps")["size"]) or None
 
     @content
     def patch_grasps(self) -> Counts:
-        """(patches,) the grasps with a patch around each of their points, by their place."""
+        """(patches,) indices of the grasps with a patch around each of their points."""
         return np.asarray(self.message("grasps")["patches"], np.int64)
 
     @content
@@ -215,7 +215,7 @@ class HeatmapSample(Sample):
 
     @content
     def labels(self) -> Points:
-        """(patches, points, points types): rows as those of ``PatchSample.labels``, 0 but at points type_index + point."""
+        """(patches, points, points types): rows like those of ``PatchSample.labels``, 0 except at points type_index + point."""
         count, types = len(self.point_names), max(1, len(self.types))
         labels = np.zeros((len(self.patch_grasps), count, count * types), np.float32)
         place = np.arange(count)
@@ -225,7 +225,7 @@ class HeatmapSample(Sample):
 
     @content
     def tested(self) -> Flags:
-        """(patches, points, points types): a mask for ``labels``, true where trials say what a number is."""
+        """(patches, points, points types): a mask for ``labels``, true where trials determine a number."""
         count, types = len(self.point_names), max(1, len(self.types))
         tested = np.zeros((len(self.patch_grasps), count, count * types), bool)
         place = np.arange(count)
@@ -235,31 +235,31 @@ class HeatmapSample(Sample):
 
     @content
     def forbidden_bodies(self) -> Counts:
-        """(forbidden,) number of the body of each grasp that something forbids: background, wherever it is."""
+        """(forbidden,) number of the body of each grasp that is not free: background, wherever it is."""
         return np.asarray(self.message("grasps")["forbidden_bodies"], np.int64)
 
     @content
     def forbidden_candidates(self) -> Counts:
-        """(forbidden,) place among the candidates of the body's sample of picks."""
+        """(forbidden,) index among the candidates of the body's sample of picks."""
         found = np.asarray(self.message("grasps")["forbidden_candidates"], np.int64)
         expect_lengths(len(self.forbidden_bodies), forbidden_candidates=found)
         return found
 
     @content
     def obstacles(self) -> npt.NDArray[np.uint8]:
-        """(forbidden,) what forbids it, a place in ``PICK_OBSTACLES``."""
+        """(forbidden,) its obstacle, an index into ``PICK_OBSTACLES``."""
         return as_array(self.message("grasps")["obstacles"], "u1", len(self.forbidden_bodies))
 
     @content
     def forbidden_pixels(self) -> Floats:
-        """(forbidden, 2) px: projection of its palm, in the image or not; NaN nearer than the camera sees."""
+        """(forbidden, 2) px: projection of its palm, in the image or not; NaN if nearer than the camera's near limit."""
         pixels: Floats = self.message("grasps")["forbidden_pixels"].reshape(len(self.forbidden_bodies), 2)
         return pixels
 
     @content
     def background(self) -> Flags:
-        """(height, width) pixels that hold the palm of a forbidden grasp, and no palm of a free one: there trials are not needed to
-        say that no such grasp works."""
+        """(height, width) pixels that contain the palm of a forbidden grasp, and no palm of a free one: no trial is needed to
+        know that no such grasp works."""
         camera = self.camera
         mask = np.zeros((camera.height, camera.width), bool)
         for pixels, value in ((self.forbidden_pixels, True), (self.pixels[:, 0], False)):

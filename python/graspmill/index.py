@@ -1,6 +1,6 @@
-"""The sample index as NumPy columns, out of the ledgers that the shards carry.
+"""The sample index as NumPy columns, from the ledgers in the shards.
 
-``index.parquet`` holds the same rows, but reading it takes pyarrow (170 MB installed). A ledger is three attachments of
+``index.parquet`` holds the same rows, but reading it requires pyarrow (170 MB installed). A ledger is three attachments of
 its shard: ``ledger`` (identity and fate, one run per stretch of consecutive items), ``facts`` (one column per fact) and
 ``digests`` (32 bytes per kept sample and channel). Each becomes columns without a loop over rows.
 """
@@ -31,19 +31,18 @@ Rows = Union[slice, npt.NDArray[np.int64]]
 
 _ATTACHMENTS = ("ledger", "facts", "digests")
 _SPLIT_WORDS = np.array(["", *SPLITS], dtype="U10")
-"""Splits by their number; none for subjects without one."""
+"""Splits by their number; empty for subjects without one."""
 
 
 class Index(Mapping[str, Column]):
     """One row per sample index, in order, kept or rejected: the columns of ``index.parquet`` by name.
 
-    ``index.frame()`` is a pandas DataFrame of them. ``object`` is the subject's name, ``subject`` its digest in 64
-    hexadecimal digits, ``item`` the number of the view, position, run or grasp; ``split`` is there where the product
-    has splits. Facts follow under their own names, then ``digest_<channel>``: (rows, 32) bytes, BLAKE3 of the payload,
-    zeros for rejected samples.
+    ``index.frame()`` is a pandas DataFrame of them. ``object`` is the subject's name, ``subject`` its digest in 64 hexadecimal
+    digits, ``item`` the number of the view, position, run or grasp; ``split`` exists if the product has splits. Facts follow
+    under their own names, then ``digest_<channel>``: (rows, 32) bytes, BLAKE3 of the payload, zeros for rejected samples.
 
-    Rows are held in their narrowest types, a few bytes each. A column is made when it is asked for, and digests are
-    then read from the shards; ``column`` makes some rows of one alone.
+    Rows are held in their narrowest types, a few bytes each. A column is built on first use, and digests are then read from the
+    shards; ``column`` builds only some rows of one.
     """
 
     def __init__(self, folder: Folder) -> None:
@@ -51,10 +50,10 @@ class Index(Mapping[str, Column]):
         ledgers = [_read_ledger(folder, shard) for shard in range(len(folder.shards))]
         rows_of = {row["object"]: row for row in folder.subjects()}
         self.subjects: list[str] = sorted({subject for ledger in ledgers for subject in ledger.subjects})
-        """The digests that rows name, sorted; ``subject_number`` is an index into them."""
+        """The digests in the rows, sorted; ``subject_number`` is an index into them."""
         unknown = [subject for subject in self.subjects if subject not in rows_of]
         if unknown:
-            problem = f"a shard has samples of {unknown[0]}, which stands in no row"
+            problem = f"a shard has samples of {unknown[0]}, which is in no row"
             raise DamagedFile(folder.path / "assets.json", problem, VERIFY)
         self._names = [str(rows_of[subject]["name"]) for subject in self.subjects]
         number = {subject: index for index, subject in enumerate(self.subjects)}
@@ -87,7 +86,7 @@ class Index(Mapping[str, Column]):
     def column(self, name: str, rows: Rows = slice(None)) -> Column:
         """Some rows of a column.
 
-        Raises ``KeyError`` where there is none of that name.
+        Raises ``KeyError`` if there is none of that name.
         """
         if name not in self:
             raise KeyError(name)
@@ -155,7 +154,7 @@ class Index(Mapping[str, Column]):
         return index_frame(self, slice(None))
 
     def _reject_numbers(self) -> npt.NDArray[np.int64]:
-        """Number of each row among the rejected ones, from 1; 0 of a kept one."""
+        """Number of each row among the rejected ones, from 1; 0 for a kept one."""
         numbers = np.zeros(len(self.subject_number), np.int64)
         numbers[self._rejected] = np.arange(1, len(self._rejected) + 1)
         return numbers
@@ -198,7 +197,7 @@ def _joined(parts: list[Column], kind: Any) -> Column:
 def _splits(
     folder: Folder, subjects: list[str], numbers: npt.NDArray[np.int32], items: Column
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.int64]]:
-    """Split of each row, a place in ``_SPLIT_WORDS``; and the smallest training subset with each subject (-1: none)."""
+    """Split of each row, an index into ``_SPLIT_WORDS``; and the smallest training subset with each subject (-1: none)."""
     rows = {row["object"]: row for row in folder.splits()["objects"]}
     words = _SPLIT_WORDS.tolist()
     own = [str(rows.get(subject, {}).get("split", "")) for subject in subjects]
@@ -245,7 +244,7 @@ def _read_ledger(folder: Folder, shard: int) -> _Ledger:
 def _digests_of(file: McapFile, data: memoryview, kept: int, topics: int) -> npt.NDArray[np.uint8]:
     """The attachment ``digests``, (kept rows, topics, 32).
 
-    Raises ``DamagedFile`` where it has another length.
+    Raises ``DamagedFile`` if it has another length.
     """
     if len(data) != 32 * topics * kept:
         raise file.damaged(f"{len(data)} bytes of digests for {kept} kept rows of {topics} channels")
@@ -266,7 +265,7 @@ def _expect_ranges(product: str, facts: dict[str, Column]) -> None:
 
 
 def _decoded(file: McapFile, attachment: Attachment) -> Message:
-    """The message of an attachment, by the schema that the shard's channels carry."""
+    """The message of an attachment, by the schema in the shard's channels."""
     name = attachment.media_type.partition("messageType=")[2]
     schema = next((channel.schema for channel in file.channels.values() if name in channel.schema.types), None)
     if schema is None:
@@ -275,12 +274,12 @@ def _decoded(file: McapFile, attachment: Attachment) -> Message:
 
 
 def _table(ledger: Message, facts: Message, samples: int) -> _Ledger:
-    """The rows of a ledger out of its attachments. ``samples`` is the count that the manifest says."""
+    """The rows of a ledger from its attachments. ``samples`` is the count in the manifest."""
     runs = ledger["runs"]
     lengths = np.array([run["rows"] for run in runs], np.int64)
     rows = int(lengths.sum())
     if rows != samples or (lengths < 1).any():
-        raise WireError(f"{rows} rows, the manifest says {samples}")
+        raise WireError(f"{rows} rows, the manifest lists {samples}")
     of_run = np.repeat(np.arange(len(runs)), lengths)
 
     def column(name: str) -> Column:

@@ -1,5 +1,5 @@
-"""Files inside a folder that somebody else may have filled: regular ones alone, each up to a bound, and no link on the way
-to them is followed. Links in the path that a caller names are."""
+"""Files inside a folder that somebody else may have filled: only regular files, each up to a bound, and without following
+links on the way to them. Links in the path that a caller gives are followed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .errors import VERIFY, DamagedFile, DatasetError
 MOST_BYTES = 256 << 20
 """Largest table, manifest or document [bytes]; the program reads no larger one either."""
 
-_COPY = "replace it by a copy of what it leads to (cp -rL)"
+_COPY = "replace it by a copy of its target (cp -rL)"
 # A folder on the way need not be readable.
 _WAY = getattr(os, "O_PATH", os.O_RDONLY) | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_CLOEXEC", 0)
 _BY_FOLDER = os.open in os.supports_dir_fd
@@ -24,8 +24,8 @@ _END = os.O_RDONLY | _NOFOLLOW | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_C
 def open_inside(folder: Path, name: str) -> BinaryIO:
     """Opens a regular file for reading, by its path inside a folder: ``shards/x.mcap``.
 
-    Raises ``DamagedFile`` for a link on the way and for what is no regular file, ``OSError`` where the operating system
-    refuses.
+    Raises ``DamagedFile`` for a link on the way and for anything that is not a regular file, ``OSError`` where the operating
+    system refuses.
     """
     return os.fdopen(_descriptor_inside(folder, name), "rb")
 
@@ -33,7 +33,7 @@ def open_inside(folder: Path, name: str) -> BinaryIO:
 def _descriptor_inside(folder: Path, name: str) -> int:
     path, parts = folder / name, PurePosixPath(name).parts
     if not parts or any(part in ("..", "/") for part in parts):
-        raise DamagedFile(path, "it leads out of the folder", VERIFY)
+        raise DamagedFile(path, "it points outside the folder", VERIFY)
     if not _BY_FOLDER:
         for depth in range(1, len(parts) + 1):
             below = folder.joinpath(*parts[:depth])
@@ -58,11 +58,11 @@ def _descriptor_inside(folder: Path, name: str) -> int:
 
 
 def _refuse(path: Path, found: os.stat_result, is_last: bool) -> None:
-    """Raises ``DamagedFile`` for a link, and for a last part that is no regular file."""
+    """Raises ``DamagedFile`` for a link, and for a last part that is not a regular file."""
     if stat.S_ISLNK(found.st_mode):
         raise DamagedFile(path, "it is a symbolic link, and links inside a dataset are not followed", _COPY)
     if is_last and not stat.S_ISREG(found.st_mode):
-        raise DamagedFile(path, "it is no regular file", VERIFY)
+        raise DamagedFile(path, "it is not a regular file", VERIFY)
 
 
 def descriptor_of(path: Path) -> int:
@@ -76,7 +76,7 @@ def descriptor_of(path: Path) -> int:
 def read_text(folder: Path, name: str) -> str:
     """The text of a file inside a folder.
 
-    Raises ``DamagedFile``, also where it has more than ``MOST_BYTES`` or is no UTF-8, and ``OSError``.
+    Raises ``DamagedFile``, also if it has more than ``MOST_BYTES`` or is not UTF-8, and ``OSError``.
     """
     path = folder / name
     with open_inside(folder, name) as file:
@@ -89,7 +89,7 @@ def read_text(folder: Path, name: str) -> str:
     try:
         return str(content, "utf-8")
     except UnicodeDecodeError as error:
-        raise DamagedFile(path, f"it is no text ({error})", VERIFY) from error
+        raise DamagedFile(path, f"it is not text ({error})", VERIFY) from error
 
 
 def size_inside(folder: Path, name: str) -> int:

@@ -1,8 +1,7 @@
 """MCAP files as graspmill writes them: the summary, chunks by the time they cover, messages of a chunk.
 
-The official ``mcap`` package reads these files, too, and tests hold the two against each other; it walks Python objects
-for each record, which is too slow for shuffled training (``docs/python.md`` has the figures). Source: the MCAP
-specification, version 0.
+The official ``mcap`` package reads these files, too, and tests compare the two; it creates Python objects for each record, which
+is too slow for shuffled training (``docs/python.md`` has the figures). Source: the MCAP specification, version 0.
 """
 
 from __future__ import annotations
@@ -39,9 +38,9 @@ _OP_SCHEMA, _OP_CHANNEL, _OP_MESSAGE, _OP_CHUNK = 0x03, 0x04, 0x05, 0x06
 _OP_CHUNK_INDEX, _OP_ATTACHMENT, _OP_ATTACHMENT_INDEX = 0x08, 0x09, 0x0A
 
 _BROKEN = (struct.error, IndexError, KeyError, ValueError)
-"""Errors of bytes that are no records."""
+"""Errors of bytes that are not records."""
 _MAX_CHUNK = 1 << 30
-"""Bytes of a chunk, unpacked, at most; the program takes no more either."""
+"""Bytes of a chunk, unpacked, at most; the program has the same limit."""
 
 _own = threading.local()
 
@@ -51,15 +50,15 @@ def _unpack(data: memoryview, size: int) -> bytes:
     context = getattr(_own, "context", None)
     if context is None:
         context = _own.context = zstandard.ZstdDecompressor()
-    # The size of the frame's own head counts more than ours: it could ask for all memory.
+    # The size in the frame's own head overrides ours: it could allocate all memory.
     if zstandard.frame_content_size(data) > size:
-        raise zstandard.ZstdError("it is larger than it says")
+        raise zstandard.ZstdError("it is larger than it states")
     return bytes(context.decompress(data, max_output_size=size))
 
 
 @lru_cache(maxsize=32)
 def _schema(descriptors: bytes) -> Schema:
-    """The message types of serialised descriptors: all shards of a dataset carry the same ones."""
+    """The message types of serialised descriptors: all shards of a dataset have the same ones."""
     return Schema(descriptors)
 
 
@@ -83,7 +82,7 @@ class Attachment:
 
 @dataclass
 class McapFile:
-    """A finished MCAP file, of which the summary is in memory; it may be pickled, and is then opened anew."""
+    """A finished MCAP file, of which the summary is in memory; it can be pickled, and is then opened again."""
 
     path: Path
     channels: dict[int, Channel] = field(default_factory=dict)
@@ -91,7 +90,7 @@ class McapFile:
     """First time of each chunk (in shards: sample index), ascending."""
     last: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     offsets: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
-    """Place of each chunk's record in the file [bytes]."""
+    """Offset of each chunk's record in the file [bytes]."""
     lengths: npt.NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     """Length of each chunk's record [bytes]."""
 
@@ -116,11 +115,11 @@ class McapFile:
         end = self._bytes.size - len(MAGIC)
         foot = self._bytes.read(end - 20, 28) if end >= _FOOTER else memoryview(b"")
         if self._bytes.read(0, 8) != MAGIC or foot[20:] != MAGIC:
-            raise self.damaged("it is no whole MCAP file")
+            raise self.damaged("it is not a complete MCAP file")
         start, _, crc = _FOOT.unpack_from(foot)
         if not 8 <= start < end - _FOOTER:
             raise self.damaged("the checksum of its summary does not hold")
-        # From here on places count from the start of the summary.
+        # From here on offsets count from the start of the summary.
         data = self._bytes.read(start, end - start)
         if zlib.crc32(data[:-4]) != crc:
             raise self.damaged("the checksum of its summary does not hold")
@@ -154,7 +153,7 @@ class McapFile:
         self.first, self.last, self.offsets, self.lengths = table.T.copy()
 
     def chunk_of(self, time: npt.ArrayLike) -> npt.NDArray[np.int64]:
-        """The chunk whose span holds each time; of a time between chunks, the one after it."""
+        """The chunk whose span holds each time; for a time between chunks, the chunk after it."""
         return np.searchsorted(self.last, time)
 
     def chunk(self, number: int) -> memoryview:
@@ -169,7 +168,7 @@ class McapFile:
         try:
             op, _ = _RECORD.unpack_from(data)
             if op != _OP_CHUNK:
-                raise self.damaged(f"no chunk stands at byte {place}")
+                raise self.damaged(f"no chunk is at byte {place}")
             _, _, size, crc = _CHUNK.unpack_from(data, 9)
             codec, at = _string(data, 9 + 28)
             packed = _U64.unpack_from(data, at)[0]
@@ -180,7 +179,7 @@ class McapFile:
         records = data[at + 8 : at + 8 + packed]
         if codec == "zstd":
             try:
-                # The size is the file's word, not a promise: the checksum covers it.
+                # The size is only stated by the file: the checksum covers it.
                 records = memoryview(_unpack(records, size))
             except zstandard.ZstdError as error:
                 raise self.damaged(f"chunk {number} cannot be unpacked ({error})") from error
@@ -228,7 +227,7 @@ class McapFile:
         media_type, at = _string(data, at)
         size = _U64.unpack_from(data, at)[0]
         if size != len(data) - 4 - (at + 8):
-            raise self.damaged(f"the attachment {name} has {len(data) - 12 - at} bytes and says {size}")
+            raise self.damaged(f"the attachment {name} has {len(data) - 12 - at} bytes and states {size}")
         return Attachment(name, media_type, data[at + 8 : at + 8 + size])
 
 

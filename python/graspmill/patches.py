@@ -52,23 +52,23 @@ class Heatmap:
     """(entries,) with ``ranks`` the grasp in the dataset of grasps."""
     ranks: npt.NDArray[np.uint64]
     type_indices: npt.NDArray[np.uint64]
-    """(entries,) places among the chosen types."""
+    """(entries,) indices into the chosen types."""
     points: npt.NDArray[np.uint64]
     """(entries,) 0 palm, 1 to 3 the fingertips."""
     pixels: Floats
     """(entries, 2) px"""
     values: Points
-    """(entries,) labels of the grasps, lower is better; 0 where trials do not say."""
+    """(entries,) labels of the grasps, lower is better; 0 if trials do not decide."""
     visible: npt.NDArray[np.bool_] | None = None
-    """(entries,) whether nothing in the image hides the point; None where the dataset marks none."""
+    """(entries,) whether nothing in the image hides the point; None if the dataset marks none."""
     hand_points: int = 4
     """Count of the points of a hand."""
 
     def image(self, visible: bool = False) -> Points:
-        """(hand_points types, height, width): the lowest label of a pixel, channel hand_points type_index + point; NaN where no label
-        is known.
+        """(hand_points types, height, width): the lowest label of a pixel, channel hand_points type_index + point; NaN where no
+        label is known.
 
-        Pixels with NaN are untested, not bad. ``visible`` leaves points out that the surface hides.
+        Pixels with NaN are untested, not bad. ``visible`` omits points that the surface hides.
         """
         image = np.full((self.hand_points * self.types, self.height, self.width), np.inf, np.float32)
         column, row = np.floor(self.pixels).astype(np.int64).T
@@ -127,12 +127,12 @@ class PatchSample(Sample):
 
     @content
     def labels(self) -> Points:
-        """(4, 4 types): row k is 0 but at 4 type_index + k, where the grasp's label stands; lower is better."""
+        """(4, 4 types): row k is 0 except at 4 type_index + k, which has the grasp's label; lower is better."""
         return as_array(self.patch["labels"], "<f4", 4, -1)
 
     @content
     def type_index(self) -> int:
-        """The grasp's type, a place in ``types``."""
+        """The grasp's type, an index into ``types``."""
         return int(self.patch["type_index"])
 
     @content
@@ -154,7 +154,7 @@ class PatchSample(Sample):
 
     @content
     def image(self) -> Depth:
-        """The box of the depth image that holds the object (channel ``image``)."""
+        """The box of the depth image that contains the object (channel ``image``)."""
         return Depth.of(self, "image")
 
     @content
@@ -166,7 +166,7 @@ class PatchSample(Sample):
 
     @content
     def heatmap(self) -> Heatmap:
-        """The labels of all grasps from about this side (channel ``heatmap``)."""
+        """The labels of all grasps from the camera's side (channel ``heatmap``)."""
         message = self.message("heatmap")
         lists = {name: message[name] for name in ("runs", "ranks", "type_indices", "points")}
         lists |= {"pixels": message["pixels"].reshape(-1, 2), "values": as_array(message["values"], "<f4", -1)}
@@ -182,12 +182,13 @@ class PatchSample(Sample):
 
     @content
     def outcome(self) -> str:
-        """The label that all trials of the grasp make: held, failed, borderline, unconfirmed or untested (channel ``trial``)."""
+        """The combined label of all trials of the grasp: held, failed, borderline, unconfirmed or untested (channel
+        ``trial``)."""
         return str(self.trial["outcome"])
 
     @content
     def tested(self) -> npt.NDArray[np.bool_]:
-        """(4, 4 types): a mask for ``labels``, true where trials say what a number is (channel ``trial``)."""
+        """(4, 4 types): a mask for ``labels``, true where trials determine a number (channel ``trial``)."""
         return as_array(self.trial["tested"], "u1", 4, -1).astype(bool)
 
     @content

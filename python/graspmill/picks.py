@@ -1,4 +1,4 @@
-"""Samples of picks: grasps of one body of a settled scene, what is in their way, and trials among the neighbours."""
+"""Samples of picks: grasps of one body of a settled scene, their obstacles, and trials among the neighbours."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from .grasps import FREE_WAYS
 from .samples import Sample, as_array, content, expect_lengths
 
 PICK_OBSTACLES = ("free", "ground", "container", "own object", "neighbour")
-"""Obstacles in the way of a hand, by the numbers of ``verdicts``; 0: none."""
+"""Obstacles of a hand, by the numbers of ``verdicts``; 0: none."""
 PICK_STAGES = ("free", "pregrasp", "approach", "closing", "shaping")
-"""Part of a hand's path, by the numbers of ``stages``: in its posture where it begins to close, on the way there, while it closes,
-and, where it has come opened, while it takes on its posture."""
+"""Stage of a hand's path, by the numbers of ``stages``: in its posture where it begins to close, on the way there, while it
+closes, and, if it approached opened, while it takes its posture."""
 PICK_VERDICTS = (
     "held",
     "starts_too_deep",
@@ -32,7 +32,7 @@ PICK_VERDICTS = (
 )
 """Verdicts on trials among neighbours, by their numbers."""
 PICK_PHASES = ("approach", "closing", "lift", "hold")
-"""Parts of a trial among neighbours, by their numbers."""
+"""Phases of a trial among neighbours, by their numbers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,27 +44,28 @@ class PickTrial:
     verdict: str
     """One of ``PICK_VERDICTS``."""
     time: float
-    """Time since the trial began at which it was decided [s]."""
+    """Time of the decision since the trial began [s]."""
     raised: float
-    """Height of the body's centre of mass in the end over where it lay [m]."""
+    """Height gain of the body's centre of mass at the end [m]."""
     penetration: float
-    """Deepest overlap of hand and body since the hand had closed [m]."""
+    """Deepest overlap of hand and body after the hand closed [m]."""
     object_from_base: Floats | None
-    """(4, 4) pose of the hand's base when it had closed; ``None`` where it did not come so far."""
+    """(4, 4) pose of the hand's base when it had closed; ``None`` if it did not close."""
     links: list[str]
     """Link of each contact of the closed hand with the body."""
     points: Floats
     """(contacts, 3) m on the body's surface, in the frame of the hand's base."""
     normals: Floats
-    """(contacts, 3) out of the body, in the frame of the hand's base."""
+    """(contacts, 3) outward from the body, in the frame of the hand's base."""
     forces: Floats
     """(contacts,) N along the normals."""
     touched: dict[int, tuple[str, float, float]]
-    """Things that the hand pressed on beside the body, by number, 0 the container: phase and time [s] of the first touch, largest force [N]."""
+    """Things that the hand pressed on, other than the body, by number, 0 the container: phase and time [s] of the first touch,
+    largest force [N]."""
     moved: dict[int, float]
-    """Largest distance of each neighbour that could move from where it lay [m], by number."""
+    """Largest displacement of each neighbour that could move [m], by number."""
     lifted: dict[int, float]
-    """Height of each such neighbour in the end over where it lay [m], by number."""
+    """Height gain of each such neighbour at the end [m], by number."""
 
     @property
     def held(self) -> bool:
@@ -73,7 +74,8 @@ class PickTrial:
 
 
 class PickSample(Sample):
-    """Grasps of one body of a settled scene. Bodies are counted from 1, in the order of the scene; candidates are rows of arrays."""
+    """Grasps of one body of a settled scene. Bodies are numbered from 1, in the order of the scene; candidates are rows of
+    arrays."""
 
     product = "picks"
     __slots__ = ()
@@ -85,14 +87,15 @@ class PickSample(Sample):
 
     @content
     def container(self) -> tuple[str, Floats]:
-        """``("plane", [x, y])``, ``("bin", [x, y, z, wall])`` or ``("mesh", [x, y, z])``, whose room inside these are [m]; last the tilt
-        [degree] of a bin or mesh that has one: its side at positive y is raised. The world's origin is the middle of the floor."""
+        """``("plane", [x, y])``, ``("bin", [x, y, z, wall])`` or ``("mesh", [x, y, z])``, with the inner sides [m]; last the
+        tilt [degree] of a tilted bin or mesh, whose side at positive y is raised. The world's origin is the middle of the
+        floor."""
         message = self.message("grasps")
         return str(message["container"]), message["container_size"]
 
     @content
     def container_mesh(self) -> tuple[Floats, npt.NDArray[np.uint32]] | None:
-        """Vertices (n, 3) in the world [m] and triangles (m, 3) of a container that is a mesh; ``None`` of others."""
+        """Vertices (n, 3) in the world [m] and triangles (m, 3) of a container that is a mesh; ``None`` for others."""
         return container_mesh(self.message("grasps"))
 
     @content
@@ -120,7 +123,7 @@ class PickSample(Sample):
 
     @content
     def margin(self) -> float:
-        """The hand stays so far from everything but the body [m]."""
+        """Distance that the hand keeps from everything except the body [m]."""
         return float(self.message("grasps")["margin"])
 
     @content
@@ -147,58 +150,59 @@ class PickSample(Sample):
 
     @content
     def verdicts(self) -> npt.NDArray[np.uint8]:
-        """(candidates,) what is in the way of the hand that comes in its posture, as in trials: an index in ``PICK_OBSTACLES``; 0
-        where it is free."""
+        """(candidates,) obstacle of the hand that approaches in its posture, as in trials: an index into ``PICK_OBSTACLES``; 0
+        if free."""
         return as_array(self.message("grasps")["verdicts"], "u1", len(self.runs))
 
     @content
     def free(self) -> npt.NDArray[np.bool_]:
-        """(candidates,) whether the hand, coming in its posture, comes and closes without touching anything but the body."""
+        """(candidates,) whether the hand approaches in its posture and closes without touching anything except the body."""
         return np.asarray(self.verdicts == 0)
 
     @content
     def stages(self) -> npt.NDArray[np.uint8]:
-        """(candidates,) part of the path on which it is, an index in ``PICK_STAGES``."""
+        """(candidates,) stage of the path with the obstacle, an index into ``PICK_STAGES``."""
         return as_array(self.message("grasps")["stages"], "u1", len(self.runs))
 
     @content
     def neighbours(self) -> npt.NDArray[np.uint32]:
-        """(candidates,) number of the body in the way, from 1; 0 where no neighbour is."""
+        """(candidates,) number of the body that is the obstacle, from 1; 0 if it is not a neighbour."""
         return self._per_candidate("neighbours", np.uint32)
 
     @content
     def clearances(self) -> Floats:
-        """(candidates,) m from what is in the way, below 0 where they overlap; of a free hand the smallest distance, up to 0.01."""
+        """(candidates,) m from the obstacle, negative where they overlap; for a free candidate the smallest distance, up to
+        0.01."""
         return self._per_candidate("clearances", np.float64)
 
     @content
     def verdicts_opened(self) -> npt.NDArray[np.uint8]:
-        """(candidates,) as ``verdicts``, of the hand that comes opened and takes on its posture where it closes."""
+        """(candidates,) as ``verdicts``, for the hand that approaches opened and takes its posture where it closes."""
         return as_array(self.message("grasps")["verdicts_opened"], "u1", len(self.runs))
 
     @content
     def free_opened(self) -> npt.NDArray[np.bool_]:
-        """(candidates,) as ``free``, of the hand that comes opened."""
+        """(candidates,) as ``free``, for the hand that approaches opened."""
         return np.asarray(self.verdicts_opened == 0)
 
     @content
     def stages_opened(self) -> npt.NDArray[np.uint8]:
-        """(candidates,) as ``stages``, of the hand that comes opened."""
+        """(candidates,) as ``stages``, for the hand that approaches opened."""
         return as_array(self.message("grasps")["stages_opened"], "u1", len(self.runs))
 
     @content
     def neighbours_opened(self) -> npt.NDArray[np.uint32]:
-        """(candidates,) as ``neighbours``, of the hand that comes opened."""
+        """(candidates,) as ``neighbours``, for the hand that approaches opened."""
         return self._per_candidate("neighbours_opened", np.uint32)
 
     @content
     def clearances_opened(self) -> Floats:
-        """(candidates,) as ``clearances``, of the hand that comes opened."""
+        """(candidates,) as ``clearances``, for the hand that approaches opened."""
         return self._per_candidate("clearances_opened", np.float64)
 
     @content
     def free_ways(self) -> npt.NDArray[np.str_]:
-        """(candidates,) ways on which the hand is free, each one of ``FREE_WAYS``: opened, or in its posture."""
+        """(candidates,) ways of approach that are free, each one of ``FREE_WAYS``: opened, or in its posture."""
         names: npt.NDArray[np.str_] = np.array(FREE_WAYS)[2 * self.free + self.free_opened]
         return names
 
@@ -209,7 +213,8 @@ class PickSample(Sample):
 
     @content
     def closed_joints(self) -> Floats:
-        """(candidates, joints) all joints of the hand closed on the body alone [rad or m]; NaN where neither way is free."""
+        """(candidates, joints) all joints of the hand closed on the body without the other bodies [rad or m]; NaN if neither way
+        is free."""
         joints: Floats = np.full((len(self.runs), len(self.joint_names)), np.nan)
         joints[self.free | self.free_opened] = self.message("grasps")["closed_joints"].reshape(-1, len(self.joint_names))
         return joints

@@ -9,9 +9,9 @@ from .geometry import Floats
 from .samples import Sample, as_array, content, expect_lengths
 
 LABELS = ("no_solution", "colliding", "reachable")
-"""Name of each label: no joint values lead there, with all of them something collides, reachable."""
+"""Name of each label: no joint values reach the pose, all of them collide, reachable."""
 PROOFS = ("bound", "interval_ends", "swept", "searched", "witness")
-"""Name of each proof: how a label is known."""
+"""Name of each proof of a label."""
 
 
 class ReachabilitySample(Sample):
@@ -22,12 +22,12 @@ class ReachabilitySample(Sample):
 
     @content
     def labels(self) -> npt.NDArray[np.uint8]:
-        """(orientations,) places in ``LABELS``."""
+        """(orientations,) indices into ``LABELS``."""
         return as_array(self.message("block")["labels"], "u1", -1)
 
     @content
     def proofs(self) -> npt.NDArray[np.uint8]:
-        """(orientations,) places in ``PROOFS``."""
+        """(orientations,) indices into ``PROOFS``."""
         return as_array(self.message("block")["proofs"], "u1", -1)
 
     @content

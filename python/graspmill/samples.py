@@ -1,4 +1,4 @@
-"""One sample of any product: its payloads, and what they mean once they are asked for."""
+"""One sample of any product: its payloads, decoded on demand."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .mcap import Channel
 from .wire import Message, WireError
 
 if TYPE_CHECKING:
-    # Of the standard library from 3.11 on; 3.10 needs it for type checkers alone.
+    # In the standard library from 3.11 on; 3.10 needs it only for type checkers.
     from typing_extensions import Self
 
     content = property
 else:
 
     class content(property):
-        """A property that is read out of stored messages: one that is not what the format says is a ``DamagedFile``."""
+        """A property that is read from stored messages: invalid content raises a ``DamagedFile``."""
 
         def __get__(self, sample: Any, owner: Any = None) -> Any:
             if sample is None:
@@ -43,13 +43,13 @@ class Layout:
 
     channels: dict[str, Channel]
     places: dict[str, int]
-    """Place of each channel's payload in ``Sample.payloads``."""
+    """Index of each channel's payload in ``Sample.payloads``."""
     folder: Path
     """The dataset's."""
 
 
 class Sample:
-    """The payloads of one sample index, decoded channel by channel when they are asked for.
+    """The payloads of one sample index, decoded channel by channel on demand.
 
     A channel is called by the last part of its topic: ``pair``, ``depth``, ``run``, ``patch``, ...
     """
@@ -77,12 +77,12 @@ class Sample:
         return f"<{type(self).__name__} {self.index}: {', '.join(self.layout.places)}>"
 
     def copy(self) -> Self:
-        """Copies the sample without ties to the chunk that it came from, which may be much larger."""
+        """Copies the sample without a reference to its chunk, which may be much larger."""
         return type(self)(self.index, self.layout, [memoryview(bytes(payload)) for payload in self.payloads])
 
     @contextmanager
     def reading(self) -> Iterator[None]:
-        """Makes what goes wrong with a message's content a ``DamagedFile`` that names the sample."""
+        """Converts errors in a message's content to a ``DamagedFile`` that names the sample."""
         try:
             yield
         except NotRead:
@@ -91,8 +91,8 @@ class Sample:
             raise self.damaged(error) from error
 
     def damaged(self, error: Exception) -> DamagedFile:
-        """The error of a message whose content is not what the format says."""
-        problem = f"sample {self.index}: a message is not what the format says ({error})"
+        """The error of a message with invalid content."""
+        problem = f"sample {self.index}: a message is invalid ({error})"
         return DamagedFile(self.layout.folder, problem, VERIFY)
 
     def has(self, channel: str) -> bool:
@@ -100,22 +100,22 @@ class Sample:
         return channel in self.layout.places
 
     def payload(self, channel: str) -> memoryview:
-        """The message on a channel as it is stored; its BLAKE3 stands in the index.
+        """The message on a channel as it is stored; its BLAKE3 is in the index.
 
-        Raises ``KeyError`` where the channel is not stored or not selected.
+        Raises ``KeyError`` if the channel is not stored or not selected.
         """
         try:
             return self.payloads[self.layout.places[channel]]
         except KeyError:
             known = ", ".join(self.layout.places)
             raise NotRead(
-                f"no channel '{channel}' is read here, only {known}; the job or `channels=` leaves it out"
+                f"no channel '{channel}' is read, only {known}; the job or `channels=` leaves it out"
             ) from None
 
     def message(self, channel: str) -> Message:
-        """The message on a channel, every field by its name in ``proto/``. It is decoded once, and not to be changed.
+        """The message on a channel, every field by its name in ``proto/``. It is decoded once and must not be changed.
 
-        Raises ``DamagedFile`` when the payload is none.
+        Raises ``DamagedFile`` if the payload is not a valid message.
         """
         if channel in self._messages:
             return self._messages[channel]
@@ -139,7 +139,7 @@ def as_array(data: memoryview, kind: str, *shape: int) -> npt.NDArray[Any]:
 
 
 def expect_lengths(count: int, **columns: Any) -> None:
-    """Raises ``WireError`` unless each of these, by name, has so many rows."""
+    """Raises ``WireError`` unless each of these, by name, has this number of rows."""
     for name, column in columns.items():
         if len(column) != count:
             raise WireError(f"{name} has {len(column)} rows, {count} are expected")

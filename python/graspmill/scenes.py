@@ -1,4 +1,4 @@
-"""Samples of scenes: bodies at rest on their true meshes, in a bin or on a plane, or where others say that they stood."""
+"""Samples of scenes: bodies at rest on their true meshes, in a bin or on a plane, or in imported poses."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .geometry import Floats, container_mesh
 from .samples import Sample, as_array, content, expect_lengths
 
 CONTAINER = 0
-"""Number of the container among the bodies of contacts and supports; bodies are counted from 1."""
+"""Number of the container among the bodies of contacts and supports; bodies are numbered from 1."""
 WALLS = 255
 """Instance of the container in a picture from above."""
 
@@ -25,7 +25,7 @@ class SceneContacts:
     points: Floats
     """(contacts, 3) m, half way between the two surfaces."""
     normals: Floats
-    """(contacts, 3) out of the first, unit length."""
+    """(contacts, 3) outward from the first, unit length."""
     distances: Floats
     """(contacts,) m, negative where they overlap."""
     forces: Floats
@@ -36,7 +36,7 @@ class SceneContacts:
 
 @dataclass(frozen=True, eq=False)
 class Overview:
-    """A scene from above, by a camera over the world's origin that looks straight down: right is x, up is y."""
+    """A scene from above, by a camera over the world's origin that points straight down: right is x, up is y."""
 
     instances: npt.NDArray[np.uint8]
     """(height, width): 0 floor or nothing, from 1 the body in front, ``WALLS`` the container."""
@@ -49,14 +49,14 @@ class Overview:
 
 
 class SceneSample(Sample):
-    """Bodies of a scene in the order of their first release, with poses, contacts and who rests on whom."""
+    """Bodies of a scene in the order of their first release, with poses, contacts and supports."""
 
     product = "scenes"
     __slots__ = ()
 
     @content
     def scene_id(self) -> str:
-        """Digest of container, objects and poses, 64 hexadecimal digits: the scene by content."""
+        """Digest of container, objects and poses, 64 hexadecimal digits, which names the scene."""
         return bytes(self.message("scene")["scene"]).hex()
 
     @content
@@ -66,12 +66,12 @@ class SceneSample(Sample):
 
     @content
     def source(self) -> str:
-        """Name of an imported scene among its files; empty where the scene was settled."""
+        """Name of an imported scene among its files; empty for a settled scene."""
         return str(self.message("scene").get("source", ""))
 
     @content
     def world_from_source(self) -> Floats | None:
-        """(4, 4) pose of the world of an imported scene's files in the scene's; None where the scene was settled."""
+        """(4, 4) pose of the world of an imported scene's files in the scene's; None for a settled scene."""
         rows: Floats = self.message("scene").get("world_from_source", np.zeros(0))
         if len(rows) == 0:
             return None
@@ -82,19 +82,20 @@ class SceneSample(Sample):
 
     @content
     def crossed(self) -> int:
-        """Pairs of an imported scene that go through each other; none of a settled one do."""
+        """Pairs of bodies of an imported scene that intersect; 0 for a settled scene."""
         return int(self.message("scene").get("crossed", 0))
 
     @content
     def container(self) -> tuple[str, Floats]:
-        """``("plane", [x, y])``, ``("bin", [x, y, z, wall])`` or ``("mesh", [x, y, z])``, whose room inside these are [m]; last the tilt
-        [degree] of a bin or mesh that has one: its side at positive y is raised. The world's origin is the middle of the floor."""
+        """``("plane", [x, y])``, ``("bin", [x, y, z, wall])`` or ``("mesh", [x, y, z])``, with the inner sides [m]; last the
+        tilt [degree] of a tilted bin or mesh, whose side at positive y is raised. The world's origin is the middle of the
+        floor."""
         message = self.message("scene")
         return str(message["container"]), message["container_size"]
 
     @content
     def container_mesh(self) -> tuple[Floats, npt.NDArray[np.uint32]] | None:
-        """Vertices (n, 3) in the world [m] and triangles (m, 3) of a container that is a mesh; ``None`` of others."""
+        """Vertices (n, 3) in the world [m] and triangles (m, 3) of a container that is a mesh; ``None`` for others."""
         return container_mesh(self.message("scene"))
 
     @content
@@ -126,7 +127,7 @@ class SceneSample(Sample):
 
     @content
     def frictions(self) -> Floats:
-        """(bodies,) coefficients of sliding friction; of two that touch the larger counts."""
+        """(bodies,) coefficients of sliding friction; the larger one counts between two bodies."""
         return self._per_body("frictions")
 
     @content
@@ -136,14 +137,14 @@ class SceneSample(Sample):
 
     @content
     def resting_poses(self) -> npt.NDArray[np.int64]:
-        """(bodies,) index of the resting pose of the object whose up is nearest; -1 where none is known."""
+        """(bodies,) index of the resting pose of the object with the nearest upward direction; -1 if none is known."""
         found: npt.NDArray[np.int64] = np.asarray(self.message("scene")["resting_poses"], np.int64) - 1
         expect_lengths(len(self.objects), resting_poses=found)
         return found
 
     @content
     def resting_angles(self) -> Floats:
-        """(bodies,) rad between the body's up and that of its resting pose."""
+        """(bodies,) rad between the upward directions of the body and of its resting pose."""
         return self._per_body("resting_angles")
 
     @content

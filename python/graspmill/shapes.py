@@ -1,4 +1,4 @@
-"""The objects of a dataset: what they weigh and are, their meshes, and how they rest on a table."""
+"""The objects of a dataset: physical properties, meshes, and resting poses on a table."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .samples import as_array
 from .wire import Message, WireError
 
 WITH_MESHES = ("grasps", "scenes", "views", "picks")
-"""Products whose datasets have their objects' meshes beside them."""
+"""Products whose datasets have the meshes of their objects."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +30,7 @@ class Mesh:
     vertices: npt.NDArray[np.float32]
     """(n, 3) m"""
     triangles: npt.NDArray[np.int64]
-    """(m, 3) places in ``vertices``, counter-clockwise seen from outside."""
+    """(m, 3) indices into ``vertices``, counter-clockwise seen from outside."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +40,7 @@ class RestingPose:
     world_from_object: Floats
     """(4, 4) z up, the origin on the table below the centre of mass."""
     probability: float
-    """Share of random drops that end so."""
+    """Share of random drops that end in it."""
     height: float
     """m, of the centre of mass over the table."""
 
@@ -53,9 +53,9 @@ class ObjectFacts:
     """BLAKE3 of the prepared mesh, 64 hexadecimal digits."""
     name: str
     category: str | None
-    """Kind of thing, where the job says it."""
+    """Kind of object, if the job gives it."""
     material: str | None
-    """Class of material, where the job says it."""
+    """Class of material, if the job gives it."""
     mass: float
     """kg"""
     mass_from: str
@@ -63,7 +63,7 @@ class ObjectFacts:
     mass_source: str
     """Source of the mass in words; may be empty."""
     friction: float | None
-    """Coefficient of friction against hands; ``None`` where nothing was tried."""
+    """Coefficient of friction against hands; ``None`` without trials."""
     solid_volume: float
     """m^3, by the cells of the solid; NaN for an object without inside, as are centre and inertia."""
     centre_of_mass: Floats
@@ -75,7 +75,7 @@ class ObjectFacts:
     symmetry_group: str
     """``C1`` for none, ``C`` and ``D`` with the order of the main axis, ``T``, ``O``, ``I``, ``K`` for a ball."""
     symmetry_tolerance: float
-    """m, how far off the surface its points may come to lie."""
+    """m, largest distance from the surface at which a mapped point counts as on it."""
     symmetries_discrete: Floats
     """(n, 4, 4) rotations of the object onto itself, without the identity and those of ``symmetries_continuous``."""
     symmetries_continuous: Floats
@@ -85,10 +85,9 @@ class ObjectFacts:
 
 
 def object_facts(folder: str | Path) -> dict[str, ObjectFacts]:
-    """Weight and kind of each object of a dataset of completion, grasps or patches, by name; two of one name are told
-    apart by the digest.
+    """Weight and kind of each object of a dataset, by name; two of one name are distinguished by the digest.
 
-    Raises ``DatasetError`` when the dataset says nothing of its objects, as those of maps and of old, or is damaged.
+    Raises ``DatasetError`` if the dataset has no facts of objects, as reachability maps and older datasets, or is damaged.
     """
     dataset = Folder(folder)
     found: dict[str, ObjectFacts] = {}
@@ -97,13 +96,13 @@ def object_facts(folder: str | Path) -> dict[str, ObjectFacts]:
         try:
             found[name] = _facts(row)
         except (KeyError, TypeError, ValueError) as error:
-            problem = f"what {row['name']} weighs and is cannot be read ({error})"
+            problem = f"the facts of {row['name']} cannot be read ({error})"
             raise DamagedFile(dataset.path / "assets.json", problem, VERIFY) from error
     return found
 
 
 def _facts(row: dict[str, Any]) -> ObjectFacts:
-    """Out of a row of ``assets.json``."""
+    """From a row of ``assets.json``."""
 
     def numbers(key: str, *shape: int) -> Floats:
         return np.array(row.get(key, np.full(shape, np.nan)), np.float64).reshape(shape)
@@ -134,7 +133,7 @@ def _facts(row: dict[str, Any]) -> ObjectFacts:
 
 def resting_poses(folder: str | Path) -> dict[str, list[RestingPose]]:
     """The stable poses of each object on a table, the most likely first, by name of the object; two of one name are
-    told apart by the digest. ``clearances`` of grasps have one value for each.
+    distinguished by the digest. ``clearances`` of grasps have one value for each.
 
     Raises ``DatasetError`` when the dataset is of another product, or damaged.
     """
@@ -155,8 +154,8 @@ def resting_poses(folder: str | Path) -> dict[str, list[RestingPose]]:
 
 
 def object_meshes(folder: str | Path) -> dict[str, Mesh]:
-    """The meshes in ``shapes.mcap`` of a dataset of scenes, views, grasps or picks, by name of the object; two of one name are told
-    apart by the digest.
+    """The meshes in ``shapes.mcap`` of a dataset of scenes, views, grasps or picks, by name of the object; two of one name are
+    distinguished by the digest.
 
     Raises ``DatasetError`` when the dataset is of another product, or damaged.
     """
@@ -179,7 +178,7 @@ def object_meshes(folder: str | Path) -> dict[str, Mesh]:
 
 
 def _mesh(message: Message, names: dict[str, str]) -> Mesh:
-    """Out of an ``ObjectShape`` message."""
+    """From an ``ObjectShape`` message."""
     digest = bytes(message["object"]).hex()
     vertices = as_array(message["vertices"], "<f4", -1, 3)
     triangles = message["triangles"].astype(np.int64).reshape(-1, 3)

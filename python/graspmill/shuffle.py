@@ -1,4 +1,4 @@
-"""Samples in random order straight from compressed shards: whole chunks in random order, mixed in a buffer."""
+"""Samples in random order directly from compressed shards: whole chunks in random order, mixed in a buffer."""
 
 from __future__ import annotations
 
@@ -14,15 +14,14 @@ from .dataset import Dataset, S
 class ShuffledChunks(Generic[S]):
     """An epoch of a dataset's selection in an order drawn from ``seed`` and ``epoch``.
 
-    Chunks are put into random order and dealt out to ``world_size`` ranks and their ``workers``, so that no sample
-    comes twice and none is left out; a buffer of ``buffer`` samples mixes those of a chunk among others. The order
-    depends on seed, epoch, buffer, rank and worker alone. With ``batch`` lists of so many samples come (the last one is
-    shorter), else single samples.
+    Chunks are put into random order and distributed over ``world_size`` ranks and their ``workers``, so that each sample comes
+    exactly once; a buffer of ``buffer`` samples mixes those of a chunk among others. The order depends only on seed, epoch,
+    buffer, rank and worker. With ``batch`` it yields lists of ``batch`` samples (the last one is shorter), else single samples.
 
-    Ranks get different counts of samples, by a few chunks; with ``even`` each stops at the least of them, so that ranks
-    that wait for each other do not hang, and the few samples at the end of the longer ones are left out this epoch.
+    The counts of samples of ranks differ by a few chunks; with ``even`` each stops at the smallest count, so that ranks that
+    wait for each other do not hang, and the few samples at the end of the longer ones are omitted in this epoch.
 
-    PyTorch's loaders want ``graspmill.torch.ShuffledChunks``, which finds rank and worker by itself.
+    For PyTorch's loaders use ``graspmill.torch.ShuffledChunks``, which finds rank and worker by itself.
     """
 
     def __init__(
@@ -53,7 +52,7 @@ class ShuffledChunks(Generic[S]):
         self.even = even
 
     def set_epoch(self, epoch: int) -> None:
-        """The epoch that the next iterator draws its order for."""
+        """The epoch of the order of the next iterator."""
         self.epoch = epoch
 
     def __len__(self) -> int:
@@ -86,7 +85,7 @@ class ShuffledChunks(Generic[S]):
         np.add.at(counts, (ranks, workers), sizes)
         own = counts[self.rank]
         if self.even:
-            # Cut from the workers with most: their sum is the least rank's.
+            # Cut from the workers with the most samples: their sum is that of the smallest rank.
             own = _lowered(own, int(own.sum() - counts.sum(axis=1).min()))
         mine = order[(ranks == self.rank) & (workers == self.worker)]
         runs = zip(*(column[mine].tolist() for column in (shards, chunks, firsts, ends)))
@@ -98,7 +97,7 @@ class ShuffledChunks(Generic[S]):
         held: list[S] = []
         left = count
         for run in runs:
-            # Copies: a sample in the buffer would else keep its whole chunk in memory.
+            # Copies: otherwise a sample in the buffer would keep its whole chunk in memory.
             held += [sample.copy() for sample in self.data.run_of(*run)]
             surplus = len(held) - self.buffer
             if surplus > 0:
@@ -112,14 +111,14 @@ class ShuffledChunks(Generic[S]):
 
 
 def _pick(held: list[S], pick: float) -> S:
-    """Takes out one sample; the last one takes its place."""
+    """Removes one sample; the last one replaces it."""
     place = int(pick * len(held))
     held[place], held[-1] = held[-1], held[place]
     return held.pop()
 
 
 def _lowered(counts: npt.NDArray[np.int64], by: int) -> npt.NDArray[np.int64]:
-    """Counts with so many taken away in all, always from the largest, the first of equal ones."""
+    """Counts reduced by a total, always from the largest, the first of equal ones."""
     counts = counts.copy()
     for _ in range(by):
         counts[np.argmax(counts)] -= 1

@@ -1,4 +1,4 @@
-"""For PyTorch: what its loaders call, and packed grids unpacked on the device. Needs ``torch``.
+"""For PyTorch: functions for its loaders, and packed grids unpacked on the device. Needs ``torch``.
 
     loader = DataLoader(data, batch_size=256, shuffle=True, collate_fn=collate, num_workers=2)
     for batch in loader:
@@ -23,8 +23,8 @@ except ModuleNotFoundError as error:
     raise MissingPackage(
         "torch",
         "graspmill.torch",
-        "`pip install torch` brings it, on Linux with several gigabytes of CUDA; `uv pip install torch "
-        "--torch-backend=cpu` brings the smaller wheel for the CPU alone; `graspmill.ShuffledChunks` shuffles in the "
+        "`pip install torch` installs it, on Linux with several gigabytes of CUDA; `uv pip install torch "
+        "--torch-backend=cpu` installs the smaller wheel for CPUs; `graspmill.ShuffledChunks` shuffles in the "
         "same way without torch",
     ) from None
 
@@ -51,7 +51,7 @@ def unpack(bits: torch.Tensor, resolution: int, dtype: torch.dtype = torch.float
 
 
 class ShuffledChunks(IterableDataset[Any]):
-    """``graspmill.ShuffledChunks`` for ``DataLoader``: each worker of each rank takes its own share, by itself.
+    """``graspmill.ShuffledChunks`` for ``DataLoader``: each worker of each rank takes its own share automatically.
 
     With ``batch`` give the loader ``batch_size=None`` and it gets collated batches of pairs; without it single samples.
     The rank comes from ``torch.distributed`` where that is initialised, else from the arguments. Call ``set_epoch``
@@ -80,7 +80,7 @@ class ShuffledChunks(IterableDataset[Any]):
         self._settings |= {"rank": rank, "world_size": world_size}
 
     def set_epoch(self, epoch: int) -> None:
-        """The epoch whose order comes next; workers that live on hear of it, too."""
+        """The epoch whose order comes next; persistent workers receive it, too."""
         self._epoch.fill_(epoch)
 
     def __iter__(self) -> Iterator[Any]:

@@ -12,7 +12,7 @@ from .geometry import Camera, Floats, container_mesh, pose
 from .samples import Sample, as_array, content, expect_lengths
 
 BETWEEN = 253
-"""Number of a measured depth that lies between two bodies."""
+"""Number of a measured depth between two bodies."""
 CONTAINER = 254
 """Number of the container in a map of instances."""
 TABLE = 255
@@ -37,14 +37,15 @@ class ViewSample(Sample):
 
     @content
     def container(self) -> tuple[str, Floats]:
-        """``("plane", [x, y])``, ``("bin", [x, y, z, wall])`` or ``("mesh", [x, y, z])``, whose room inside these are [m]; last the tilt
-        [degree] of a bin or mesh that has one: its side at positive y is raised. The world's origin is the middle of the floor."""
+        """``("plane", [x, y])``, ``("bin", [x, y, z, wall])`` or ``("mesh", [x, y, z])``, with the inner sides [m]; last the
+        tilt [degree] of a tilted bin or mesh, whose side at positive y is raised. The world's origin is the middle of the
+        floor."""
         message = self.message("image")
         return str(message["container"]), message["container_size"]
 
     @content
     def container_mesh(self) -> tuple[Floats, npt.NDArray[np.uint32]] | None:
-        """Vertices (n, 3) in the world [m] and triangles (m, 3) of a container that is a mesh; ``None`` of others."""
+        """Vertices (n, 3) in the world [m] and triangles (m, 3) of a container that is a mesh; ``None`` for others."""
         return container_mesh(self.message("image"))
 
     @content
@@ -89,8 +90,8 @@ class ViewSample(Sample):
 
     @content
     def point_instances(self) -> npt.NDArray[np.uint8]:
-        """(height, width): what each depth is of, as ``instances``; ``BETWEEN`` two bodies; 0 without a return. Without a sensor
-        it is ``instances``."""
+        """(height, width): what each depth belongs to, as ``instances``; ``BETWEEN`` two bodies; 0 without a return. Without a
+        sensor it is ``instances``."""
         stored = self.message("image")["point_instances"]
         if len(stored) == 0:
             return self.instances
@@ -98,7 +99,7 @@ class ViewSample(Sample):
 
     @content
     def pixels_all(self) -> npt.NDArray[np.uint32]:
-        """(bodies,) pixels of each body's silhouette alone, those outside the image included."""
+        """(bodies,) pixels of each body's silhouette alone, including those outside the image."""
         return self._per_body("pixels_all")
 
     @content
@@ -118,22 +119,22 @@ class ViewSample(Sample):
 
     @content
     def nearest_depths(self) -> npt.NDArray[np.float32]:
-        """(bodies,) m: smallest true depth of the pixels that see each body; 0 of one that is unseen, and without a sensor."""
+        """(bodies,) m: smallest true depth of the pixels that see each body; 0 for an unseen body, and without a sensor."""
         return self._measured("nearest_depths", np.float32)
 
     @content
     def visible_shares(self) -> Floats:
-        """(bodies,) share of each silhouette that is seen; 0 of one without a pixel."""
+        """(bodies,) visible share of each silhouette; 0 for a silhouette without a pixel."""
         return self.pixels_visible / np.maximum(self.pixels_all, 1)
 
     @content
     def truncated(self) -> npt.NDArray[np.bool_]:
-        """(bodies,) whether each body reaches out of the image."""
+        """(bodies,) whether each body extends beyond the image."""
         return np.asarray(self.pixels_in_image < self.pixels_all)
 
     @content
     def whole_boxes(self) -> npt.NDArray[np.int32]:
-        """(bodies, 4) left, top, width, height of each whole silhouette; may reach outside the image [px]."""
+        """(bodies, 4) left, top, width, height of each whole silhouette; may extend beyond the image [px]."""
         return as_array(self.message("image")["whole_boxes"], "<i4", len(self.objects), 4)
 
     @content
@@ -147,7 +148,7 @@ class ViewSample(Sample):
         return np.asarray(self.instances == body)
 
     def mask(self, body: int) -> npt.NDArray[np.bool_]:
-        """(height, width) silhouette of a body alone, from 1, whatever stands in front of it."""
+        """(height, width) silhouette of a body alone, from 1, regardless of what is in front of it."""
         self._expect_body(body)
         boxes = self._boxes("mask_boxes").astype(np.int64)
         lengths = (boxes[:, 2] * boxes[:, 3] + 7) // 8
@@ -184,7 +185,7 @@ class ViewSample(Sample):
         return found
 
     def _measured(self, name: str, kind: Any) -> npt.NDArray[Any]:
-        """A number per body that views with a sensor have; zeros where there is none."""
+        """A number per body of views with a sensor; zeros without a sensor."""
         stored: npt.NDArray[Any] = np.asarray(self.message("image")[name], kind)
         if len(self.message("image")["point_instances"]) == 0:
             return np.zeros(len(self.objects), kind)

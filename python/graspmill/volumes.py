@@ -1,4 +1,4 @@
-"""Samples of volumes: truncated signed distances fused from images of settled scenes, with the body that each voxel is in."""
+"""Samples of volumes: truncated signed distances fused from images of settled scenes, with the body of each voxel."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ class Affordance:
     """Grasps of a scene over the voxels of a volume. Arrays are (n, n, n, ...), indexed (x, y, z)."""
 
     quality: npt.NDArray[np.float32]
-    """(n, n, n) 1 where a grasp with its centre there held, 0 where all that were tried failed; NaN where none was tried."""
+    """(n, n, n) 1 if a grasp with its centre in the voxel held, 0 if all tried grasps failed; NaN if none was tried."""
     rotation: npt.NDArray[np.float32]
-    """(n, n, n, 4) rotation of that grasp as x, y, z, w: x closing, z approach, in the volume's frame; NaN without one."""
+    """(n, n, n, 4) rotation of that grasp as x, y, z, w: x closing, z approach, in the volume's frame; NaN without a grasp."""
     width: npt.NDArray[np.float32]
-    """(n, n, n) m: width of that grasp; NaN without one."""
+    """(n, n, n) m: width of that grasp; NaN without a grasp."""
     count: npt.NDArray[np.uint32]
     """(n, n, n) free grasps with their centre in the voxel."""
     known: npt.NDArray[np.bool_]
-    """(n, n, n) whether one of them was tried. Where none was, nothing is known: such a voxel is no negative."""
+    """(n, n, n) whether one of them was tried. Without a trial nothing is known: such a voxel is not a negative."""
 
 
 class VolumeSample(Sample):
-    """One fusion of some images of a settled scene. Arrays over voxels are (n, n, n), indexed (x, y, z) in the volume's frame, whose
-    origin is a corner of the cube and whose z points up."""
+    """One fusion of some images of a settled scene. Arrays over voxels are (n, n, n), indexed (x, y, z) in the volume's frame,
+    whose origin is a corner of the cube and whose z points up."""
 
     product = "volumes"
     __slots__ = ()
@@ -47,7 +47,7 @@ class VolumeSample(Sample):
 
     @content
     def truncation(self) -> float:
-        """Distances are cut at this [m]."""
+        """Distance at which values are truncated [m]."""
         return float(self.message("fusion")["truncation"])
 
     @property
@@ -68,7 +68,7 @@ class VolumeSample(Sample):
 
     @content
     def cameras(self) -> npt.NDArray[np.uint64]:
-        """(images,) entry of the views' cameras that made each."""
+        """(images,) index of the camera of the views that made each."""
         cameras: npt.NDArray[np.uint64] = self.message("fusion")["cameras"]
         expect_lengths(len(self.views), cameras=cameras)
         return cameras
@@ -89,8 +89,8 @@ class VolumeSample(Sample):
 
     @content
     def steps(self) -> npt.NDArray[np.int16]:
-        """(n, n, n) mean signed distance / truncation * 32767, as stored: positive in front of what is seen; 0 where ``weights``
-        is."""
+        """(n, n, n) mean signed distance / truncation * 32767, as stored: positive in front of the observed surface; 0 where
+        ``weights`` is 0."""
         return as_array(self.message("fusion")["values"], "<i2", *3 * [self.resolution])
 
     @content
@@ -100,7 +100,7 @@ class VolumeSample(Sample):
 
     @content
     def weights(self) -> npt.NDArray[np.uint8]:
-        """(n, n, n) images that each distance is the mean of; 0: no image says anything."""
+        """(n, n, n) number of images averaged in each distance; 0: not observed."""
         return as_array(self.message("fusion")["weights"], "u1", *3 * [self.resolution])
 
     @content
@@ -110,7 +110,7 @@ class VolumeSample(Sample):
 
     @content
     def occupied(self) -> npt.NDArray[np.bool_]:
-        """(n, n, n) whether each centre is inside a body; the container is none."""
+        """(n, n, n) whether each centre is inside a body; the container is not a body."""
         return np.asarray((self.instances > 0) & (self.instances < CONTAINER) & (self.instances < TABLE))
 
     @content
@@ -139,21 +139,21 @@ class VolumeSample(Sample):
 
     @content
     def grasp_candidates(self) -> npt.NDArray[np.int64]:
-        """(grasps,) place among the candidates of the body's sample of picks."""
+        """(grasps,) index among the candidates of the body's sample of picks."""
         found = np.asarray(self.message("affordance")["candidates"], np.int64)
         expect_lengths(len(self.grasp_bodies), candidates=found)
         return found
 
     @content
     def grasp_voxels(self) -> npt.NDArray[np.int64]:
-        """(grasps, 3) the voxel that holds each centre, as an index of the arrays over voxels."""
+        """(grasps, 3) the voxel that contains each centre, as an index of the arrays over voxels."""
         voxels = np.asarray(self.message("affordance")["voxels"], np.int64)
         expect_lengths(len(self.grasp_bodies), voxels=voxels)
         return np.stack(np.unravel_index(voxels, 3 * [self.resolution]), -1)
 
     @content
     def grasp_states(self) -> npt.NDArray[np.uint8]:
-        """(grasps,) state by trials, a place in ``PICK_STATES``."""
+        """(grasps,) state by trials, an index into ``PICK_STATES``."""
         return as_array(self.message("affordance")["states"], "u1", len(self.grasp_bodies))
 
     @content
@@ -170,19 +170,19 @@ class VolumeSample(Sample):
 
     @content
     def grasp_widths(self) -> Floats:
-        """(grasps,) m between the pads of the closed hand; 0 of a hand without a width."""
+        """(grasps,) m between the pads of the closed hand; 0 for a hand without a width."""
         widths: Floats = self.message("affordance")["widths"]
         expect_lengths(len(self.grasp_bodies), widths=widths)
         return widths
 
     @content
     def forbidden(self) -> npt.NDArray[np.int64]:
-        """(4,) grasps of the scene that ground, container, own object and neighbour forbid."""
+        """(4,) number of grasps of the scene that collide with ground, container, own object and neighbour."""
         return np.asarray(self.message("affordance")["forbidden"], np.int64)
 
     @content
     def affordance(self) -> Affordance:
-        """Grasps over the voxels (channel ``affordance``): of several in one voxel the best counts, the first of equals."""
+        """Grasps over the voxels (channel ``affordance``): the best of several in one voxel counts, the first of equals."""
         n = self.resolution
         quality = np.full((n, n, n), np.nan, np.float32)
         rotation, width = np.full((n, n, n, 4), np.nan, np.float32), np.full((n, n, n), np.nan, np.float32)

@@ -1,7 +1,7 @@
-"""Protobuf's wire format, read by the schemas that stand in the files themselves.
+"""Protobuf's wire format, read by the schemas in the files themselves.
 
-Every MCAP file of graspmill carries the ``FileDescriptorSet`` of its messages, so no field number is written down here
-a second time, and a channel that is newer than this package still decodes. A ``bytes`` field is a slice of the payload,
+Every MCAP file of graspmill contains the ``FileDescriptorSet`` of its messages, so this module repeats no field number, and
+a channel that is newer than this package still decodes. A ``bytes`` field is a slice of the payload,
 not a copy; a packed list of numbers is a NumPy array.
 
 Source: Protocol Buffers, "Encoding" and ``descriptor.proto``.
@@ -30,11 +30,11 @@ _FIXED: dict[int, np.dtype[Any]] = {
 }
 _REPEATED = 3
 _MAX_UINT32 = 0xFFFF_FFFF
-"""A longer number counts by its lower 32 bits, as in every reader of the format."""
+"""Only the lower 32 bits of a longer number count, as in every reader of the format."""
 
 
 class WireError(ValueError):
-    """Bytes that are no message of the schema."""
+    """Bytes that are not a message of the schema."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Field:
 
 
 class MessageType:
-    """The fields of one message type, by number, and what an empty message holds."""
+    """The fields of one message type, by number, and the content of an empty message."""
 
     def __init__(self, name: str, fields: list[Field]) -> None:
         self.name = name
@@ -83,7 +83,7 @@ def _dtype(field: Field) -> np.dtype[Any]:
 
 
 def varint(data: memoryview | bytes, place: int) -> tuple[int, int]:
-    """The number at ``place``, of 64 bits, and the place behind it."""
+    """The number at offset ``place``, of 64 bits, and the offset behind it."""
     value = shift = 0
     while True:
         byte = data[place]
@@ -112,7 +112,7 @@ def varints(data: memoryview) -> npt.NDArray[np.uint64]:
 
 
 class Schema:
-    """Message types by full name, out of a serialised ``FileDescriptorSet``."""
+    """Message types by full name, from a serialised ``FileDescriptorSet``."""
 
     def __init__(self, descriptors: bytes | memoryview) -> None:
         self._descriptors = bytes(descriptors)
@@ -144,7 +144,7 @@ class Schema:
     def decode(self, name: str, data: memoryview) -> Message:
         """A message of this type.
 
-        Raises ``WireError`` when the bytes are none.
+        Raises ``WireError`` if the bytes are not such a message.
         """
         try:
             return self._decode(self.types[name], data)
@@ -223,7 +223,7 @@ def _joined(field: Field, parts: list[Any] | None) -> Any:
         joined = parts[0]
     else:
         joined = np.concatenate([np.atleast_1d(np.asarray(part, _dtype(field))) for part in parts])
-    # A sample's messages are decoded once, for all who ask.
+    # A sample's messages are decoded once, for all readers.
     joined.setflags(write=False)
     return joined
 
@@ -250,12 +250,12 @@ def fields_of(data: memoryview) -> list[tuple[int, Any]]:
 
 
 def find_bytes(data: memoryview, number: int, place: int = 0) -> tuple[memoryview, int]:
-    """The ``bytes`` field of this number, by steps over the fields from ``place`` on, and the place behind it; empty
-    where it is absent.
+    """The ``bytes`` field of this number, by steps over the fields from offset ``place`` on, and the offset behind it; empty if
+    it is absent.
 
     The hot path of batches: no other field is decoded.
 
-    Raises ``WireError`` when the bytes are no message.
+    Raises ``WireError`` if the bytes are not a message.
     """
     try:
         found, behind = _find_bytes(data, number, place)

@@ -43,7 +43,7 @@ def test_unfinished_folders_are_refused(copy: Path, data: Path, tmp_path: Path) 
     refused(UnfinishedDataset, tmp_path / "nowhere", "no such folder")
     refused(UnfinishedDataset, data / "set", "a set of datasets (completion, touch, grasps, patches)", "one of them")
     refused(UnfinishedDataset, data / "npy", "an export", "NpyExport")
-    refused(UnfinishedDataset, tmp_path, "no dataset")
+    refused(UnfinishedDataset, tmp_path, "not a dataset")
     with pytest.raises(UnfinishedDataset, match="graspmill export --to npy"):
         NpyExport(data / "pairs")
     with pytest.raises(UnfinishedDataset, match="an export to parquet"):
@@ -62,7 +62,7 @@ def test_other_formats_and_products_are_refused(copy: Path) -> None:
     path.write_text(json.dumps(manifest | {"colour": 1}), encoding="utf-8")
     refused(UnknownFormat, copy, "unknown keys colour")
     path.write_text("{", encoding="utf-8")
-    refused(DamagedFile, copy, "manifest.json", "no JSON")
+    refused(DamagedFile, copy, "manifest.json", "not JSON")
     path.write_text(json.dumps(manifest), encoding="utf-8")
     with pytest.raises(WrongProduct, match="a dataset of completion, not of grasps"):
         Dataset(copy, GraspSample)

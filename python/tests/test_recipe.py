@@ -57,7 +57,7 @@ def test_recipes_are_written_back_with_every_default(file: Path, tmp_path: Path)
         ("network = 'heatmap'\n[augmentation]\ndrop = 0", "unknown key `augmentation`"),
         ("network = 'heatmap'\n[training]\nbatch = 30", "give a multiple of 4"),
         ("network = 'heatmap-small'\npixels = 'grey'", "one of depth, rgbd"),
-        ("name = ", "it is no TOML"),
+        ("name = ", "it is not TOML"),
     ],
 )
 def test_mistakes_are_named_with_the_remedy(text: str, said: str, tmp_path: Path) -> None:

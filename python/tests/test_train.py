@@ -156,7 +156,7 @@ def test_the_seed_decides(data: Path, finished: Path, tmp_path: Path) -> None:
 
 def test_a_training_is_not_mixed_with_another(data: Path, finished: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for arguments, said in (
-        ([], "give --resume to go on with it"),
+        ([], "give --resume to continue it"),
         (["--resume", "--seed", "5"], "another recipe, seed or data"),
     ):
         assert train(data, finished, *arguments) == 2

@@ -21,7 +21,7 @@ from .recipe import AnyRecipe, Recipe, read_recipe
 from .sources import Source
 from .strict import BadRecipe
 
-EXTRA = "`pip install 'graspmill[train]'` brings all that training needs"
+EXTRA = "`pip install 'graspmill[train]'` installs everything that training needs"
 
 
 SECONDS_OF_WATCHING = 0.5
@@ -34,10 +34,10 @@ def idle_ticks(counts: str, cores: set[int]) -> int:
 
 
 def idle_cores() -> int:
-    """Cores that nothing keeps busy now; 1 at least: two threads on a busy machine are slower than one.
+    """Cores that are idle now, at least 1: two threads on a busy machine are slower than one.
 
-    The load average would still show what has just ended, such as the making of the data. It is asked only where the system does
-    not count what its cores do, as Linux does.
+    The load average would still include work that has just ended, such as making the data. It is used only on systems that do
+    not count the work of their cores, as Linux does.
     """
     cores = os.sched_getaffinity(0)
     counts = Path("/proc/stat")
@@ -88,7 +88,7 @@ def train(given: argparse.Namespace) -> int:
             f"{stored}: another recipe, seed or data; resume with those of this file, or give another --out"
         )
     if not given.resume and stored.exists():
-        raise BadRecipe(f"{given.out}: holds a training; give --resume to go on with it, or another --out")
+        raise BadRecipe(f"{given.out}: contains a training; give --resume to continue it, or another --out")
     try:
         from . import loop
         from .export import WrongExport
@@ -114,7 +114,7 @@ def train(given: argparse.Namespace) -> int:
     try:
         trainer.train()
     except loop.Interrupted:
-        print(f"interrupted at step {trainer.step}; give --resume to go on", file=sys.stderr)
+        print(f"interrupted at step {trainer.step}; give --resume to continue", file=sys.stderr)
         return 75
     try:
         print(export(trainer, task))
@@ -130,16 +130,16 @@ def main(arguments: list[str] | None = None) -> int:
         description="Trains a network that completes shapes, or one that finds grasps in images.",
     )
     parser.add_argument(
-        "recipe", type=Path, metavar="RECIPE", help="a TOML file, or a recipe of the package by name: completion-quick"
+        "recipe", type=Path, metavar="RECIPE", help="TOML file, or name of a recipe of the package, such as completion-quick"
     )
     parser.add_argument(
-        "--data", type=Path, action="append", required=True, metavar="DIR", help="a dataset; may be given again"
+        "--data", type=Path, action="append", required=True, metavar="DIR", help="dataset to train on; can be repeated"
     )
-    parser.add_argument("--out", type=Path, required=True, metavar="RUN", help="folder of log, checkpoints and model")
+    parser.add_argument("--out", type=Path, required=True, metavar="RUN", help="folder for log, checkpoints and model")
     parser.add_argument("--device", choices=("cpu", "cuda"), default="cpu")
-    parser.add_argument("--threads", type=int, help="threads of PyTorch; without it, the idle cores")
-    parser.add_argument("--seed", type=int, help="in place of the recipe's")
-    parser.add_argument("--resume", action="store_true", help="go on with the training in RUN")
+    parser.add_argument("--threads", type=int, help="threads of PyTorch; default: the idle cores")
+    parser.add_argument("--seed", type=int, help="instead of the recipe's seed")
+    parser.add_argument("--resume", action="store_true", help="continue the training in RUN")
     given = parser.parse_args(arguments)
     if (given.seed or 0) < 0 or (given.threads is not None and given.threads < 1):
         parser.error("--seed from 0, --threads from 1")
@@ -149,7 +149,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"error: {error}", file=sys.stderr)
         return 2
     except OSError as error:
-        print(f"error: {error}; mend it, then give --resume", file=sys.stderr)
+        print(f"error: {error}; fix it, then give --resume", file=sys.stderr)
         return 74
 
 

@@ -71,7 +71,7 @@ def answers(path: Path, arrays: dict[str, npt.NDArray[Any]], recipe: Recipe) -> 
 
 
 def normalised(coverage: torch.Tensor) -> torch.Tensor:
-    """Share of each cell that is solid over the largest among its 27 neighbours: thin walls stay, and nothing grows."""
+    """Share of each cell that is solid over the largest among its 27 neighbours: thin walls are kept, and nothing grows."""
     largest = max_pool3d(coverage[:, None], 3, stride=1, padding=1)[:, 0]
     return torch.where(largest > 0.05, coverage / largest.clamp(min=1e-6), torch.zeros(()))
 

@@ -38,7 +38,7 @@ def _open(folder: Path, recipe: Recipe) -> Source:
     kind = KINDS.get(found.product)
     if kind is None:
         raise BadRecipe(f"{folder}: a dataset of {found.product}; these networks learn from pairs: {' or '.join(KINDS)}")
-    # The record of a body's surroundings says which object it is.
+    # The record of a body's surroundings names its object.
     stored, channels = found.channels, ["pair", *(["clutter"] if kind is AmodalSample else [])]
     needs = {"free": ["visibility"], "touch": [name for name in TOUCH if name in stored], "coverage": ["coverage"]}
     settings = {"visibility": "channels.visibility = true", "coverage": "channels.coverage = true"}
@@ -49,7 +49,7 @@ def _open(folder: Path, recipe: Recipe) -> Source:
             channels.append(channel)
         if part == "touch" and not needs["touch"]:
             raise BadRecipe(f"{folder}: it has no touch; make it with touch.random_rays = true")
-    # Tells hollow and thin objects from others.
+    # Distinguishes hollow and thin objects from others.
     channels += ["coverage"] if "coverage" in stored else []
     source: Source = open_source(folder, kind, channels, recipe.objects)
     resolution = source.splits["training"][0].resolution
@@ -73,11 +73,11 @@ def arrays_of(samples: Sequence[CompletionSample], recipe: Recipe) -> Arrays:
 
 
 def augment(arrays: Arrays, settings: Augmentation, seed: int, step: int) -> None:
-    """Takes away from the inputs, in place: of each sample by its own random numbers, whatever else is in the batch."""
+    """Removes parts of the inputs, in place: for each sample by its own random numbers, independent of the rest of the batch."""
     x, y = np.indices(arrays["partial"].shape[1:3])
     for place in range(len(arrays["partial"])):
         draws = np.random.default_rng([seed, step, place])
-        # All are drawn whatever the variant is, so that variants see the same losses.
+        # All are drawn for every variant, so that variants see the same losses.
         hides, share, angle, drops, blanks, keeps = draws.random(6)
         partial, free = arrays["partial"][place], arrays.get("free")
         cells = np.flatnonzero(partial)
@@ -112,7 +112,7 @@ def batches_of(opened: Sequence[Source], recipe: Recipe, first: int) -> Iterator
 
 @dataclass(frozen=True)
 class Held:
-    """Samples that the network is tried on, evenly taken from a split."""
+    """Samples to evaluate the network on, evenly taken from a split."""
 
     arrays: Arrays
     objects: npt.NDArray[np.str_]
@@ -125,7 +125,7 @@ class Held:
         return cls(arrays_of(samples, recipe), objects) if samples else None
 
     def strata(self) -> dict[str, npt.NDArray[np.bool_]]:
-        """Which samples each stratum holds. An object is hollow or thin where less than half of the volume of its
+        """Samples of each stratum. An object is hollow or thin where less than half of the volume of its
         occupied cells is solid, over its samples here."""
         found = {"all": np.ones(len(self.objects), np.bool_)}
         if "coverage" in self.arrays:

@@ -42,7 +42,7 @@ class WrongExport(RuntimeError):
 def write_onnx(
     network: nn.Module, examples: tuple[torch.Tensor, ...], shapes: Any, names: tuple[list[str], list[str]], path: Path
 ) -> None:
-    """The network as ONNX, weights inside. `shapes` are the dynamic ones of its inputs, as `torch.export` wants them;
+    """The network as ONNX, weights inside. `shapes` are the dynamic ones of its inputs, as `torch.export` requires them;
     `names` those of inputs and outputs."""
     logging.getLogger("torch.onnx").setLevel(logging.ERROR)
     with warnings.catch_warnings():
@@ -52,7 +52,7 @@ def write_onnx(
         program = torch.onnx.export(network, examples, dynamic_shapes=shapes, **settings)
     assert program is not None
     model = program.model_proto
-    # Where each node came from in the trainer's source is nobody's business, and differs from machine to machine.
+    # The origin of each node in the trainer's source is irrelevant, and differs between machines.
     for node in model.graph.node:
         del node.metadata_props[:]
         node.doc_string = ""

@@ -120,6 +120,6 @@ NETWORKS: dict[str, type[nn.Module]] = {"heatmap": Heatmap, "heatmap-small": Hea
 
 
 def heatmap_network_of(recipe: HeatmapRecipe, types: int) -> OnImages:
-    """A recipe's network for so many grasp types, with first weights by PyTorch's own random numbers."""
+    """A recipe's network for a number of grasp types, with first weights by PyTorch's own random numbers."""
     pixels = PIXELS[recipe.pixels]
     return OnImages(pixels, NETWORKS[recipe.network](len(pixels), 4 * types, **recipe.sizes))

@@ -29,7 +29,7 @@ WARM_UP = 0.3
 
 
 class Interrupted(Exception):
-    """A signal asked for the end; what was done is in a checkpoint."""
+    """A signal requested the end; the progress is in a checkpoint."""
 
 
 def rate_at(step: int, settings: Training) -> float:
@@ -42,7 +42,7 @@ def rate_at(step: int, settings: Training) -> float:
 
 
 class Task(Protocol):
-    """A task: data, network and loss, and the score that says how well it is learnt."""
+    """A task: data, network and loss, and the score that measures how well it is learnt."""
 
     recipe: Any
     sources: Sequence[Source[Any]]
@@ -53,7 +53,7 @@ class Task(Protocol):
     measured: str
     """Name of the score in messages."""
     rises: bool
-    """Whether more of it is better."""
+    """Whether a higher score is better."""
     labels: tuple[str, str]
     """Names of loss and score in pictures."""
     terms: int
@@ -103,7 +103,7 @@ class Trainer:
         self.step, self.loss = 0, [0.0, 0.0]
         self.best = -1.0 if task.rises else math.inf
         self.setting = {"torch": str(torch.__version__), "threads": threads, "device": device}
-        self.asked = False
+        self.stopping = False
 
     def state(self) -> dict[str, Any]:
         parts = {"network": self.network, "average": self.average, "optimiser": self.optimiser}
@@ -112,7 +112,7 @@ class Trainer:
         return state | numbers | {"setting": self.setting}
 
     def save(self, name: str) -> None:
-        """Written whole or not at all: a temporary file, on the disk, then renamed."""
+        """Written completely or not at all: a temporary file, synced, then renamed."""
         folder = self.run / "checkpoints"
         folder.mkdir(parents=True, exist_ok=True)
         with (folder / f".{name}.tmp").open("wb") as file:
@@ -127,8 +127,8 @@ class Trainer:
             old.unlink()
 
     def resume(self, threads: int | None) -> None:
-        """Goes back to the newest checkpoint, and the log with it; to the beginning where there is none. Without a
-        count of threads, goes on with as many as before: others give other last bits."""
+        """Goes back to the newest checkpoint, and the log with it; to the beginning if there is none. Without a number of
+        threads, continues with the previous number: another one changes the last bits."""
         for unfinished in (self.run / "checkpoints").glob(".*.tmp"):
             unfinished.unlink()
         found = sorted((self.run / "checkpoints").glob("step-*.pt"))
@@ -144,7 +144,7 @@ class Trainer:
         log.write_text("".join(line for line in lines if line.endswith("\n") and json.loads(line)["step"] <= self.step))
 
     def load(self, path: Path) -> dict[str, Any]:
-        """Takes over a checkpoint; returns the setting that it was made in."""
+        """Loads a checkpoint; returns the setting in which it was made."""
         state = torch.load(path, map_location=self.device, weights_only=True)
         for name in ("torch", "device"):
             if state["setting"][name] != self.setting[name]:
@@ -199,15 +199,15 @@ class Trainer:
             self.best = score
             self.save("best.pt")
         self.checkpoint()
-        said = ", ".join(f"{SPLIT_NAMES[split]} {means['all']:.3f}" for split, means in found.items())
+        scores = ", ".join(f"{SPLIT_NAMES[split]} {means['all']:.3f}" for split, means in found.items())
         loss, measured = line["loss"], self.task.measured
-        print(f"{self.progress(rate)}; loss {loss:.4f}, {measured} of {said}", file=sys.stderr, flush=True)
+        print(f"{self.progress(rate)}; loss {loss:.4f}, {measured} of {scores}", file=sys.stderr, flush=True)
 
     def train(self) -> None:
         """To the last step; raises `Interrupted` after SIGTERM or SIGINT, with a checkpoint of that step."""
-        before = {number: signal.signal(number, self.ask) for number in (signal.SIGTERM, signal.SIGINT)}
+        before = {number: signal.signal(number, self.stop) for number in (signal.SIGTERM, signal.SIGINT)}
         began, from_step = time.perf_counter(), self.step
-        said = began
+        reported = began
         batches = self.task.batches(self.step)
         try:
             while self.step < self.recipe.training.steps:
@@ -216,18 +216,18 @@ class Trainer:
                 rate = (self.step - from_step) * self.recipe.training.batch / seconds
                 if self.step % self.recipe.validation.every == 0 or self.step == self.recipe.training.steps:
                     self.try_out(rate)
-                    # Trying is no training.
+                    # Evaluation is not training.
                     began += time.perf_counter() - began - seconds
-                    said = time.perf_counter()
-                elif time.perf_counter() - said > SECONDS_OF_SILENCE:
-                    said = time.perf_counter()
+                    reported = time.perf_counter()
+                elif time.perf_counter() - reported > SECONDS_OF_SILENCE:
+                    reported = time.perf_counter()
                     print(self.progress(rate), file=sys.stderr, flush=True)
-                if self.asked:
+                if self.stopping:
                     self.checkpoint()
                     raise Interrupted
         finally:
             for number, handler in before.items():
                 signal.signal(number, handler)
 
-    def ask(self, *_: Any) -> None:
-        self.asked = True
+    def stop(self, *_: Any) -> None:
+        self.stopping = True

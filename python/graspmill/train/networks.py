@@ -1,6 +1,6 @@
 """Networks that complete grids. Each gives logits.
 
-Plain convolutions and matrix products alone, so that every engine that reads ONNX runs them.
+Only plain convolutions and matrix products, so that every engine that reads ONNX runs them.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Patches of grasps for the trainer, cut out of whole images: what a cell of a heatmap sees, and what it should say."""
+"""Patches of grasps for the trainer, cut out of whole images: the input of a cell of a heatmap, and its target."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .sources import Arrays, expect_agreement, open_source, spread
 from .strict import BadRecipe
 
 SIDE = 72
-"""Pixels along each side of the stored patches; the point lies in the middle."""
+"""Pixels along each side of the stored patches; the point is in the middle."""
 FIELD = 73
 """Pixels that a cell of a heatmap sees along each side: a patch, and one row and column more."""
 STRIDE = 8
@@ -124,7 +124,7 @@ def batches_of(opened: Sequence[Source], recipe: HeatmapRecipe, first: int) -> I
 
 @dataclass(frozen=True)
 class Held:
-    """Samples that the network is tried on, evenly taken from a split."""
+    """Samples to evaluate the network on, evenly taken from a split."""
 
     arrays: Arrays
     objects: npt.NDArray[np.str_]

@@ -1,4 +1,4 @@
-"""Recipes: what a training does, as a TOML file that is as strict as a job."""
+"""Recipes: the settings of a training, as a TOML file that is as strict as a job."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Augmentation:
 
 @dataclass(frozen=True)
 class Validation:
-    """When, and on how many samples of each split, the network is tried."""
+    """When, and on how many samples of each split, the network is evaluated."""
 
     every: int = key(250, low=1)
     samples: int = key(256, low=64)
@@ -149,8 +149,7 @@ AnyRecipe = Recipe | HeatmapRecipe
 
 
 def read_recipe(path: Path) -> AnyRecipe:
-    """The recipe in a file, or one of the package's own by name; its network says of which kind it is. Raises
-    ``BadRecipe``."""
+    """The recipe in a file, or one of the package's own by name; its network determines its kind. Raises ``BadRecipe``."""
     own = Path(__file__).parent / "recipes"
     file = path if path.exists() else own / f"{path.name}.toml"
     try:
@@ -159,7 +158,7 @@ def read_recipe(path: Path) -> AnyRecipe:
         names = ", ".join(sorted(each.stem for each in own.glob("*.toml")))
         raise BadRecipe(f"{path}: no such file, and no recipe of this name; there are {names}") from None
     except ValueError as error:
-        raise BadRecipe(f"{file}: it is no TOML ({error})") from error
+        raise BadRecipe(f"{file}: it is not TOML ({error})") from error
     network = str(table.get("network", "block"))
     if network not in SIZES and network not in HEATMAP_SIZES:
         known = ", ".join((*SIZES, *HEATMAP_SIZES))

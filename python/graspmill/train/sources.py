@@ -35,8 +35,8 @@ class Source(Generic[S]):
 
 
 def open_source(folder: Path, kind: type[S], channels: Sequence[str], objects: int = 0) -> Source[S]:
-    """A dataset's training, holdout and validation samples; of so many training objects, or of all of them. Raises
-    ``BadRecipe`` where some are missing."""
+    """A dataset's training, holdout and validation samples; of a number of training objects, or of all. Raises
+    ``BadRecipe`` if some are missing."""
     whole = Dataset(folder, kind)
     subset = _subset(whole, objects) if objects else None
     subsets = {"training": subset, "holdout": subset, "validation": None}
@@ -49,7 +49,7 @@ def open_source(folder: Path, kind: type[S], channels: Sequence[str], objects: i
 
 
 def _subset(whole: Dataset[Any], objects: int) -> int:
-    """The place of the nested training subset of so many objects."""
+    """The index of the nested training subset with this number of objects."""
     subsets: list[int] = whole.folder.splits()["training_subsets"]
     if objects not in subsets:
         found = f"subsets of {', '.join(map(str, subsets))} objects" if subsets else "no training subsets"
@@ -106,7 +106,7 @@ def batches_of(
 
 
 def objects_of(data: Dataset[S], samples: Sequence[S], places: Sequence[int]) -> list[str]:
-    """The object of each sample, which stand at these places: its name, or for a body of a scene its digest."""
+    """The object of each of these samples: its name, or for a body of a scene its digest."""
     if issubclass(data.kind, AmodalSample):
         return [sample.clutter.object for sample in samples if isinstance(sample, AmodalSample)]
     names: list[str] = data.column("object")[list(places)].tolist()
@@ -114,8 +114,8 @@ def objects_of(data: Dataset[S], samples: Sequence[S], places: Sequence[int]) ->
 
 
 def spread(sources: Sequence[Source[S]], split: str, most: int) -> tuple[list[S], npt.NDArray[np.str_]]:
-    """Samples of a split, evenly taken from each dataset, about so many in all, and the object of each; none where the
-    split is empty."""
+    """Samples of a split, evenly taken from each dataset, about this number in total, and the object of each; none if the split
+    is empty."""
     samples: list[S] = []
     objects: list[str] = []
     sets = [source.splits[split] for source in sources if len(source.splits[split])]

@@ -1,4 +1,4 @@
-"""Settings as a TOML file that is as strict as a job: dataclasses whose fields say what is allowed."""
+"""Settings as a TOML file that is as strict as a job: dataclasses whose fields define what is allowed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ R = TypeVar("R")
 
 
 class BadRecipe(ValueError):
-    """A recipe, or data for it, that cannot be trained with; says what to do."""
+    """A recipe, or data for it, that cannot be trained with; includes the remedy."""
 
 
 def key(default: Any, *, choices: tuple[str, ...] = (), low: float | None = None, high: float | None = None) -> Any:
