@@ -1,4 +1,4 @@
-//! Grasp types as tables show them.
+//! Grasp types in tables.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,9 +9,9 @@ use kernel::words::type_digits;
 pub struct TypeFacts {
     /// Number of the type.
     pub kind: u32,
-    /// Kept grasps of it.
+    /// Kept grasps of the type.
     pub grasps: u64,
-    /// Grasps of it that held in a trial; 0 without trials.
+    /// Grasps of the type that held in a trial; 0 without trials.
     pub held: u64,
     /// Digits to base 5: spread, proximal joints of three fingers, their distal joints, roll of the wrist.
     pub digits: [u8; 8],
@@ -22,7 +22,7 @@ impl TypeFacts {
         Self { kind, grasps, held, digits: type_digits(kind).map(|digit| digit as u8) }
     }
 
-    /// Spread, proximal joints, distal joints and roll, as tables show them.
+    /// Spread, proximal joints, distal joints and roll, for tables.
     pub(super) fn digits_in_words(&self) -> [String; 4] {
         let [spread, a, b, c, d, e, f, roll] = self.digits;
         [spread.to_string(), format!("{a} {b} {c}"), format!("{d} {e} {f}"), roll.to_string()]

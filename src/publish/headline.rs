@@ -1,4 +1,4 @@
-//! Parts of headlines: counts with their nouns, and samples that pass a test.
+//! Parts of headlines: counts with their nouns, and numbers of samples that pass a test.
 
 use super::chart::grouped;
 use format::{
@@ -12,7 +12,7 @@ pub(super) fn of_noun(count: u64, noun: &Noun) -> String {
     format!("{} {}", grouped(count), noun.of(count))
 }
 
-/// Headline of a product whose samples speak for themselves: "29 samples of 6 objects".
+/// Headline of a product that counts samples: "29 samples of 6 objects".
 pub(super) fn stored_samples(reader: &DatasetReader) -> Result<String, DatasetError> {
     let manifest = reader.manifest();
     let product = manifest.product;
@@ -20,7 +20,7 @@ pub(super) fn stored_samples(reader: &DatasetReader) -> Result<String, DatasetEr
     Ok(format!("{samples} of {}", of_noun(manifest.counts.objects, &product.subjects)))
 }
 
-/// Scenes that the samples of a dataset show: "1 scene", "12 scenes".
+/// Number of scenes of a dataset, as text: "1 scene", "12 scenes".
 ///
 /// # Errors
 /// When the asset table is missing or damaged.
@@ -28,7 +28,7 @@ pub(super) fn scenes_in_words(reader: &DatasetReader) -> Result<String, DatasetE
     Ok(counted(reader.assets()?.subjects.len() as u64, "scene"))
 }
 
-/// Count of the kept samples whose row of the ledger passes. Reads the ledgers, one at a time.
+/// Number of kept samples whose row of the ledger passes a test. Reads the ledgers, one at a time.
 ///
 /// # Errors
 /// When a shard is missing or damaged.

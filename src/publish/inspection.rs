@@ -17,10 +17,10 @@ use kernel::{
     words::{NumberClass, Show, capped},
 };
 
-/// Remarks that the text form shows.
+/// Maximum number of remarks in the text form.
 const MOST_REMARKS: usize = 50;
 
-/// A line about one of a dataset's warnings: those about sound meshes are notes.
+/// Line for a warning of a dataset; warnings about valid meshes are notes.
 pub fn remark_in_words(warning: &str) -> String {
     let kind = if is_note(warning) { "note" } else { "warning" };
     format!("{kind}: {}", warning.shown())
@@ -31,7 +31,7 @@ pub fn remark_in_words(warning: &str) -> String {
 pub struct InspectionHeader {
     /// The job's name; the folder's when the job has none.
     pub name: String,
-    /// Headline: the first thing that a user wants to know.
+    /// Headline.
     #[serde(default)]
     pub headline: String,
     /// Program and version that made it.
@@ -40,7 +40,7 @@ pub struct InspectionHeader {
     pub product: Product,
     /// Format on disk.
     pub format_version: u32,
-    /// The digest that names the dataset.
+    /// Root digest of the dataset.
     pub root: Digest,
     /// Digest of the samples of each class of numbers.
     pub classes: BTreeMap<NumberClass, Digest>,
@@ -50,9 +50,9 @@ pub struct InspectionHeader {
     pub shards: u64,
     /// Size of all shards [bytes].
     pub shard_bytes: u64,
-    /// Things a user should know.
+    /// Warnings for the user.
     pub warnings: Vec<String>,
-    /// Notes of the run about itself; part of no digest.
+    /// Notes about the run, not part of any digest.
     pub notes: RunNotes,
 }
 
@@ -97,7 +97,7 @@ impl InspectionHeader {
         })
     }
 
-    /// Writes the line about shards, without its end.
+    /// Writes the line about shards, without the line end.
     pub(super) fn write_shards(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "  shards    {} with {} bytes", grouped(self.shards), grouped(self.shard_bytes))
     }
@@ -117,7 +117,7 @@ pub struct Inspection {
 }
 
 impl Inspection {
-    /// An inspection out of the facts of a product.
+    /// Creates an inspection from the facts of a product.
     pub(super) fn of(facts: &(impl fmt::Display + Serialize)) -> Self {
         Self {
             text: facts.to_string(),
@@ -151,11 +151,11 @@ pub(super) fn open_of(folder: &Folder, product: Product) -> Result<DatasetReader
     Err(DatasetError::Invalid {
         path: folder.path().to_owned(),
         problem: format!("a dataset of {found}, not of {product}"),
-        remedy: "`graspmill inspect` prints the facts of either",
+        remedy: "use `graspmill inspect`, which supports every product",
     })
 }
 
-/// Members of a list at even steps, `most` of them or all: the middle one of each of as many equal runs.
+/// At most `most` members of a list at even steps: the middle one of each of as many equal runs.
 pub(super) fn evenly<T: Copy>(list: &[T], most: usize) -> Vec<T> {
     let count = list.len().min(most);
     (0..count).map(|number| list[(2 * number + 1) * list.len() / (2 * count)]).collect()
@@ -173,8 +173,8 @@ pub(crate) fn job_table(reader: &DatasetReader) -> Result<toml::Table, DatasetEr
     })
 }
 
-/// Whether the job of a dataset measures depth by a perfect sensor, which has a return wherever there is something. A job that
-/// measures none itself has none.
+/// Whether the job of a dataset measures depth with a perfect sensor, which has a return wherever there is a surface. Jobs
+/// without depth have none.
 ///
 /// # Errors
 /// When the job is missing or damaged.
@@ -184,7 +184,7 @@ pub fn has_perfect_sensor(reader: &DatasetReader) -> Result<bool, DatasetError> 
     Ok(profile == Some("none"))
 }
 
-/// Name of a dataset's job as its text says it; else the name of the folder.
+/// Name of a dataset's job from its text, or else the name of the folder.
 ///
 /// # Errors
 /// When the job is missing or damaged.

@@ -1,9 +1,8 @@
-//! Everything for people to read: facts and reports of datasets, pictures of samples, releases.
+//! Output for people: facts and reports of datasets, pictures of samples, releases.
 //!
-//! All is drawn in plain Rust without a display, and two reports of one dataset have the same bytes. [`make_release`] makes
-//! a release out of a dataset: the same folder with card, datasheet, licences, metadata, provenance and digests;
-//! [`check_release`] checks one. Everything that this room knows of a product stands in its row of
-//! [`PRODUCTS`](products::PRODUCTS).
+//! Everything is drawn in plain Rust without a display, and two reports of one dataset have the same bytes. [`make_release`]
+//! turns a dataset into a release: the same folder with card, datasheet, licences, metadata, provenance and digests;
+//! [`check_release`] checks one. All texts and pages of a product are in its row of [`PRODUCTS`](products::PRODUCTS).
 
 mod asset;
 mod chart;

@@ -1,9 +1,9 @@
-//! Markup that the program made, beside text that is escaped on its way into a file.
+//! Markup made by the program, as opposed to text, which is escaped.
 
 use minijinja::Value;
 use serde::Serialize;
 
-/// Markup that the program made, such as a chart: it enters a template as it is.
+/// Markup made by the program, such as a chart; templates insert it without escaping.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Markup(pub String);
 

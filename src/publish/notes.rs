@@ -1,7 +1,7 @@
-//! Notes of a run about itself beside the data: its speed, and the findings of its leak check.
+//! Notes about a run: its speed, and the findings of its leak check.
 //!
-//! `notes.json` stands in the dataset's folder but is part of no digest and of no manifest: two runs of one job differ
-//! in it and in nothing else. Reports and inspections do without it when it is not there.
+//! `notes.json` is in the dataset's folder, but not part of any digest or manifest: two runs of one job differ only in this file.
+//! Reports and inspections also work without it.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -16,7 +16,7 @@ use kernel::files::{Bound, Folder, Temporary};
 /// The file's name.
 const NOTES: &str = "notes.json";
 
-/// Notes of a run about itself.
+/// Notes about a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunNotes {
     /// Speed of the run.
@@ -25,21 +25,21 @@ pub struct RunNotes {
     /// Findings of the leak check: counts by name (`straddling_views`, `twin_groups`, ...).
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub leaks: BTreeMap<String, u64>,
-    /// Names of those counts that the job is about, and that are no leaks.
+    /// Names of the counts that the job intends and that are not leaks.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub intended: BTreeSet<String>,
 }
 
-/// Speed of a run; for an interrupted run, that of its last part.
+/// Speed of a run, or of the last part of an interrupted run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Speed {
     /// Samples made, kept or rejected.
     pub samples: u64,
-    /// Wall time from start to the closed dataset [s].
+    /// Wall time from start to the finished dataset [s].
     pub seconds: f64,
-    /// Threads at work.
+    /// Number of threads.
     pub threads: u32,
-    /// Largest resident memory of the process, where known [bytes].
+    /// Largest resident memory of the process, if known [bytes].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_memory: Option<u64>,
 }
@@ -52,14 +52,14 @@ impl Speed {
 }
 
 impl RunNotes {
-    /// A count of the leak check in words, from its name.
+    /// Text about a count of the leak check, from its name.
     pub fn leak_in_words(&self, name: &str) -> String {
         let words = count_in_words(name);
         if self.intended.contains(name) { format!("{words}, intended by the job") } else { words }
     }
 
-    /// Whether a count of the leak check tells of a leak. Groups that a job names may stand on two sides: one that splits by
-    /// them keeps each on one.
+    /// Whether a count of the leak check reports a leak. Groups that a job names may be on two sides, unless the job splits by
+    /// them.
     pub fn is_leak(&self, name: &str, count: u64) -> bool {
         let may_straddle = name == "groups_straddling" || self.intended.contains(name);
         name.contains("straddling") && count > 0 && !may_straddle
@@ -75,14 +75,14 @@ impl RunNotes {
             Ok(text) => serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
                 path,
                 problem: error.to_string(),
-                remedy: "delete it: it holds nothing but speed figures and the leak check's counts",
+                remedy: "delete it: it contains only speed figures and the leak check's counts",
             }),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Self::default()),
             Err(source) => Err(DatasetError::Io { action: "reading", path, source }),
         }
     }
 
-    /// Writes the notes into a dataset's folder, in place of older ones.
+    /// Writes the notes into a dataset's folder and replaces older ones.
     ///
     /// # Errors
     /// When the file can't be written.

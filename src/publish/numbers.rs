@@ -1,4 +1,4 @@
-//! The measured numbers of a release's documents: out of the same surveys as the report and `inspect`.
+//! Measured numbers for a release's documents, from the same surveys as the report and `inspect`.
 
 use std::fmt::Display;
 
@@ -17,17 +17,17 @@ pub(super) struct NumberRow {
     code: Option<String>,
 }
 
-/// Numbers as documents show them; none depends on clock, machine or path.
+/// Numbers in documents; none depends on time, machine or path.
 pub(super) struct Numbers {
     /// Name of the job.
     pub job_name: String,
-    /// Headline: the first thing that a user wants to know.
+    /// Headline.
     pub headline: String,
     /// Counts and measurements.
     pub rows: Vec<NumberRow>,
     /// Distributions over the stored samples.
     pub spreads: Vec<SpreadRow>,
-    /// Stored samples and objects of each split; empty where nothing is split.
+    /// Stored samples and objects of each split; empty without splits.
     pub splits: Vec<SplitCounts>,
     /// Names of objects that share their geometry across the split.
     pub leaks: Vec<String>,
@@ -40,7 +40,7 @@ pub(super) struct SplitCounts {
     pub split: Split,
     /// Stored samples.
     pub samples: u64,
-    /// Objects with stored samples, where they were counted.
+    /// Objects with stored samples, if they were counted.
     pub objects: Option<u64>,
 }
 
@@ -75,7 +75,7 @@ impl Numbers {
                 .iter()
                 .map(|(reason, count)| NumberRow::new(format!("rejected: {reason}"), grouped(*count))),
         );
-        // The manifest counts the rows of the asset table: objects or robots, also where the subjects are scenes.
+        // The manifest counts the rows of the asset table (objects or robots), even if the subjects are scenes.
         rows.push(NumberRow::new(format!("{}s", assets.name()), grouped(counts.objects)));
         if counts.refused_meshes > 0 {
             rows.push(NumberRow::new("meshes that could not be used", grouped(counts.refused_meshes)));

@@ -1,4 +1,4 @@
-//! Parts that all pages share, as their templates take them.
+//! Parts that all pages share, as input of their templates.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,7 @@ use kernel::{
     words::{NumberClass, Split, counted, size_in_words},
 };
 
-/// A dataset as the head of its page shows it.
+/// A dataset in the header of its page.
 #[derive(Serialize)]
 pub(super) struct DatasetView<'a> {
     name: &'a str,
@@ -27,17 +27,17 @@ pub(super) struct DatasetView<'a> {
     /// Count and size of the shards.
     shards: String,
     classes: Vec<ClassView>,
-    /// Things that a user should know, in colour.
+    /// Warnings, shown in colour.
     warnings: Vec<&'a str>,
-    /// Notes on sound meshes, folded.
+    /// Notes on valid meshes, folded.
     notes: Vec<&'a str>,
-    /// Count of the notes, in words.
+    /// Number of the notes, as text.
     notes_counted: String,
     /// Whether the notes are unfolded: few, on a page about the objects themselves.
     opens_notes: bool,
 }
 
-/// Notes that a page shows unfolded, at most.
+/// Maximum number of notes that a page shows unfolded.
 const OPEN_NOTES: usize = 4;
 
 /// The digest of a class of numbers.
@@ -78,18 +78,18 @@ impl<'a> DatasetView<'a> {
 #[derive(Serialize)]
 pub(super) struct SpeedView {
     samples: String,
-    /// Things that the run made.
+    /// Noun of the items that the run made.
     what: &'static str,
     seconds: String,
     threads: u32,
     /// Samples per second.
     rate: String,
-    /// Peak memory, where known.
+    /// Peak memory, if known.
     memory: Option<String>,
 }
 
 impl SpeedView {
-    /// The figures that a run left; `None` if it left none.
+    /// The speed figures of a run; `None` if it stored none.
     pub fn of(header: &InspectionHeader, what: &'static str) -> Option<Self> {
         let speed: &Speed = header.notes.speed.as_ref()?;
         Some(Self {
@@ -135,7 +135,7 @@ impl ImageView {
 #[derive(Clone, Serialize)]
 pub(super) struct BodyView {
     number: u32,
-    /// Colour in maps of instances, as style sheets write it.
+    /// Colour in instance maps, in CSS notation.
     colour: String,
     name: String,
     /// Facts about it.
@@ -145,7 +145,7 @@ pub(super) struct BodyView {
 impl BodyView {
     /// A body by its number, from 1.
     pub fn new(number: u32, name: impl Into<String>, words: String) -> Self {
-        // Maps of instances number at most 252 bodies.
+        // Instance maps have at most 252 bodies.
         let colour = body_swatch(u8::try_from(number).unwrap_or(u8::MAX)).hex();
         Self { number, colour, name: name.into(), words }
     }
@@ -166,15 +166,15 @@ impl PanelView {
     }
 }
 
-/// A card of a page as the strip on top of it shows it.
+/// A card of a page in the strip at the top.
 pub(super) struct StripCard {
-    /// Words below its pictures.
+    /// Caption of its pictures.
     pub caption: String,
-    /// Pictures of the card, the telling ones first.
+    /// Pictures of the card, the most informative first.
     pub pictures: Vec<ImageView>,
 }
 
-/// A small picture on top of a page: it leads to its card.
+/// A small picture at the top of a page, which links to its card.
 #[derive(Serialize)]
 pub(super) struct StripPicture {
     image: ImageView,
@@ -184,11 +184,11 @@ pub(super) struct StripPicture {
 }
 
 impl StripPicture {
-    /// Pictures of a strip, at most.
+    /// Maximum number of pictures in a strip.
     pub const MAX: usize = 6;
 
-    /// The strip of a page with these cards, by their numbers from 1: the first picture of cards at even steps; of few cards
-    /// the second picture of each follows, and so on.
+    /// The strip of a page with these cards, by their numbers from 1: the first picture of cards at even steps; with few cards,
+    /// followed by their second pictures, and so on.
     pub fn strip(cards: &[(usize, StripCard)]) -> Vec<Self> {
         let shown = cards.len().min(Self::MAX);
         let even: Vec<&(usize, StripCard)> = (0..shown).map(|step| &cards[step * cards.len() / shown]).collect();
@@ -206,7 +206,7 @@ impl StripPicture {
 mod tests {
     use super::*;
 
-    /// Numbers of the cards in the strip of so many cards with so many pictures each.
+    /// Numbers of the cards in a strip, for cards with these numbers of pictures.
     fn cards_in_strip(cards: usize, pictures: usize) -> Vec<usize> {
         let image = ImageView::of(&Picture::filled(1, 1, [0; 4]), 1, 1);
         let card = |number| (number, StripCard { caption: String::new(), pictures: vec![image.clone(); pictures] });

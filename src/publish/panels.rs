@@ -1,11 +1,11 @@
-//! One sample of a dataset as a row of panels, as the first screen of README.md shows it.
+//! One sample of a dataset as a row of panels, as in the first picture of README.md.
 
 use super::{picture::Panel, products::pages_of};
 use format::dataset::{DatasetError, DatasetReader, Selection};
 use kernel::{files::Folder, ids::ItemId};
 
-/// Draws the sample of an object and an item in panels, each at most `side` pixels wide and high; `None` if the dataset
-/// stores no such sample. Of a robot's map every sample has that robot, so that the name is empty.
+/// Draws the sample of an object and an item in panels, each at most `side` pixels wide and high; `None` if the dataset stores no
+/// such sample. The name is empty for a robot's map, whose samples all belong to that robot.
 ///
 /// # Errors
 /// When the dataset is not finished, or a file is missing or damaged.

@@ -1,4 +1,4 @@
-//! Colours of grasps by what trials among the neighbours say of them.
+//! Colours of grasps by the outcome of trials among the neighbours.
 
 use crate::picture::Colour;
 use format::PickState;

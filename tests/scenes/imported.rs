@@ -93,11 +93,11 @@ fn poses_of_a_table_are_kept_as_they_are_and_their_overlaps_are_measured() {
     // The report, the inspection and the Python package have these numbers.
     Program::on("report", &data).succeed();
     let page = workspace.read("poses/report.html");
-    assert!(page.contains("1 of the scenes overlap by more than 0.5 mm"), "the report has no overlaps");
+    assert!(page.contains("1 of the scenes bodies overlap by more than 0.5 mm"), "the report has no overlaps");
     assert!(page.contains("2 bodies of overlap") && page.contains("5.00 mm deep"), "no card of the scene");
     let facts = Program::on("inspect", &data).read_json();
     assert_eq!((&facts["imported"]["too_deep"], &facts["imported"]["moved"]), (&1.into(), &1.into()));
-    assert!(Program::on("inspect", &data).succeed().stdout.contains("of 1 a body moves by 2 mm or 2 degrees"));
+    assert!(Program::on("inspect", &data).succeed().stdout.contains("in 1 a body moves by 2 mm or 2 degrees"));
     let read: Vec<(String, String, u32, [f64; 3])> = Program::python_lines(READ)
         .arg(&data)
         .env("PYTHONPATH", crate::scenes::repository_path("python"))

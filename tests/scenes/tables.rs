@@ -45,7 +45,7 @@ fn run_inspect_report_and_card_of_scenes_begin_with_the_same_words() {
     let about = workspace.write("about.toml", ABOUT);
     for (product, words) in [
         ("scenes", "scenes with"),
-        ("views", "bodies in them are seen"),
+        ("views", "bodies in them are visible"),
         ("amodal", "have a pair"),
         ("volumes", "volumes fused from"),
         ("picks", "bodies have a free grasp; "),

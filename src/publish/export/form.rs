@@ -1,4 +1,4 @@
-//! A format of exports: its row with a form per product, the selection that it takes and what it leaves.
+//! An export format: its row with a form per product, the selection of samples, and the written content.
 
 use std::collections::BTreeMap;
 
@@ -22,70 +22,70 @@ pub struct ExportFormat {
     pub forms: &'static [ExportForm],
 }
 
-/// Form of the datasets of one product in a format.
+/// Form of a format for the datasets of one product.
 pub struct ExportForm {
     /// Product of the datasets.
     pub product: Product,
-    /// Noun of one thing that is counted and of several.
+    /// Singular and plural noun of the counted items.
     pub counted: Noun,
-    /// Numbers that the form needs and no dataset says.
+    /// Numbers that the form needs and that no dataset contains.
     pub keys: &'static [ExportKey],
-    /// Layout of the files in words, for `export.json`; the argument is [`ExportSelection::unpacked`].
+    /// Text about the layout of the files, for `export.json`; the argument is [`ExportSelection::unpacked`].
     pub(super) layout: fn(bool) -> &'static str,
     /// Writes the files.
     pub(super) write: fn(&DatasetReader, &ExportSelection, &mut Target) -> Result<Written, ExportError>,
 }
 
-/// A number that a form needs and no dataset says.
+/// A number that a form needs and that no dataset contains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExportKey {
     /// Name, as in the files of the format.
     pub name: &'static str,
-    /// Value where none is given.
+    /// Default value.
     pub default: f64,
     /// Meaning with unit, a sentence.
     pub meaning: &'static str,
 }
 
 impl ExportFormat {
-    /// The form of datasets of a product; `None` if they have none in this format.
+    /// The form for datasets of a product; `None` if the format does not support it.
     pub fn form(&self, product: Product) -> Option<&'static ExportForm> {
         self.forms.iter().find(|form| form.product == product)
     }
 }
 
-/// Selection of samples, and how they are written.
+/// Selection of samples, and options of the output.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ExportSelection {
     /// Samples of a split or of a nested training subset.
     pub samples: Selection,
     /// Names of the objects to export; every object when empty.
     pub objects: Vec<String>,
-    /// Maximal count, in the dataset's order; grasps that were tried are taken evenly over the selection.
+    /// Maximum number, in the dataset's order; tried grasps are spread evenly over the selection.
     pub limit: Option<u64>,
-    /// One byte per cell, in the formats that offer it.
+    /// Whether to write one byte per cell, in formats that support it.
     pub unpacked: bool,
     /// Numbers for [`ExportForm::keys`], by name; the others have their defaults.
     pub numbers: BTreeMap<String, f64>,
 }
 
 impl ExportSelection {
-    /// The number of a key of a form.
+    /// Value of a key of a form.
     pub(super) fn number(&self, key: &ExportKey) -> f64 {
         self.numbers.get(key.name).copied().unwrap_or(key.default)
     }
 }
 
-/// Content that a format has written.
+/// Content written by a format.
 pub(super) struct Written {
-    /// Count of what the format counts.
+    /// Number of counted items.
     pub count: u64,
-    /// Facts for `export.json` beside root, format and layout.
+    /// Facts for `export.json` in addition to root, format and layout.
     pub facts: Map<String, Value>,
 }
 
 impl Written {
-    /// A selection of samples that was written, with its facts.
+    /// Creates the content of a written selection, with its facts.
     pub fn selection(count: u64, counted: &str, selection: &ExportSelection) -> Self {
         let facts = json!({
             counted: count,

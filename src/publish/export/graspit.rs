@@ -1,4 +1,4 @@
-//! Labels and field of a reachability dataset as raw files, as the thesis's own grasp planner reads them.
+//! Labels and field of a reachability dataset as raw files for the thesis's grasp planner.
 
 use std::io::Write;
 

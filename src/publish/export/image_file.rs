@@ -11,7 +11,7 @@ pub(super) fn colour_png(size: [u32; 2], rgb: &[[u8; 3]]) -> Vec<u8> {
     png_file(size, (png::ColorType::Rgb, png::BitDepth::Eight), rgb.as_flattened())
 }
 
-/// A mask, 255 where it is set and 0 elsewhere, row-major.
+/// A mask, 255 if set and 0 otherwise, row-major.
 pub(super) fn mask_png(size: [u32; 2], mask: &[bool]) -> Vec<u8> {
     let bytes: Vec<u8> = mask.iter().map(|own| if *own { 255 } else { 0 }).collect();
     png_file(size, (png::ColorType::Grayscale, png::BitDepth::Eight), &bytes)
@@ -29,7 +29,7 @@ pub(super) fn depth_png(
 ) -> Result<Vec<u8>, ExportError> {
     let mut bytes = Vec::with_capacity(2 * depth.len());
     for metres in depth {
-        // What is nearer than half a step would read as no return.
+        // Depths below half a step would be read as no return.
         let steps = (MM / scale * f64::from(*metres) + 0.5).floor().max(1.0);
         if steps > f64::from(u16::MAX) {
             return Err(ExportError::TooFar { view, depth: f64::from(*metres), farthest: scale * 65.535 });
@@ -40,7 +40,7 @@ pub(super) fn depth_png(
     Ok(png_file([width, height], (png::ColorType::Grayscale, png::BitDepth::Sixteen), &bytes))
 }
 
-/// The smaller of some scales [mm] in which every depth [m] fits into 16 bits; the largest scale where none holds them.
+/// The smallest of some scales [mm] with which every depth [m] fits into 16 bits; the largest scale if none does.
 pub(super) fn depth_scale(depth: &[f32], scales: &[f64]) -> f64 {
     let farthest = depth.iter().copied().filter(|metres| !metres.is_nan()).fold(0.0, f32::max);
     let fits = |scale: &&f64| MM / **scale * f64::from(farthest) < f64::from(u16::MAX);

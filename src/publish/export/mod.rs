@@ -1,7 +1,7 @@
-//! Datasets in other formats. A format is one row of [`FORMATS`] and one file of this folder; nothing else names it.
+//! Datasets in other formats. A format is one row of [`FORMATS`] and one file of this folder, and is not mentioned elsewhere.
 //!
-//! An export is a view of a dataset, not a second truth: `export.json` in it names the root digest that it was made
-//! from, and `samples.csv` says which sample each row or file of a completion dataset is.
+//! An export is a view of a dataset, not a second source: its `export.json` contains the root digest of the dataset, and
+//! `samples.csv` lists the sample of each row or file of a completion dataset.
 
 mod acronym;
 mod binvox;
@@ -40,7 +40,7 @@ use self::{form::Written, target::Target};
 use format::{Noun, dataset::DatasetReader};
 use kernel::files::Folder;
 
-/// Every format, in the order in which help lists them.
+/// Every format, in the order of the help.
 pub static FORMATS: [&ExportFormat; 11] = [
     &npy::FORMAT,
     &row_tables::FORMAT,
@@ -67,9 +67,9 @@ impl ExportFormat {
 pub struct ExportSummary {
     /// The folder.
     pub folder: PathBuf,
-    /// Count of what the form counts.
+    /// Number of counted items.
     pub count: u64,
-    /// Noun of what is counted.
+    /// Noun of the counted items.
     pub counted: Noun,
     /// Files.
     pub files: u64,
@@ -77,8 +77,8 @@ pub struct ExportSummary {
 
 /// Writes samples of the finished dataset in `folder` to `out`, which must not exist yet or be empty.
 ///
-/// Samples stream through: one chunk of a shard is in memory at a time. The folder appears when it is complete, and
-/// the same dataset and selection give the same bytes.
+/// Samples are streamed: one chunk of a shard is in memory at a time. The folder appears when it is complete, and the same
+/// dataset and selection give the same bytes.
 ///
 /// # Errors
 /// When the dataset is not finished, damaged, or of a product without this form; `out` holds something; an object is unknown,

@@ -1,11 +1,11 @@
-//! File names out of object names.
+//! File names made from object names.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use format::dataset::AssetRow;
 use kernel::ids::ObjectId;
 
-/// A folder for each object: its name where that can be one, with the object's digest where two would coincide.
+/// A folder for each object: its name if it is a valid folder name, with the object's digest if two names would coincide.
 pub(super) fn object_folders(assets: &[AssetRow]) -> BTreeMap<ObjectId, String> {
     let mut taken = BTreeSet::new();
     let mut rows: Vec<&AssetRow> = assets.iter().collect();
@@ -21,7 +21,8 @@ pub(super) fn object_folders(assets: &[AssetRow]) -> BTreeMap<ObjectId, String> 
         .collect()
 }
 
-/// Letters, digits and `. _ - +` as they are, everything else as `_`; never empty, hidden or above.
+/// Keeps letters, digits and `. _ - +`, and replaces everything else by `_`; the result is never empty, hidden or a parent
+/// folder.
 fn safe(name: &str) -> String {
     let fits = |character: char| character.is_alphanumeric() || "._-+".contains(character);
     let name: String = name.chars().take(100).map(|character| if fits(character) { character } else { '_' }).collect();

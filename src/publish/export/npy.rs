@@ -59,14 +59,14 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
     }],
 };
 
-/// The arrays while they grow; begun with the first sample, which says the resolution and whether there is touch.
+/// The arrays while they are written; started with the first sample, which determines the resolution and whether there is touch.
 struct PairArrays {
     stream: PairStream,
     open: Option<OpenArrays>,
     row: Vec<u8>,
 }
 
-/// Arrays whose heads are written.
+/// Arrays with a written header.
 struct OpenArrays {
     resolution: u32,
     files: Vec<(BufWriter<File>, PathBuf)>,

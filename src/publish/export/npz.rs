@@ -19,10 +19,10 @@ pub(super) struct Npz {
 /// Version 2.0 of the format, in which entries are deflated.
 const VERSION: u16 = 20;
 
-/// Way in which entries are packed: deflated.
+/// Compression method of the entries: deflate.
 const DEFLATED: u16 = 8;
 
-/// The first date that the format knows, 1 January 1980, and midnight: archives do not depend on when they are made.
+/// The first date of the format, 1 January 1980, at midnight, so that archives do not depend on the time of writing.
 const TIME_AND_DATE: [u16; 2] = [0, 1 << 5 | 1];
 
 impl Npz {
@@ -33,7 +33,7 @@ impl Npz {
         let mut packer = DeflateEncoder::new(Vec::new(), Compression::new(6));
         let packed = packer.write_all(&array).and_then(|()| packer.finish()).expect("memory takes every byte");
         let name = format!("{name}.npy");
-        // What the entry and the directory say of it alike: packing, time, check sum, sizes, lengths of name and extra field.
+        // Fields that the entry and the directory share: compression, time, checksum, sizes, lengths of name and extra field.
         let mut facts = Vec::new();
         for number in [VERSION, 0, DEFLATED].into_iter().chain(TIME_AND_DATE) {
             facts.extend(number.to_le_bytes());

@@ -9,10 +9,10 @@ use kernel::{
     voxel::{InsideTest, solid_occupancy},
 };
 
-/// Triangles of a mesh whose edges are halved, at most: MuJoCo reads so many in a second.
+/// Maximum number of triangles of a mesh whose edges are halved; MuJoCo reads this number in a second.
 const MAX_TOUCHED: usize = 1 << 16;
 
-/// Writes a mesh [m] as the Wavefront OBJ of a name; numbers as short as they read back the same.
+/// Writes a mesh [m] as the Wavefront OBJ of a name; numbers are the shortest that read back the same.
 ///
 /// # Errors
 /// When the file can't be written.
@@ -21,7 +21,7 @@ pub(super) fn write_mesh(target: &mut Target, name: &str, mesh: &TriMesh) -> Res
     write_obj(&mut file, mesh).and_then(|()| file.flush()).map_err(ExportError::io("writing", &path))
 }
 
-/// Writes a mesh whose triangles MuJoCo touches one by one: its long edges halved, all its vertices as they are and in front.
+/// Writes a mesh for MuJoCo's triangle contacts: its long edges are halved, and all original vertices come first.
 ///
 /// # Errors
 /// When the file can't be written.
@@ -39,16 +39,16 @@ fn write_obj(out: &mut impl Write, mesh: &TriMesh) -> io::Result<()> {
     Ok(())
 }
 
-/// Volume, centre of mass and inertia of an object's solid, as its trials have them.
+/// Volume, centre of mass and inertia of an object's solid, as in its trials.
 ///
 /// # Errors
-/// When the object has no inside, or its row does not say how that was found.
+/// When the object has no inside, or its row does not state how it was determined.
 pub(super) fn mass_properties(row: &AssetRow, mesh: &TriMesh) -> Result<MassProperties, ExportError> {
     let solid = solid_occupancy(mesh, inside_test(row)?, false);
     MassProperties::of_solid(&solid).ok_or_else(|| ExportError::NoSolid { name: row.name.clone() })
 }
 
-/// Inside test that the trials used, as the asset table says.
+/// Inside test of the trials, from the asset table.
 fn inside_test(row: &AssetRow) -> Result<InsideTest, ExportError> {
     match row.facts.get("inside").and_then(|inside| inside.as_str()) {
         Some("winding_number") => Ok(InsideTest::WindingNumber),

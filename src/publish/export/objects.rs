@@ -1,4 +1,4 @@
-//! Objects that an export is asked for.
+//! Objects selected for an export.
 
 use std::collections::BTreeSet;
 
@@ -6,10 +6,10 @@ use super::error::ExportError;
 use format::dataset::AssetRow;
 use kernel::ids::ObjectId;
 
-/// Word for what is selected where it is an object.
+/// Noun of the selected items if they are objects.
 pub(super) const OBJECT: &str = "object";
 
-/// The objects of these names, or the scenes where the samples are of scenes (`what`); every name must be known.
+/// The objects of these names, or the scenes for products made from scenes (`what`); every name must be known.
 pub(super) fn wanted_objects(
     assets: &[AssetRow],
     names: &[String],

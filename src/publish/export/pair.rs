@@ -1,10 +1,10 @@
-//! A pair as the formats take it.
+//! A pair as input of the formats.
 
 use super::selected::SelectedSample;
 use format::{TouchedPair, VoxelPair, dataset::Sample};
 use kernel::{geom::OccupancyGrid, ids::SampleIndex};
 
-/// A pair with everything that a format may write of it.
+/// A pair with everything that a format may write.
 pub(super) struct PairSample<'a> {
     /// The stored sample, for its further channels.
     pub sample: &'a Sample,

@@ -1,4 +1,4 @@
-//! Pairs of a completion dataset, streamed to the formats that hold them.
+//! Pairs of a completion dataset, streamed to the formats that support them.
 
 use std::collections::BTreeMap;
 
@@ -19,9 +19,9 @@ use format::{
 };
 use kernel::ids::ObjectId;
 
-/// Facts of an export that a format needs before its first sample.
+/// Facts about an export that a format needs before the first sample.
 pub(super) struct PairStream {
-    /// Samples that will come.
+    /// Number of samples.
     pub samples: u64,
     /// One byte per cell.
     pub unpacked: bool,
@@ -29,7 +29,7 @@ pub(super) struct PairStream {
 
 /// A format that pairs stream to.
 pub(super) trait WritePairs {
-    /// Whether samples have files of their own, named by [`PairSample::stem`].
+    /// Whether each sample has separate files, named by [`PairSample::stem`].
     const FILE_PER_SAMPLE: bool;
 
     /// Writes a sample.
@@ -74,7 +74,7 @@ pub(super) fn write_pairs<W: WritePairs>(
     Ok(written)
 }
 
-/// `<object>/view_00003`, with instance and camera where they are not the first.
+/// `<object>/view_00003`, with instance and camera if they are not the first.
 fn stem(folders: &BTreeMap<ObjectId, String>, pair: &VoxelPair) -> String {
     let id = pair.sample;
     let folder = folders.get(&id.subject).cloned().unwrap_or_else(|| id.subject.0.short());

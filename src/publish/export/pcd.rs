@@ -12,9 +12,9 @@ use super::{
 use format::{Noun, Product, TouchContact, dataset::DatasetError};
 use kernel::geom::OccupancyGrid;
 
-/// `<object>/view_00003_x.pcd` (partial) and `..._y.pcd` (complete): occupied cells by index, as the data of the
-/// thesis has them; where depth or cloud is stored also `..._pc.pcd`: the seen points [m]; with touch `..._t.pcd`, the
-/// touched cells by index, and `..._tc.pcd`, the contacts with their normals [m].
+/// `<object>/view_00003_x.pcd` (partial) and `..._y.pcd` (complete): occupied cells by index, as in the data of the thesis; if
+/// depth or cloud is stored also `..._pc.pcd`: the seen points [m]; with touch `..._t.pcd`, the touched cells by index, and
+/// `..._tc.pcd`, the contacts with their normals [m].
 pub(super) static FORMAT: ExportFormat = ExportFormat {
     name: "pcd",
     summary: "Point clouds of occupied cells (PCD).",
@@ -81,12 +81,12 @@ fn cells_file(grid: &OccupancyGrid) -> Vec<u8> {
     points_file(&points)
 }
 
-/// Points as they stand.
+/// Points without conversion.
 fn points_file(points: &[[f32; 3]]) -> Vec<u8> {
     rows_file("x y z", points)
 }
 
-/// Contacts with their normals, as PCL calls them.
+/// Contacts with their normals, in PCL's field names.
 fn contacts_file(contacts: &[TouchContact]) -> Vec<u8> {
     let row = |contact: &TouchContact| {
         let ([x, y, z], [a, b, c]) = (contact.position, contact.normal);

@@ -1,4 +1,4 @@
-//! The samples that an export is asked for, one after the other.
+//! The selected samples of an export, one after the other.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use format::{
 };
 use kernel::ids::{ObjectId, SampleId, SampleIndex};
 
-/// Names and facts of a selected sample, as tables give them.
+/// Names and facts of a selected sample, for tables.
 pub(super) struct SelectedSample<'a> {
     /// Index in the dataset.
     pub index: SampleIndex,
@@ -19,7 +19,7 @@ pub(super) struct SelectedSample<'a> {
     pub subject: String,
     /// Name of the subject.
     pub object: &'a str,
-    /// Name of the split; empty where the product has none.
+    /// Name of the split; empty if the product has none.
     pub split: &'static str,
     /// Values of the product's facts.
     pub facts: Facts,
@@ -30,7 +30,7 @@ pub(super) struct SelectedSamples<'a> {
     reader: &'a DatasetReader,
     selection: Selection,
     indices: Vec<SampleIndex>,
-    /// Whether every object is wanted: then shards are read from end to end.
+    /// Whether every object is selected; shards are then read sequentially.
     all_objects: bool,
     names: BTreeMap<ObjectId, &'a str>,
 }
@@ -74,7 +74,7 @@ impl<'a> SelectedSamples<'a> {
         samples
     }
 
-    /// Hands over every sample with its names and facts; one chunk and the ledger of one shard are in memory at a time.
+    /// Calls `take` with every sample, its names and its facts; one chunk and the ledger of one shard are in memory at a time.
     ///
     /// # Errors
     /// When a sample can't be read, and the errors of `take`.
@@ -104,7 +104,7 @@ impl<'a> SelectedSamples<'a> {
         Ok(())
     }
 
-    /// The facts of a sample out of the ledger of its shard, which is kept for the next one.
+    /// Facts of a sample from the ledger of its shard, which is kept for the next sample.
     fn facts_of(&self, index: SampleIndex, kept: &mut Option<Ledger>) -> Result<Facts, ExportError> {
         let manifest = self.reader.manifest();
         let ledger = match kept.take().filter(|ledger| row_of(ledger, index).is_some()) {

@@ -1,4 +1,4 @@
-//! `samples.csv`: which sample each row of the arrays, or each file, is (RFC 4180, with a heading).
+//! `samples.csv`: the sample of each row of the arrays or of each file (RFC 4180, with a heading).
 
 use std::{
     fs::File,
@@ -11,7 +11,7 @@ use super::{error::ExportError, pair::PairSample, selected::SelectedSample, targ
 const HEADING: &str = "row,sample_index,sample,object,subject,item,instance,camera,split,partial_cells,complete_cells,\
     both_cells,solid_share,resolution,cell_size,centre_x,centre_y,centre_z,stem";
 
-/// The table while it grows.
+/// The table while it is written.
 pub(super) struct SampleTable {
     file: BufWriter<File>,
     path: PathBuf,
@@ -58,8 +58,8 @@ impl SampleTable {
     }
 }
 
-/// A field of text, in quotes where it needs them. An apostrophe stands before what a spreadsheet would take for a formula (OWASP,
-/// "CSV injection").
+/// A text field, in quotes if necessary. An apostrophe precedes text that a spreadsheet would interpret as a formula (OWASP, "CSV
+/// injection").
 fn quoted(field: &str) -> String {
     let field =
         if field.starts_with(['=', '+', '-', '@', '\t', '\r']) { format!("'{field}") } else { field.to_owned() };

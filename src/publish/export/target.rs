@@ -1,4 +1,4 @@
-//! The folder of an export: it appears when it is complete, and replaces nothing.
+//! The folder of an export: it appears when it is complete, and never replaces files.
 
 use std::{
     fs::File,
@@ -23,7 +23,7 @@ impl Target {
         Ok(Self { folder: NewFolder::begin(out)?, files: 0 })
     }
 
-    /// Opens a new file below the folder; also returns where it stands for the time being.
+    /// Opens a new file below the folder; also returns its temporary path.
     pub fn open(&mut self, name: &str) -> Result<(BufWriter<File>, PathBuf), ExportError> {
         let (file, path) = self.file(name)?;
         Ok((BufWriter::with_capacity(128 << 10, file), path))
@@ -41,7 +41,7 @@ impl Target {
         self.write(name, text.as_bytes())
     }
 
-    /// Opens a new file below the folder, for writers with a buffer of their own.
+    /// Opens a new file below the folder, for writers with their own buffer.
     pub fn file(&mut self, name: &str) -> Result<(File, PathBuf), ExportError> {
         let folder = self.folder.folder();
         let path = folder.path_of(name);
@@ -50,7 +50,7 @@ impl Target {
         Ok((file, path))
     }
 
-    /// Gives the folder its name; how many files it has.
+    /// Renames the folder to its final name; returns its number of files.
     pub fn publish(self) -> Result<u64, ExportError> {
         self.folder.publish()?;
         Ok(self.files)

@@ -1,9 +1,9 @@
-//! Views and volumes as VGN and GIGA read them: depth images with poses, grids of distances, points with occupancy.
+//! Views and volumes in the formats of VGN and GIGA: depth images with poses, grids of distances, points with occupancy.
 //!
-//! Layout and fields by the public code of VGN (`vgn.io`, `vgn.perception`, `vgn.dataset`) and of GIGA (`vgn.dataset_voxel`), of which
-//! nothing is copied. Their task frame has its origin at a corner of the cube, z up; images have whole numbers as pixel centres, so
-//! `K` has half a pixel less than ours. Their `grasps.csv` holds labels of grasps that were tried, of a hand whose y is along the closing
-//! line and z along the approach: volumes with the grasps of picks have them.
+//! Layout and fields by the public code of VGN (`vgn.io`, `vgn.perception`, `vgn.dataset`) and of GIGA (`vgn.dataset_voxel`), but
+//! no code is copied. Their task frame has its origin at a corner of the cube, z up; images have whole numbers as pixel centres,
+//! so `K` has half a pixel less than ours. Their `grasps.csv` contains labels of tried grasps of a hand whose y is along the
+//! closing line and z along the approach; it is written for volumes with the grasps of picks.
 
 use std::{collections::BTreeSet, f64::consts::FRAC_PI_2};
 
@@ -32,7 +32,7 @@ const SIZE: ExportKey = ExportKey {
 const BELOW: ExportKey = ExportKey {
     name: "below",
     default: 0.05,
-    meaning: "Height of what carries the bodies above the cube's lower side [m].",
+    meaning: "Height of the supporting surface above the cube's lower side [m].",
 };
 const OPENING: ExportKey =
     ExportKey { name: "max_opening_width", default: 0.08, meaning: "Widest opening of the gripper [m]." };
@@ -42,7 +42,7 @@ const FINGER: ExportKey =
 /// Views and volumes for VGN and GIGA.
 pub(super) static FORMAT: ExportFormat = ExportFormat {
     name: "vgn",
-    summary: "Depth images of views, or grids, occupancy and tried grasps of volumes, as VGN and GIGA read them.",
+    summary: "Depth images of views, or grids, occupancy and tried grasps of volumes, in the formats of VGN and GIGA.",
     has_unpacked: false,
     forms: &[
         ExportForm {
@@ -52,7 +52,7 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
             layout: |_| {
                 "raw data: setup.json (size, intrinsic, max_opening_width, finger_depth) and scenes/ID.npz, one per scene: depth_imgs \
                  float32 (n, height, width) [m], 0 without a return, and extrinsics float32 (n, 7), qx qy qz qw x y z of \
-                 camera_from_task; scenes.csv names scene, split and views of each ID; pixel centres are whole numbers; no grasps.csv"
+                 camera_from_task; scenes.csv lists scene, split and views of each ID; pixel centres are whole numbers; no grasps.csv"
             },
             write: write_views,
         },
@@ -61,10 +61,8 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
             counted: Noun { one: "volume", many: "volumes" },
             keys: &[OPENING, FINGER],
             layout: |_| {
-                "processed data: setup.json, scenes/ID.npz, one per volume: grid float32 (1, n, n, n), (tsdf + 1) / 2 where an image \
-                 says something and -0.98 <= tsdf < 0.98, else 0; occ/ID/0000.npz: points float16 (n^3, 3) [m], the centres of the \
-                 voxels in the task frame, and occ bool, inside a body; scenes.csv names scene, split and views of each ID; of volumes \
-                 with picks grasps.csv: scene_id,qx,qy,qz,qw,i,j,k,width,label of each tried grasp, centre and width in voxels, y along \
+                "processed data: setup.json, scenes/ID.npz, one per volume: grid float32 (1, n, n, n), (tsdf + 1) / 2 in observed voxels with -0.98 <= tsdf < 0.98, else 0; occ/ID/0000.npz: points float16 (n^3, 3) [m], the centres of the \
+                 voxels in the task frame, and occ bool, inside a body; scenes.csv lists scene, split and views of each ID; for volumes with picks grasps.csv: scene_id,qx,qy,qz,qw,i,j,k,width,label of each tried grasp, centre and width in voxels, y along \
                  the closing line, z along the approach, label 1 held and 0 failed"
             },
             write: write_volumes,
@@ -72,23 +70,18 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
     ],
 };
 
-/// Words about `grasps.csv` where there is none.
-const WITHOUT_GRASPS: &str = "There is no `grasps.csv`: it would hold grasps that were tried in simulation, and the dataset that this \
-    export is made of has none. Training VGN or GIGA needs them beside these files, a row per grasp: \
+/// Text about `grasps.csv` if there is none.
+const WITHOUT_GRASPS: &str = "There is no `grasps.csv`: it would contain grasps tried in simulation, but the exported dataset has none. Training VGN or GIGA also requires this file, with a row per grasp: \
     `scene_id,qx,qy,qz,qw,x,y,z,width,label` (raw data, metres) or `scene_id,qx,qy,qz,qw,i,j,k,width,label` (processed data, voxels). \
     Volumes of a job with `[picks]` have them.";
 
-/// Words about `grasps.csv`.
-const WITH_GRASPS: &str = "`grasps.csv` has a row per grasp that was tried in simulation among the neighbours and whose centre is in \
-    the cube: rotation as a quaternion with y along the closing line and z along the approach, centre between the pads and width in \
-    voxels, label 1 where it held and 0 where it failed. Grasps that nobody tried have no row: they are no negatives. A gripper \
-    that is rotated about its approach by 180 degrees is the same; one of both rotations is stored.";
+/// Text about `grasps.csv`.
+const WITH_GRASPS: &str = "`grasps.csv` has a row per grasp that was tried in simulation among the neighbours and whose centre is in the cube: rotation as a quaternion with y along the closing line and z along the approach, centre between the pads and width in voxels, label 1 if it held and 0 if it failed. Untried grasps have no row: they are not negatives. A gripper rotated about its approach by 180 degrees is equivalent; only one of the two rotations is stored.";
 
-/// Text of README.md: all that a reader has to know of the files.
+/// Text of README.md, which describes the files.
 fn readme(of: &str, files: &str, grasps: &str) -> String {
     format!(
-        "# {of} for VGN and GIGA\n\n{files}\n\n`export.json` names the dataset by its root digest; `scenes.csv` says which scene, split \
-         and views each ID is of.\n\n## Labels of grasps\n\n{grasps} There is no `mesh_pose_list`: the poses of the bodies are in the \
+        "# {of} for VGN and GIGA\n\n{files}\n\n`export.json` contains the root digest of the dataset; `scenes.csv` lists scene, split and views of each ID.\n\n## Labels of grasps\n\n{grasps} There is no `mesh_pose_list`: the poses of the bodies are in the \
          dataset of views.\n\n## Conventions\n\nThe task frame has its origin at a corner of the cube, z up. Pixel centres are whole numbers, so `K` has half \
          a pixel less than the dataset's principal point. Lengths are metres. `max_opening_width` and `finger_depth` of `setup.json` \
          were given to the export; nothing in the dataset depends on them.\n"
@@ -106,12 +99,12 @@ fn setup(size: f64, camera: &Intrinsics, selection: &ExportSelection) -> Value {
     })
 }
 
-/// Arrays as their files take them.
+/// Arrays in the form of their files.
 fn bytes_of(values: impl IntoIterator<Item = f32>) -> Vec<u8> {
     values.into_iter().flat_map(f32::to_le_bytes).collect()
 }
 
-/// The images of one scene while they come in.
+/// The images of one scene while they are collected.
 #[derive(Default)]
 struct SceneArrays {
     depths: Vec<u8>,
@@ -168,8 +161,7 @@ fn write_views(
     target.write_json("setup.json", &setup(size, &camera, selection))?;
     target.write("scenes.csv", table.as_bytes())?;
     let files = format!(
-        "Raw data: `scenes/ID.npz` has `depth_imgs` and `extrinsics` of a scene, `setup.json` the cube of {size} m, of which {below} m \
-         lie below what carries the bodies. A body outside the cube is in the images nevertheless."
+        "Raw data: `scenes/ID.npz` has `depth_imgs` and `extrinsics` of a scene, `setup.json` the cube of {size} m, of which {below} m are below the supporting surface. Bodies outside the cube are also in the images."
     );
     target.write("README.md", readme("Views", &files, WITHOUT_GRASPS).as_bytes())?;
     let mut written = Written::selection(selected.count(), "views", selection);
@@ -177,7 +169,7 @@ fn write_views(
     Ok(written)
 }
 
-/// Takes the camera of the first image; every other must be the same.
+/// Stores the camera of the first image; all other cameras must be equal.
 fn check_camera(camera: &mut Option<Intrinsics>, own: &Intrinsics, view: SampleIndex) -> Result<(), ExportError> {
     let near = own.near;
     let first = camera.get_or_insert(*own);
@@ -208,7 +200,7 @@ fn finish_scene(
     Ok(())
 }
 
-/// Distances in VGN's own grid: one number for what is free, unseen, or deep behind what is seen.
+/// Distances in VGN's grid, which has one value for voxels that are free, unseen, or deep behind the observed surface.
 fn grid_value(volume: &SceneVolume, index: usize) -> f32 {
     let value = volume.value(index) as f32;
     let is_near = volume.weights[index] > 0 && (-0.98..0.98).contains(&value);
@@ -261,10 +253,8 @@ fn write_volumes(
     target.write_json("setup.json", &setup(first.grid.size, &first.views[0].intrinsics, selection))?;
     target.write("scenes.csv", table.as_bytes())?;
     let files = format!(
-        "Processed data: `scenes/ID.npz` has the `grid` of a volume by VGN's own rule, in which what is free, what no image sees and \
-         what lies deep behind a surface are one number, 0; the dataset keeps the three apart. `occ/ID/0000.npz` has `points` and `occ` \
-         as GIGA reads them: the centres of all {} voxels of the cube, not points drawn near the bodies, and whether each is inside \
-         a body; the container is none. `intrinsic` of `setup.json` is of the first image that was fused.",
+        "Processed data: `scenes/ID.npz` has the `grid` of a volume by VGN's rule, in which free, unobserved and deep voxels behind a surface all have the value 0; the dataset distinguishes the three. `occ/ID/0000.npz` has `points` and `occ` \
+         as GIGA reads them: the centres of all {} voxels of the cube, not points drawn near the bodies, and whether each is inside a body; the container does not count as a body. `intrinsic` of `setup.json` belongs to the first fused image.",
         first.grid.voxels()
     );
     let words = if grasps.is_some() { WITH_GRASPS } else { WITHOUT_GRASPS };
@@ -277,7 +267,7 @@ fn write_volumes(
 
 const GRASPS_HEADING: &str = "scene_id,qx,qy,qz,qw,i,j,k,width,label\n";
 
-/// A row of `grasps.csv`; `None` of a grasp that was not tried.
+/// A row of `grasps.csv`; `None` for an untried grasp.
 fn grasp_row(id: &str, volume: &SceneVolume, grasp: &VoxelGrasp) -> Option<String> {
     let label = match grasp.state {
         PickState::Untried => return None,

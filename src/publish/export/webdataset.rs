@@ -1,4 +1,4 @@
-//! Tar shards as WebDataset reads them: the members of a sample stand side by side and share their name up to the first dot.
+//! Tar shards for WebDataset: the members of a sample are adjacent and share their name up to the first dot.
 
 use std::{
     fs::File,
@@ -41,7 +41,7 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
     }],
 };
 
-/// The shards while they grow.
+/// The shards while they are written.
 #[derive(Default)]
 struct TarShards {
     open: Option<(tar::Builder<BufWriter<File>>, PathBuf)>,
@@ -78,7 +78,7 @@ impl WritePairs for TarShards {
 }
 
 impl TarShards {
-    /// Ends the open shard.
+    /// Closes the open shard.
     fn close(&mut self) -> Result<(), ExportError> {
         let Some((shard, path)) = self.open.take() else { return Ok(()) };
         let finished = shard.into_inner().and_then(|mut file| file.flush());

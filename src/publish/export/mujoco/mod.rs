@@ -6,10 +6,10 @@ mod trials;
 
 use super::form::ExportFormat;
 
-/// Models of plain MuJoCo, each with a `replay.py` that holds them against the dataset.
+/// Models for plain MuJoCo, each with a `replay.py` that compares them with the dataset.
 pub(super) static FORMAT: ExportFormat = ExportFormat {
     name: "mujoco",
-    summary: "Trials of grasps or settled scenes as models of plain MuJoCo, and a script that replays them.",
+    summary: "Grasp trials or settled scenes as models for plain MuJoCo, with a script that replays them.",
     has_unpacked: false,
     forms: &[trials::FORM, scenes::FORM],
 };

@@ -1,4 +1,4 @@
-//! Parts that all exported models have.
+//! Parts of all exported models.
 
 use kernel::geom::MassProperties;
 
@@ -15,7 +15,7 @@ pub(super) fn inertial(mass: f64, unit: &MassProperties) -> String {
     )
 }
 
-/// Numbers as an attribute has them.
+/// Numbers in the format of an attribute.
 pub(super) fn joined(numbers: &[f64]) -> String {
     numbers.iter().map(f64::to_string).collect::<Vec<_>>().join(" ")
 }

@@ -25,10 +25,10 @@ use format::{
 };
 use kernel::{geom::MassProperties, ids::ObjectId};
 
-/// Program that steps the scenes; it needs MuJoCo and NumPy alone.
+/// Script that simulates the scenes; it requires only MuJoCo and NumPy.
 const REPLAY: &str = include_str!("replay_scenes.py");
 
-/// Torsional friction of bodies [m], as they settled with it.
+/// Torsional friction with which the bodies settled [m].
 const TORSION: f64 = 0.005;
 
 /// Colours of bodies, by number: red, green, blue.
@@ -43,7 +43,7 @@ const COLOURS: [&str; 8] = [
     "0.60 0.55 0.45",
 ];
 
-/// The shape of a body, or of a container that is a mesh, as MuJoCo's own contacts know it.
+/// Shape of a body, or of a mesh container, for MuJoCo's own contacts.
 #[derive(Clone, Copy)]
 enum Contacts {
     /// A rigid flex of the mesh's triangles.
@@ -52,8 +52,8 @@ enum Contacts {
     Distances,
 }
 
-/// `scenes/<index>.xml` and `scenes_sdf/<index>.xml` of a dataset of scenes, with the meshes, a table of what is where, and
-/// `replay.py`, which steps them in plain MuJoCo.
+/// `scenes/<index>.xml` and `scenes_sdf/<index>.xml` of a dataset of scenes, with the meshes, a table of bodies and poses, and
+/// `replay.py`, which simulates them in plain MuJoCo.
 pub(super) const FORM: ExportForm = ExportForm {
     product: Product::SCENES,
     counted: Noun { one: "scene", many: "scenes" },
@@ -61,8 +61,7 @@ pub(super) const FORM: ExportForm = ExportForm {
     layout: |_| {
         "scenes/<index>.xml: a scene for MuJoCo 3.17, each body at its stored pose, at rest, a rigid flex of the object's triangles; \
          scenes_sdf/<index>.xml: the same with an octree of distances; objects/<name>.obj: meshes [m], and those of containers in containers; scenes.json: bodies of each scene with object, mass [kg], \
-         friction and world_from_object (3, 4) row-major [m]; replay.py steps the scenes, says how far each body moves, and writes \
-         agreement.json"
+         friction and world_from_object (3, 4) row-major [m]; replay.py simulates the scenes, reports how far each body moves, and writes agreement.json"
     },
     write,
 };
@@ -79,7 +78,7 @@ struct Shared {
 fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Target) -> Result<Written, ExportError> {
     let assets = reader.assets()?;
     let wanted = wanted_objects(&assets.objects, &selection.objects, OBJECT)?;
-    // Subjects are no objects: which bodies a scene has is known when it is read.
+    // Subjects are not objects: the bodies of a scene are known after reading it.
     let limit = selection.limit.filter(|_| wanted.is_empty());
     let of_any_object = ExportSelection { objects: Vec::new(), limit, ..selection.clone() };
     let selected = SelectedSamples::of(reader, &assets.subjects, &of_any_object)?;
@@ -130,7 +129,8 @@ impl Shared {
         self.folders.get(object).map_or("object", String::as_str)
     }
 
-    /// A name for each body: its object's, from the second of one object on with a number after `#`, which no folder has.
+    /// A name for each body: that of its object, with `#` and a number from the second body of an object on. No folder name
+    /// contains `#`.
     fn names(&self, scene: &Scene) -> Vec<String> {
         let mut counts = BTreeMap::<ObjectId, u32>::new();
         let mut name = |body: &SceneBody| {
@@ -173,7 +173,7 @@ impl Shared {
                 "  <compiler meshdir=\"..\"/>\n",
                 "  <option timestep=\"0.002\" integrator=\"implicitfast\" cone=\"elliptic\" impratio=\"100\"/>\n",
                 "  <size memory=\"512M\"/>\n",
-                // Of two frictions the larger counts: the container has none of its own.
+                // The larger of two frictions counts, so the container has none.
                 "  <default>\n    <geom condim=\"6\" friction=\"0 0 0\" {} rgba=\"0.75 0.75 0.75 1\"/>\n  </default>\n",
                 "  <statistic center=\"0 0 0.05\" extent=\"0.6\"/>\n",
                 "{}  <worldbody>\n",
@@ -190,7 +190,7 @@ impl Shared {
         Ok(text + "  </worldbody>\n</mujoco>\n")
     }
 
-    /// The meshes that geoms of a scene share; a flex names its file itself.
+    /// Meshes that geoms of a scene share; a flex refers to its file itself.
     fn assets(&self, scene: &Scene, contacts: Contacts) -> String {
         let Contacts::Distances = contacts else { return String::new() };
         let mut files: BTreeSet<String> =
@@ -225,7 +225,7 @@ impl Shared {
 }
 
 impl Contacts {
-    /// The element for a mesh that lies in `file`, without its ending; frictions are those of sliding, and of torsion and rolling [m].
+    /// The element for a mesh in `file` (without extension); frictions are those of sliding, and of torsion and rolling [m].
     fn shape(self, name: &str, file: &str, colour: &str, friction: [f64; 3]) -> String {
         let contact = format!("condim=\"6\" friction=\"{}\" {CONTACT}", joined(&friction));
         match self {
@@ -243,12 +243,12 @@ impl Contacts {
     }
 }
 
-/// Where the mesh of a container lies, without its ending.
+/// Path of a container's mesh, without extension.
 fn container_file(shape: &ContainerMesh) -> String {
     format!("containers/{}", shape.digest().short())
 }
 
-/// The container out of MuJoCo's own solids; one that is a mesh is a body that stands still.
+/// The container made of MuJoCo's primitives; a mesh container becomes a fixed body.
 fn container(container: &SceneContainer, contacts: Contacts) -> String {
     let turn = UnitQuaternion::from_rotation_matrix(&container.world_from_container().rotation);
     let quaternion = format!("{} {}", turn.w, joined(turn.imag().as_slice()));
@@ -276,12 +276,12 @@ fn container(container: &SceneContainer, contacts: Contacts) -> String {
     }
 }
 
-/// An object's solid, as its row tells of it.
+/// Solid of an object, from its row of the asset table.
 fn solid_of(row: &AssetRow) -> Option<(ObjectId, MassProperties)> {
     Some((row.object, row.object_facts().ok()??.solid?))
 }
 
-/// Rolling friction with which the bodies settled [m], as their job says.
+/// Rolling friction with which the bodies settled [m], from their job.
 fn rolling_friction(reader: &DatasetReader) -> Result<f64, ExportError> {
     let job = job_table(reader)?;
     let rolling = job.get("physics").and_then(|physics| physics.get("rolling")?.as_float());

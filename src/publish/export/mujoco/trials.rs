@@ -25,25 +25,24 @@ use kernel::{
     ids::{ObjectId, SampleIndex},
 };
 
-/// Program that runs the trials again; it needs MuJoCo and NumPy alone.
+/// Script that runs the trials again; it requires only MuJoCo and NumPy.
 const REPLAY: &str = include_str!("replay_trials.py");
 
-/// `<object>/scene.xml` and `grasps.json` of a dataset of grasps that were tried, with `hand.xml`, `drive.json` and
-/// `replay.py`, which makes the trials again in plain MuJoCo.
+/// `<object>/scene.xml` and `grasps.json` of a dataset of tried grasps, with `hand.xml`, `drive.json` and
+/// `replay.py`, which repeats the trials in plain MuJoCo.
 pub(super) const FORM: ExportForm = ExportForm {
     product: Product::GRASPS,
     counted: Noun { one: "grasp", many: "grasps" },
     keys: &[],
     layout: |_| {
-        "hand.xml: the hand with a servo for each joint; drive.json: what drives them, and how a trial goes on; \
+        "hand.xml: the hand with a servo for each joint; drive.json: the actuation, and the phases of a trial; \
          <object>/scene.xml, scene_sdf.xml: that hand and the object for MuJoCo 3.17, by triangles and by distances; \
-         <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], the same of the pregrasp with its driven joints, and what came of each trial; replay.py \
-         makes the trials again and writes agreement.json"
+         <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], the same for the pregrasp with its driven joints, and the outcome of each trial; replay.py repeats the trials and writes agreement.json"
     },
     write,
 };
 
-/// A grasp that was tried: its sample, and the index of its trial.
+/// A tried grasp: its sample, and the index of its trial.
 type TriedGrasp = (SampleIndex, usize);
 
 /// Writes `hand.xml`, `drive.json`, `replay.py`, and a folder per object with `object.obj`, `scene.xml`, `scene_sdf.xml` and
@@ -71,7 +70,7 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
     Ok(Written::selection(grasps, "grasps", selection))
 }
 
-/// Tried grasps by object: all of the selection, or as many as are asked for, evenly over it.
+/// Tried grasps by object: the whole selection, or the requested number spread evenly over it.
 fn chosen(
     reader: &DatasetReader,
     assets: &[AssetRow],
@@ -156,8 +155,8 @@ fn object(
     target.write(&format!("{folder}/scene_sdf.xml"), distances.as_bytes())
 }
 
-/// The object with the hand, touched by its triangles and by distances; `unit` is of a kilogram. Small objects have thousands
-/// of triangles near a hand: MuJoCo's own share of memory would not hold what may touch.
+/// The object with the hand, touched by its triangles and by distances; `unit` is of a kilogram. Small objects have thousands of
+/// triangles near a hand, so MuJoCo's default memory would be too small for the contacts.
 fn scenes(method: &TrialMethod, unit: &MassProperties) -> [String; 2] {
     let body = |assets: &str, geometry: &str| {
         format!(
@@ -172,7 +171,7 @@ fn scenes(method: &TrialMethod, unit: &MassProperties) -> [String; 2] {
             geometry
         )
     };
-    // The object's friction counts, whatever touches it.
+    // The object's friction counts for all contacts.
     let contact = format!(
         "priority=\"1\" condim=\"{}\" friction=\"{} {} 0.0001\" {CONTACT}",
         if method.torsion > 0.0 { 4 } else { 3 },

@@ -1,4 +1,4 @@
-//! The table of bodies of scenes: which object each is, and where.
+//! The table of bodies of scenes: the object and the pose of each.
 
 use std::collections::BTreeMap;
 

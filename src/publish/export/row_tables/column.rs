@@ -15,7 +15,7 @@ pub(super) struct RowColumn<R> {
     pub kind: ColumnType,
     /// Whether a value may be missing.
     pub optional: bool,
-    /// Content in words, with unit and frame.
+    /// Text about the content, with unit and frame.
     pub meaning: Cow<'static, str>,
     /// Channels without which a dataset has no such column; `None`: every dataset has it.
     needs: Option<fn(Channel) -> bool>,
@@ -113,7 +113,7 @@ pub(super) fn sample_columns<R: OfSample>() -> Vec<RowColumn<R>> {
     ]
 }
 
-/// Columns of the facts of a product's samples, but for those that the table has out of the records.
+/// Columns of the facts of a product's samples, without those that the table reads from the records.
 pub(super) fn fact_columns<R: OfSample>(product: Product, known: &[RowColumn<R>]) -> Vec<RowColumn<R>> {
     let facts =
         product.facts.iter().enumerate().filter(|(_, fact)| known.iter().all(|column| column.name != fact.name));

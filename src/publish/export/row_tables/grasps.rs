@@ -46,8 +46,8 @@ pub(super) struct GraspRow<'a> {
     rank: u32,
     grasp: &'a Grasp,
     trial: Option<&'a GraspTrial>,
-    /// One value per resting pose of the object: the lowest point of the hand over the table, as it comes shaped and as it
-    /// comes opened.
+    /// One value per resting pose of the object: the lowest point of the hand over the table, approaching in its posture and
+    /// opened.
     clearances: [Vec<f64>; 2],
     /// The hand's base in the pregrasp.
     pregrasp: Pose<Object, HandBase>,
@@ -112,7 +112,7 @@ pub(super) fn write(
     Ok(written)
 }
 
-/// The tables while they grow.
+/// The tables while they are written.
 struct GraspTables {
     runs: RowTable,
     grasps: RowTable,
@@ -122,7 +122,7 @@ struct GraspTables {
 }
 
 impl GraspTables {
-    /// Begins the tables; the first run and its trials name joints and links, and decide which tables there are.
+    /// Starts the tables; the first run and its trials determine joints, links and the tables.
     fn create(
         reader: &DatasetReader,
         target: &mut Target,
@@ -169,7 +169,7 @@ impl GraspTables {
         Ok(())
     }
 
-    /// Ends the tables, beside that of the objects; also returns the count of grasps.
+    /// Finishes the tables, except that of the objects; also returns the number of grasps.
     fn finish(self, objects: WrittenTable) -> Result<(u64, Map<String, Json>), ExportError> {
         let grasps = self.grasps.finish()?;
         let (count, mut tables) = (grasps.rows, vec![self.runs.finish()?, grasps, self.contacts.finish()?, objects]);
@@ -195,7 +195,7 @@ impl<'a> GraspRow<'a> {
 }
 
 impl<'a> ContactRow<'a> {
-    /// Contacts of a grasp: in the search, and where it was tried in the trial.
+    /// Contacts of a grasp in the search and, if it was tried, in the trial.
     fn of_grasp(
         sample: &'a SelectedSample<'a>,
         run: &'a GraspRun,
@@ -294,7 +294,7 @@ impl TableRow for ContactRow<'_> {
     }
 }
 
-/// Columns of the verdict and of the hand: where it is, and its joints.
+/// Columns of the verdict and of the hand's pose and joints.
 fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 14] {
     [
         RowColumn::new("rank", U32, "number of the grasp in its run, lowest energy first", |row: &GraspRow<'a>| {
@@ -367,7 +367,7 @@ fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 14] {
     ]
 }
 
-/// Columns of the ways on which the hand comes, and of what is in these.
+/// Columns of the hand's approaches and their obstacles.
 fn way_columns<'a>() -> [RowColumn<GraspRow<'a>>; 7] {
     [
         RowColumn::new(
@@ -415,7 +415,7 @@ fn way_columns<'a>() -> [RowColumn<GraspRow<'a>>; 7] {
     ]
 }
 
-/// Part of a way on which the object is in the way of the hand.
+/// Part of an approach on which the object blocks the hand.
 fn object_in_way(row: &GraspRow<'_>, way: fn(BothWays<Option<PathStage>>) -> Option<PathStage>) -> Value<'static> {
     row.grasp.object_in_way.and_then(way).map_or(Value::Empty, |stage| Value::Text(stage.name()))
 }
@@ -425,7 +425,7 @@ fn per_pose(row: &GraspRow<'_>, text: impl Fn(&Grasp, usize) -> &'static str) ->
     (0..row.grasp.clearances.len()).map(|pose| text(row.grasp, pose)).collect()
 }
 
-/// Obstacles in the way of a hand on the table of a resting pose.
+/// Obstacles for a hand on the table of a resting pose.
 fn obstacles(grasp: &Grasp, pose: usize, way: fn(BothWays<WayObstacles>) -> WayObstacles) -> &'static str {
     grasp.obstacles(Some(pose)).map_or("", |ways| way(ways).words())
 }
@@ -483,7 +483,7 @@ fn on_table<'a>(row: &GraspRow<'a>) -> Option<&'a TableTrial> {
     row.trial?.table.as_ref()
 }
 
-/// Columns of what came of a grasp's trial.
+/// Columns of the outcome of a grasp's trial.
 fn outcome_columns<'a>() -> [RowColumn<GraspRow<'a>>; 11] {
     fn count(row: &GraspRow<'_>, count: fn(&GraspTrial) -> usize) -> Value<'static> {
         row.trial.map_or(Value::Empty, |trial| Value::U32(count(trial) as u32))

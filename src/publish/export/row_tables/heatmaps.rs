@@ -1,4 +1,4 @@
-//! Tables of heatmaps: images, the free grasps marked in them, and the grasps that something forbids.
+//! Tables of heatmaps: images, the free grasps marked in them, and the forbidden grasps.
 
 use serde_json::json;
 
@@ -23,8 +23,7 @@ use tables::{
 /// Layout of the tables in words.
 pub(super) const LAYOUT: &str = "\
     heatmaps.parquet: one row per image; depth, where stored, is float32 little-endian of shape (height, width) [m], NaN = no return; \
-    marks.parquet: one row per free grasp that comes from about the camera's side; forbidden.parquet: one row per grasp that something \
-    forbids; objects.parquet: one row per object. sample_index joins them. Poses are 16 numbers, 4 x 4 row-major";
+    marks.parquet: one row per free grasp that approaches from the camera's side; forbidden.parquet: one row per forbidden grasp; objects.parquet: one row per object. sample_index joins them. Poses are 16 numbers, 4 x 4 row-major";
 
 /// One image.
 pub(super) struct HeatmapRow<'a> {
@@ -43,7 +42,7 @@ pub(super) struct MarkRow<'a> {
     grasp: &'a SeenGrasp,
 }
 
-/// One grasp that something forbids.
+/// One forbidden grasp.
 pub(super) struct ForbiddenRow<'a> {
     sample: &'a SelectedSample<'a>,
     grasp: &'a ForbiddenGrasp,
@@ -174,7 +173,7 @@ impl TableRow for HeatmapRow<'_> {
     }
 }
 
-/// A projection, or none nearer than the camera sees.
+/// A projection; none if it is nearer than the camera's near limit.
 fn pixel(pixel: Option<[f64; 2]>) -> [f64; 2] {
     pixel.unwrap_or([f64::NAN; 2])
 }

@@ -37,7 +37,7 @@ const fn tables(product: Product, counted: Noun, layout: fn(bool) -> &'static st
     ExportForm { product, counted, keys: &[], layout, write }
 }
 
-/// Tables of every product: a row per sample with its facts, and tables of what samples consist of.
+/// Tables of every product: one row per sample with its facts, and tables of the parts of samples.
 pub(super) static FORMAT: ExportFormat = ExportFormat {
     name: "parquet",
     summary: "Parquet tables of any dataset, for pandas, DuckDB and dataset viewers.",

@@ -1,4 +1,4 @@
-//! The table of objects: what each weighs and is, and how it rests on a table.
+//! The table of objects: mass, kind, shape and resting poses.
 
 use std::{
     borrow::Cow,
@@ -35,7 +35,7 @@ pub(super) struct ObjectRow<'a> {
     samples: u64,
 }
 
-/// Samples of an export in which each object is.
+/// Samples of an export that contain each object.
 #[derive(Default)]
 pub(super) struct ObjectCounts(BTreeMap<ObjectId, u64>);
 
@@ -59,7 +59,7 @@ pub(super) fn bodies_of_scenes(scenes: &[AssetRow]) -> BTreeMap<ObjectId, Vec<Ob
 /// Writes `objects.parquet`: the objects of the exported samples, in the order of `assets.json`.
 ///
 /// # Errors
-/// When a row of the asset table makes no sense, or the file can't be written.
+/// When a row of the asset table is invalid, or the file can't be written.
 pub(super) fn write(
     reader: &DatasetReader,
     assets: &[AssetRow],
@@ -79,7 +79,7 @@ pub(super) fn write(
     table.finish()
 }
 
-/// A row of the asset table that makes no sense.
+/// Error for an invalid row of the asset table.
 fn invalid(reader: &DatasetReader, problem: String) -> ExportError {
     let path = reader.folder().path_of("assets.json");
     DatasetError::Invalid { path, problem, remedy: "`verify` the dataset" }.into()
@@ -161,7 +161,7 @@ impl TableRow for ObjectRow<'_> {
     }
 }
 
-/// Columns of what the object weighs.
+/// Columns of the object's mass.
 fn weight_columns<'a>() -> [RowColumn<ObjectRow<'a>>; 8] {
     [
         RowColumn::optional("mass", F64, "mass [kg]", |row: &ObjectRow<'a>| {
@@ -197,7 +197,7 @@ fn weight_columns<'a>() -> [RowColumn<ObjectRow<'a>>; 8] {
     ]
 }
 
-/// Columns of its mesh, its symmetries and how it rests.
+/// Columns of the object's mesh, symmetries and resting poses.
 fn shape_columns<'a>() -> [RowColumn<ObjectRow<'a>>; 10] {
     [
         RowColumn::optional("extents", F64s, "3 numbers: sides of the box of the mesh [m]", |row: &ObjectRow<'a>| {

@@ -1,4 +1,4 @@
-//! Tables of pairs, of lone objects and in clutter, and what touched their objects.
+//! Tables of pairs, of single objects and in clutter, and of their contacts.
 
 use serde_json::{Map, Value as Json};
 
@@ -32,8 +32,7 @@ pub(super) const LAYOUT: &str = "\
     pairs.parquet: one row per sample in row groups of 256, in the order of samples.csv; partial, complete, \
     with touch tactile (cells that any kind of touch met) are n^3 / 8 bytes, for numpy.unpackbits(..., \
     bitorder='little')[:n**3].reshape(n, n, n), indexed [x, y, z]; poses are the top three rows of 4 x 4, \
-    row-major; with touch touch.parquet: one row per contact, of hands approaches.parquet: one row per \
-    approach, and in clutter blocked.parquet: one row per probe that something else stopped; objects.parquet: one row per object";
+    row-major; with touch touch.parquet: one row per contact, for hands approaches.parquet: one row per approach, and in clutter blocked.parquet: one row per blocked probe; objects.parquet: one row per object";
 
 /// Writes the tables of a dataset of completion or amodal pairs.
 pub(super) fn write(
@@ -181,7 +180,7 @@ impl TableRow for PairRow<'_> {
     }
 }
 
-/// Columns of what surrounds a body of a scene.
+/// Columns of the surroundings of a body of a scene.
 fn clutter_columns<'a>() -> [RowColumn<PairRow<'a>>; 6] {
     fn count(row: &PairRow<'_>, count: fn(&Clutter) -> u32) -> Value<'static> {
         row.clutter.map_or(Value::Empty, |clutter| Value::U32(count(clutter)))

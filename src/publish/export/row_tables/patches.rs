@@ -1,4 +1,4 @@
-//! The table of patches: what a camera sees around palm and fingertips of a grasp, with the label.
+//! The table of patches: images around palm and fingertips of a grasp, with the label.
 
 use serde_json::json;
 

@@ -1,4 +1,4 @@
-//! Rows of trials among neighbours: verdicts, contacts of the closed hand, what it pressed on besides, and neighbours that moved.
+//! Rows of trials among neighbours: verdicts, contacts of the closed hand, other touched things, and moved neighbours.
 
 use super::{
     column::{OfSample, RowColumn, matrix, numbers, sample_columns},
@@ -25,7 +25,7 @@ pub(super) struct TouchRow<'a> {
     contact: &'a PressedContact,
 }
 
-/// One thing beside the body that the hand pressed on.
+/// One thing other than the body that the hand pressed on.
 pub(super) struct PressedRow<'a> {
     sample: &'a SelectedSample<'a>,
     candidate: u32,
@@ -59,7 +59,7 @@ impl<'a> TouchRow<'a> {
 }
 
 impl<'a> PressedRow<'a> {
-    /// The things that hands pressed on, by candidate, each in the order in which they did.
+    /// Things that hands pressed on, by candidate, in order of time.
     pub fn all(sample: &'a SelectedSample<'a>, trials: &'a PickTrials) -> impl Iterator<Item = Self> {
         let row = move |(candidate, thing)| Self { sample, candidate, thing };
         trials.trials.iter().flat_map(|trial| trial.touched.iter().map(|thing| (trial.candidate, thing))).map(row)

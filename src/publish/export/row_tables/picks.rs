@@ -1,4 +1,4 @@
-//! Tables of picks: bodies, the grasps that were evaluated on each, and what came of trials among the neighbours.
+//! Tables of picks: bodies, the evaluated grasps of each, and the outcomes of trials among the neighbours.
 
 use std::collections::BTreeMap;
 
@@ -28,9 +28,9 @@ use tables::{
 
 /// Layout of the tables in words.
 pub(super) const LAYOUT: &str = "\
-    picks.parquet: one row per body whose grasps were evaluated; candidates.parquet: one row per grasp of it; bodies.parquet: one row per \
+    picks.parquet: one row per body whose grasps were evaluated; candidates.parquet: one row per evaluated grasp; bodies.parquet: one row per \
     body of the scene; with trials pick_trials.parquet: one row per trial, pick_contacts.parquet: one row per contact of the closed hand, \
-    pick_touches.parquet: one row per thing that the hand pressed on besides, pick_neighbours.parquet: one row per neighbour that could \
+    pick_touches.parquet: one row per other thing that the hand pressed on, pick_neighbours.parquet: one row per neighbour that could \
     move; objects.parquet: one row per object. sample_index and candidate join them. Poses are 16 numbers, 4 x 4 row-major";
 
 /// One body with its grasps.
@@ -337,7 +337,7 @@ impl TableRow for CandidateRow<'_> {
     }
 }
 
-/// Columns of the path of the hand that comes in its posture.
+/// Columns of the path of the hand that approaches in its posture.
 fn posture_columns<'a>() -> [RowColumn<CandidateRow<'a>>; 5] {
     [
         RowColumn::new(
@@ -372,7 +372,7 @@ fn posture_columns<'a>() -> [RowColumn<CandidateRow<'a>>; 5] {
     ]
 }
 
-/// Columns of the path of the hand that comes opened.
+/// Columns of the path of the hand that approaches opened.
 fn opened_columns<'a>() -> [RowColumn<CandidateRow<'a>>; 5] {
     [
         RowColumn::new(

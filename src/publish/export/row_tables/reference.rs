@@ -1,4 +1,4 @@
-//! docs/tables.md against the declarations of the tables: which product has which, and all their columns.
+//! docs/tables.md compared with the declarations of the tables: the tables of each product, and all columns.
 
 use std::fs;
 
@@ -14,17 +14,17 @@ use super::{
 use format::Product;
 use tables::ColumnType;
 
-/// End of what people write of the page.
+/// End of the hand-written part of the page.
 const MARK: &str = "<!-- From here on printed from the declarations of the tables. -->\n";
 
-/// A table as the page describes it.
+/// A table in the page.
 struct Table {
     name: &'static str,
     products: Vec<Product>,
     section: String,
 }
 
-/// A type in the words of the page.
+/// Text of a type in the page.
 fn type_in_words<R>(column: &RowColumn<R>) -> String {
     let kind = match column.kind {
         ColumnType::Text => "text",
@@ -47,7 +47,7 @@ fn rows<'c, R: 'c>(columns: impl IntoIterator<Item = &'c RowColumn<R>>) -> Strin
     format!("| column | type | content |\n| --- | --- | --- |\n{rows}")
 }
 
-/// A table that datasets of these products have.
+/// A table, with the products whose datasets have it.
 fn table<R: TableRow>(products: &[Product]) -> Table {
     let mut columns: Vec<RowColumn<R>> = Vec::new();
     for product in products {

@@ -1,4 +1,4 @@
-//! A table of rows: its declaration, and the file while it grows.
+//! A table of rows: its declaration, and the file that is being written.
 
 use std::{fs::File, path::PathBuf};
 
@@ -24,9 +24,9 @@ pub(super) struct TableName {
     pub name: &'static str,
     /// Name of a row, in the schema.
     pub row: &'static str,
-    /// Rows of a row group: what the writer holds, and what a reader has to unpack at once.
+    /// Rows of a row group, which the writer keeps in memory and a reader decompresses at once.
     pub group: usize,
-    /// One row, and how to read it: a paragraph for docs/tables.md.
+    /// Paragraph about one row and its use, for docs/tables.md.
     #[cfg_attr(not(test), expect(dead_code, reason = "docs/tables.md has it, and a test compares"))]
     pub meaning: &'static str,
 }
@@ -89,7 +89,7 @@ impl RowTable {
         Ok(())
     }
 
-    /// Writes what is left, and the footer.
+    /// Writes the remaining rows and the footer.
     ///
     /// # Errors
     /// When the file can't be written.
@@ -100,7 +100,7 @@ impl RowTable {
     }
 }
 
-/// A table that is complete.
+/// A complete table.
 pub(super) struct WrittenTable {
     file: String,
     /// Count of its rows.

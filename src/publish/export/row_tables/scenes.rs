@@ -1,4 +1,4 @@
-//! Tables of scenes: scenes, their bodies, contacts, and who rests on whom.
+//! Tables of scenes: scenes, their bodies, contacts, and support relations.
 
 use super::{
     bodies::{BodyRow, ObjectNames},

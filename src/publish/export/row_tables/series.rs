@@ -38,7 +38,7 @@ impl<'a> SeriesRow<'a> {
             trial.series.iter().map(|series| (false, series)).chain(on_table).map(|of| (trial.grasp, of))
         });
         stored.flat_map(move |(rank, (is_on_table, series)): (u32, (bool, &'a TrialSeries))| {
-            // What stands on a table is lifted off it, whatever gravity does in the air.
+            // A body on a table is lifted off it, regardless of the directions of gravity in the air.
             let phases = trial_phases(if is_on_table { "lifted" } else { &trials.method.gravity });
             series.moments().map(move |moment| {
                 let mut forces = vec![0.0; trials.links.len()];

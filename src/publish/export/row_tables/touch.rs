@@ -1,4 +1,4 @@
-//! Tables of touch: contacts, the approaches of hands that made them, and probes that something else stopped.
+//! Tables of touch: contacts, the approaches of hands that made them, and blocked probes.
 
 use super::{
     column::{OfSample, RowColumn, list, matrix, numbers, sample_columns},
@@ -14,8 +14,8 @@ use tables::{
     Value,
 };
 
-/// The tables while they grow; a dataset without touch has none, one without hands no approaches, one of lone objects no blocked
-/// probes.
+/// The tables while they are written. A dataset without touch has none, one without hands no approaches, one of single objects no
+/// blocked probes.
 pub(super) struct TouchTables {
     contacts: Option<RowTable>,
     blocked: Option<RowTable>,
@@ -27,11 +27,11 @@ pub(super) struct ContactRow<'a> {
     sample: &'a SelectedSample<'a>,
     channel: Channel,
     contact: &'a TouchContact,
-    /// The hand, and which of its contacts it is.
+    /// The hand, and the index of the contact.
     hand: Option<(&'a HandTouch, usize)>,
 }
 
-/// One probe that something else than the body stopped.
+/// One probe that something other than the body stopped.
 pub(super) struct BlockedRow<'a> {
     sample: &'a SelectedSample<'a>,
     channel: Channel,
@@ -48,7 +48,7 @@ pub(super) struct ApproachRow<'a> {
 }
 
 impl TouchTables {
-    /// Begins the tables that the dataset fills.
+    /// Starts the tables of the dataset.
     ///
     /// # Errors
     /// When a file can't be written.
@@ -57,7 +57,7 @@ impl TouchTables {
         let channels = manifest.channels();
         let has = |is: fn(Channel) -> bool| channels.iter().any(|channel| is(*channel));
         let contacts = has(Channel::is_touch);
-        // Nothing else is in the way of what touches a lone object.
+        // Nothing can block the probes of a single object.
         let blocked = contacts && !manifest.product.subjects_are_objects;
         let contacts = contacts.then(|| RowTable::create::<ContactRow>(reader, target, &[])).transpose()?;
         let blocked = blocked.then(|| RowTable::create::<BlockedRow>(reader, target, &[])).transpose()?;
@@ -91,7 +91,7 @@ impl TouchTables {
         Ok(())
     }
 
-    /// Ends the tables.
+    /// Finishes the tables.
     ///
     /// # Errors
     /// When a file can't be written.

@@ -1,4 +1,4 @@
-//! Rows of physical trials: one per simulated trial, the perturbed ones after that under the conditions as given.
+//! Rows of simulated trials: one per trial, the perturbed ones after that under the given conditions.
 
 use super::{
     column::{OfSample, RowColumn, matrix, numbers, sample_columns},
@@ -15,7 +15,7 @@ use tables::{
 pub(super) struct TrialRow<'a> {
     sample: &'a SelectedSample<'a>,
     rank: u32,
-    /// Number of the perturbed trial, and its conditions; `None` under the conditions as given.
+    /// Number of the perturbed trial, and its conditions; `None` under the given conditions.
     perturbed: Option<(u32, &'a PerturbedTrial)>,
     friction: f64,
     mass: f64,
@@ -78,7 +78,7 @@ impl TableRow for TrialRow<'_> {
     }
 }
 
-/// Columns of the grasp that is tried, and of the conditions.
+/// Columns of the tried grasp, and of the conditions.
 fn condition_columns<'a>() -> [RowColumn<TrialRow<'a>>; 6] {
     [
         RowColumn::new("rank", U32, "number of the grasp in its run", |row: &TrialRow<'a>| Value::U32(row.rank)),
@@ -108,7 +108,7 @@ fn condition_columns<'a>() -> [RowColumn<TrialRow<'a>>; 6] {
     ]
 }
 
-/// Columns of what came of it.
+/// Columns of the outcome.
 fn outcome_columns<'a>() -> [RowColumn<TrialRow<'a>>; 18] {
     [
         RowColumn::new(

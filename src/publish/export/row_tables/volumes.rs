@@ -52,7 +52,7 @@ pub(super) struct GraspRow<'a> {
     voxel: [u32; 3],
 }
 
-/// The tables while they grow.
+/// The tables while they are written.
 struct VolumeTables {
     volumes: RowTable,
     fused: RowTable,

@@ -39,7 +39,7 @@ pub struct GraspsInspection {
     pub kept_runs: u64,
     /// Runs without a legal state, by reason.
     pub rejected: BTreeMap<String, u64>,
-    /// Runs whose seed was given up before they were over.
+    /// Runs whose seed was given up early.
     pub given_up: u64,
     /// Closed states by verdict.
     pub verdicts: BTreeMap<String, u64>,
@@ -111,7 +111,7 @@ pub struct GraspedObject {
     /// Runs without a legal state.
     #[serde(default)]
     pub rejected: u64,
-    /// Runs whose seed was given up before they were over.
+    /// Runs whose seed was given up early.
     pub given_up: u64,
     /// States with each verdict, in the order of [`GraspVerdict::ALL`].
     pub verdicts: [u64; GraspVerdict::ALL.len()],

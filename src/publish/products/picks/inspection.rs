@@ -39,7 +39,7 @@ pub struct PicksInspection {
     pub rejected: BTreeMap<String, u64>,
     /// Kept bodies with a free grasp.
     pub bodies_with_free: u64,
-    /// Grasps that were evaluated.
+    /// Evaluated grasps.
     pub candidates: u64,
     /// Free grasps, for the hand that approaches in its posture.
     pub free: u64,
@@ -81,9 +81,9 @@ pub struct PickedObject {
     pub split: Option<Split>,
     /// Bodies of this object, kept or rejected.
     pub bodies: u64,
-    /// Grasps that were evaluated.
+    /// Evaluated grasps.
     pub candidates: u64,
-    /// Free ones among them.
+    /// Free grasps.
     pub free: u64,
     /// Blocked grasps by obstacle.
     pub lost: [u64; 4],

@@ -1,4 +1,4 @@
-//! One pass over the labels and distances of a map: what charts and cross-sections show.
+//! One pass over the labels and distances of a map, for charts and cross-sections.
 
 use format::ReachabilityField;
 use kernel::geom::PoseLabel;
@@ -6,16 +6,16 @@ use kernel::geom::PoseLabel;
 /// Poses with each label, in the order of the labels' numbers.
 pub type LabelCounts = [u64; 3];
 
-/// The poses of one position in short.
+/// Summary of the poses of one position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Position {
     /// The best label of the poses of each approach direction; `None` if no pose has it.
     pub approaches: [Option<PoseLabel>; 26],
-    /// The least signed distance of all orientations.
+    /// The smallest signed distance over all orientations.
     pub distance: f64,
 }
 
-/// Counts and short positions of a whole map.
+/// Counts and summaries of the positions of a map.
 pub struct Census {
     /// C order over x, y, z.
     pub positions: Vec<Position>,
@@ -48,7 +48,7 @@ impl Census {
         census
     }
 
-    /// Cells of z that cut the reachable poses at even shares of their count, from below; each once.
+    /// Cells of z that divide the reachable poses into equal shares, from below, without repetition.
     pub fn middle_heights(&self, count: usize) -> Vec<usize> {
         let reachable = |counts: &LabelCounts| counts[PoseLabel::Reachable as usize];
         let all: u64 = self.heights.iter().map(reachable).sum();

@@ -16,7 +16,7 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// At a position in cells from the plane's lower left corner.
+    /// Value at a position in cells from the plane's lower left corner.
     fn at(&self, right: f64, up: f64) -> f64 {
         let [columns, rows] = self.shape;
         let split = |coordinate: f64, count: usize| {
@@ -30,7 +30,7 @@ impl Plane {
         mix(mix(value(a, c), value(b, c), s), mix(value(a, d), value(b, d), s), t)
     }
 
-    /// Bands of this width: blue below zero, the deeper the stronger; grey above, the farther the darker.
+    /// Bands of this width: blue below zero, stronger with depth; grey above, darker with distance.
     pub fn bands(&self, width: f64) -> Picture {
         let [columns, rows] = self.shape.map(|count| count * ZOOM);
         let mut picture = Picture::filled(columns as u32, rows as u32, [0; 4]);
@@ -77,7 +77,7 @@ impl Plane {
         path
     }
 
-    /// Least and largest finite value.
+    /// Smallest and largest finite value.
     pub fn range(&self) -> Option<(f64, f64)> {
         let finite = || self.values.iter().copied().filter(|value| value.is_finite());
         let (min, max) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
@@ -100,7 +100,7 @@ pub fn band_colour(band: f64) -> Colour {
 mod tests {
     use super::*;
 
-    /// A value that grows by one per cell to the right: bands are columns, lines stand upright.
+    /// A value that grows by one per cell to the right: bands are columns, lines are vertical.
     #[test]
     fn bands_and_lines_of_a_slope() {
         let plane = Plane { shape: [4, 3], values: (0..12).map(|coordinate| (coordinate / 3) as f64 - 1.5).collect() };

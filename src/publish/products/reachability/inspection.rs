@@ -33,17 +33,17 @@ pub struct ReachabilityFacts {
     pub axes: Vec<AxisFacts>,
     /// Covering of all rotations by its orientations.
     pub covering: CoveringFacts,
-    /// Solver of the inverse kinematics: `auto`, `closed_form`, `numeric`; empty when the job's text does not say.
+    /// Solver of the inverse kinematics: `auto`, `closed_form`, `numeric`; empty if the job's text does not state it.
     pub solver: String,
-    /// Test of collisions: `exact`, `mujoco`, `none`; empty when the job's text does not say.
+    /// Test of collisions: `exact`, `mujoco`, `none`; empty if the job's text does not state it.
     pub collisions: String,
-    /// Positions: samples.
+    /// Number of positions (samples).
     pub positions: u64,
     /// Poses in all.
     pub poses: u64,
     /// Poses by label.
     pub labels: BTreeMap<String, u64>,
-    /// Poses by how their label is known.
+    /// Poses by evidence for their label.
     pub proofs: BTreeMap<String, u64>,
     /// The signed distances.
     pub field: FieldFacts,
@@ -58,11 +58,11 @@ pub struct RobotFacts {
     pub id: ObjectId,
     /// The planning group, from the base outward.
     pub joints: Vec<String>,
-    /// The site that is brought to the poses.
+    /// The site that reaches the poses.
     pub target: String,
-    /// The frame that the poses are in.
+    /// The frame of the poses.
     pub frame: String,
-    /// Other joints that the job holds at a value [rad or m].
+    /// Other joints that the job fixes at a value [rad or m].
     pub fixed: BTreeMap<String, f64>,
 }
 
@@ -73,26 +73,26 @@ pub struct AxisFacts {
     pub name: String,
     /// Centre of cell 0 [m or rad].
     pub first: f64,
-    /// From one centre to the next [m or rad].
+    /// Distance between neighbouring centres [m or rad].
     pub step: f64,
     /// Cells.
     pub count: u64,
     /// `m`, `rad`, or `healpix` for indices in the ring order of HEALPix pixels.
     pub unit: String,
-    /// Whether the cell after the last one is the first one.
+    /// Whether the axis is periodic.
     pub periodic: bool,
 }
 
 /// Covering of all rotations by the orientations of a grid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CoveringFacts {
-    /// The most by which any rotation differs from the nearest orientation [rad].
+    /// Largest angle between any rotation and the nearest orientation [rad].
     pub radius: f64,
-    /// Likewise for the directions of the target's x axis alone, where the grid is made of them [rad].
+    /// Likewise for the directions of the target's x axis, if the grid is made of directions [rad].
     pub directions: Option<f64>,
-    /// Method by which the radius is known.
+    /// Method by which the radius was determined.
     pub method: String,
-    /// All of it, for people.
+    /// Text about the covering.
     pub words: String,
 }
 
@@ -105,11 +105,11 @@ pub struct FieldFacts {
     pub unit: String,
     /// Metres that count as much as one radian; `None` if cells are counted.
     pub radian_weight: Option<f64>,
-    /// Deepest inside; `None` if all labels are alike, since JSON has no infinity.
+    /// Smallest value, deepest inside; `None` if all labels are equal, because JSON has no infinity.
     pub min: Option<f64>,
-    /// Farthest outside, likewise.
+    /// Largest value, farthest outside; `None` likewise.
     pub max: Option<f64>,
-    /// Mean, likewise.
+    /// Mean value; `None` likewise.
     pub mean: Option<f64>,
 }
 
@@ -174,7 +174,7 @@ pub(crate) fn facts_of(reader: &DatasetReader, field: &ReachabilityField) -> Res
     })
 }
 
-/// Poses that are reachable.
+/// Number of reachable poses.
 pub(super) fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
     let counts = PoseCounts::of(reader.manifest());
     let (reachable, poses) = (counts.labels.get(PoseLabel::Reachable.name()).copied().unwrap_or(0), counts.poses());
@@ -204,7 +204,7 @@ impl PoseCounts {
         self.labels.values().sum()
     }
 
-    /// Lines with the counts: by label with their shares, then by how they are known.
+    /// Lines with the counts: by label with their shares, then by evidence.
     pub fn in_words(&self) -> Vec<String> {
         let share = |count: u64| percent(count as f64 / self.poses().max(1) as f64);
         let row =
@@ -241,7 +241,7 @@ impl fmt::Display for ReachabilityFacts {
                 writeln!(f, "  {name:<9} {count:>4} of the x axis, HEALPix centres in ring order")?;
                 continue;
             }
-            let wraps = if *periodic { ", all round" } else { "" };
+            let wraps = if *periodic { ", periodic" } else { "" };
             writeln!(f, "  {name:<8}  {count:>4} from {first:.4} {unit} in steps of {step:.4} {unit}{wraps}")?;
         }
         writeln!(f, "  covering  {}", self.covering.words)?;
@@ -259,7 +259,7 @@ impl fmt::Display for ReachabilityFacts {
                     "\nfield ({profile}): {min:.4} to {max:.4} {unit}, mean {mean:.4}; negative inside{weight}"
                 )?;
             }
-            _ => writeln!(f, "\nfield ({}): infinite, since all labels are alike", field.profile)?,
+            _ => writeln!(f, "\nfield ({}): infinite, because all labels are equal", field.profile)?,
         }
         if let Some(speed) = &self.header.notes.speed {
             let rate = grouped(speed.rate().round() as u64);

@@ -1,4 +1,4 @@
-//! The page of a reachability dataset: counts, cross-sections with approach directions over the field, directions.
+//! The page of a reachability dataset: counts, cross-sections with approach directions over the field, and directions.
 
 use serde::Serialize;
 
@@ -20,9 +20,9 @@ use kernel::geom::{AxisUnit, FieldMetric, PoseGrid, PoseLabel};
 
 /// Level cross-sections.
 const LEVELS: usize = 4;
-/// Side of a picture of the strip, at most: twice its size on the page [px].
+/// Largest side of a picture of the strip [px]: twice its size on the page.
 const STRIP_SIDE: u32 = 320;
-/// Name of a job's collisions where none are checked.
+/// Name of a job's collision test if collisions are not checked.
 const NO_COLLISIONS: &str = "none";
 
 /// Input of the page's template.
@@ -32,14 +32,14 @@ pub(crate) struct ReachabilityPage<'a> {
     strip: Vec<StripPicture>,
     numbers: HeaderNumbers,
     speed: Option<SpeedView>,
-    /// Poses per second, where the run left its figures.
+    /// Poses per second, if the run stored its figures.
     poses_per_second: Option<String>,
-    /// The reachable pose farthest from the border as `--pose` takes it; `None` if none is reachable.
+    /// The reachable pose farthest from the border, as an argument of `--pose`; `None` if none is reachable.
     deepest: Option<String>,
     labels: [LabelView; 3],
     robot: RobotView<'a>,
     solver: &'a str,
-    /// Shapes whose collisions count; `None` if collisions are not evaluated.
+    /// Shapes that are checked for collisions; `None` if collisions are not checked.
     collisions: Option<&'a str>,
     grid: GridView<'a>,
     field: FieldView<'a>,
@@ -93,7 +93,7 @@ impl<'a> ReachabilityPage<'a> {
     }
 }
 
-/// The strip on top: each cross-section, small.
+/// The strip at the top: a small picture of each cross-section.
 fn strip<'a>(cuts: impl Iterator<Item = &'a Cut>, grid: &PoseGrid, census: &Census) -> Vec<StripPicture> {
     let card = |cut: &Cut| {
         let picture = cut.picture(grid, census, cut.fitting_cell(grid, STRIP_SIDE)).with_few_colours();
@@ -114,7 +114,7 @@ fn deepest_pose(field: &ReachabilityField) -> Option<String> {
     Some(field.header.grid.pose(cell).map(number).join(","))
 }
 
-/// The upright cross-section and one level one as pictures, with where they are; `cell` pixels per position.
+/// The vertical cross-section and a horizontal one as pictures, with their positions; `cell` pixels per position.
 pub(crate) fn pictures(field: &ReachabilityField, cell: u32) -> Vec<(String, Picture)> {
     let census = Census::of(field);
     let (upright, levels) = cuts(field, &census);
@@ -124,7 +124,8 @@ pub(crate) fn pictures(field: &ReachabilityField, cell: u32) -> Vec<(String, Pic
     shown.map(|cut| (cut.name(grid), cut.picture(grid, &census, cell).with_few_colours().framed())).collect()
 }
 
-/// The upright cross-section as a picture, as large as whole pixels per position allow in a square of `side` pixels.
+/// The vertical cross-section as a picture, with the largest whole number of pixels per position that fits a square of `side`
+/// pixels.
 pub(crate) fn upright_picture(field: &ReachabilityField, side: u32) -> Picture {
     let census = Census::of(field);
     let (upright, _) = cuts(field, &census);
@@ -132,7 +133,7 @@ pub(crate) fn upright_picture(field: &ReachabilityField, side: u32) -> Picture {
     upright.picture(grid, &census, upright.fitting_cell(grid, side))
 }
 
-/// The upright cross-section through the middle, and level ones from above.
+/// The vertical cross-section through the middle, and horizontal ones from above.
 fn cuts(field: &ReachabilityField, census: &Census) -> (Cut, Vec<Cut>) {
     let upright = Cut::Upright(field.header.grid.position_axes()[1].nearest(0.0));
     (upright, census.middle_heights(LEVELS).into_iter().rev().map(Cut::Level).collect())
@@ -159,7 +160,7 @@ impl HeaderNumbers {
     }
 }
 
-/// A label and how many poses have it.
+/// A label and its number of poses.
 #[derive(Serialize)]
 struct LabelView {
     name: &'static str,
@@ -185,7 +186,7 @@ impl LabelView {
 fn meaning(label: PoseLabel) -> &'static str {
     match label {
         PoseLabel::Reachable => "reachable: joint values are known",
-        PoseLabel::Colliding => "colliding: joint values exist, but something touches with all of them",
+        PoseLabel::Colliding => "colliding: joint values exist, but all of them collide",
         PoseLabel::NoSolution => "no solution: no joint values within their limits",
     }
 }
@@ -196,7 +197,7 @@ struct RobotView<'a> {
     name: &'a str,
     content: String,
     joints: String,
-    /// Other joints with the values that the job holds them at; empty where the robot's file says.
+    /// Other joints with their values in the job; empty if the robot's file sets them.
     fixed: String,
     target: &'a str,
     frame: &'a str,
@@ -220,7 +221,7 @@ impl<'a> RobotView<'a> {
 /// The grid of poses.
 #[derive(Serialize)]
 struct GridView<'a> {
-    /// Whether it is made of directions and rolls.
+    /// Whether the grid is made of directions and rolls.
     is_directed: bool,
     covering: &'a str,
     axes: Vec<AxisView<'a>>,
@@ -231,7 +232,7 @@ struct GridView<'a> {
 struct AxisView<'a> {
     name: &'a str,
     count: u64,
-    /// First centre, last centre and step; `None` of directions.
+    /// First centre, last centre and step; `None` for directions.
     ends: Option<[String; 3]>,
 }
 
@@ -269,7 +270,7 @@ struct FieldView<'a> {
     range: Option<RangeView>,
 }
 
-/// Least, largest and mean distance.
+/// Smallest, largest and mean distance.
 #[derive(Serialize)]
 struct RangeView {
     min: String,
@@ -304,9 +305,9 @@ struct CutView {
 /// Marks and colours of the cross-sections.
 #[derive(Serialize)]
 struct KeyView {
-    /// Count of directions, where each counts for the nearest of the 26 that are drawn.
+    /// Number of directions, if each counts for the nearest of the 26 that are drawn.
     directions: Option<usize>,
-    /// Positions from one mark to the next, where marks do not stand at each.
+    /// Positions between marks, if not every position has one.
     stride: Option<usize>,
     marks: Markup,
     band: String,

@@ -26,16 +26,12 @@ use kernel::geom::PoseLabel;
 pub static PAGES: ProductPages = ProductPages {
     product: Product::REACHABILITY,
     words: ProductWords {
-        lead: "For each pose of a grid whether a robot's end effector reaches it without a collision, how that is known, and \
-               the signed distance to the border of the reachable set.",
+        lead: "For each pose of a grid, whether a robot's end effector reaches it without a collision, the evidence for this, and the signed distance to the border of the reachable set.",
         sample: "one position of the robot's end effector, with all its orientations",
-        labels: "for each pose whether it is reached, and how that is known",
-        acquisition: "For each pose inverse kinematics was solved or shown to have no solution, and collisions were checked.",
-        reading: "`field.mcap` holds labels and signed distances of the whole grid. \
-                  `graspmill query reach . --pose x,y,z,roll,pitch,yaw` asks it.",
-        legend: "Each square is a position: the greener, the more directions of approach are reachable, the more orange, the \
-                 more end in a collision, white where none leads there. Cuts at y are seen from the robot's right, cuts at z \
-                 from above with x up.",
+        labels: "for each pose whether it is reachable, and the evidence for this",
+        acquisition: "For each pose, inverse kinematics was solved or shown to have no solution, and collisions were checked.",
+        reading: "`field.mcap` contains labels and signed distances of the whole grid. `graspmill query reach . --pose x,y,z,roll,pitch,yaw` queries it.",
+        legend: "Each square is a position: the greener, the more approach directions are reachable; the more orange, the more end in a collision; white is unreachable. Cuts at y are viewed from the robot's right, cuts at z from above with x up.",
         regenerated: 64,
         tasks: &["robotics"],
     },
@@ -87,7 +83,7 @@ impl Survey for MapSurvey {
         let robot = &facts.robot;
         rows.push(NumberRow::with_code("robot", format!("{}, content", robot.name), robot.id));
         rows.push(NumberRow::new("planning group", robot.joints.join(", ")));
-        rows.push(NumberRow::new("brought to the poses", format!("site {}", robot.target)));
+        rows.push(NumberRow::new("target", format!("site {}", robot.target)));
         rows.push(NumberRow::new("poses", grouped(facts.poses)));
         for label in PoseLabel::ALL.into_iter().rev() {
             let count = facts.labels.get(label.name()).copied().unwrap_or(0);

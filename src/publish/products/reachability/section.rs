@@ -21,15 +21,15 @@ use kernel::geom::{PoseGrid, PoseLabel, approach_directions};
 const SIDE: f64 = 44.0;
 /// Room for axes on the left and below.
 const MARGIN: f64 = 46.0;
-/// The most roses along an axis: finer grids show every second, third, ... position.
+/// Maximum number of roses along an axis; finer grids show every second, third, ... position.
 const MAX: usize = 30;
 
-/// The plane of a section, and the side from which it is drawn.
+/// The plane of a section, and its viewing side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cut {
-    /// At this cell of z, from above: x up, y to the left.
+    /// Horizontal at this cell of z, from above: x up, y to the left.
     Level(usize),
-    /// At this cell of y, from -y: x to the right, z up.
+    /// Vertical at this cell of y, from -y: x to the right, z up.
     Upright(usize),
 }
 
@@ -56,12 +56,12 @@ impl Cut {
         let ([_, _, across], _) = self.axes();
         let (Self::Level(cell) | Self::Upright(cell)) = self;
         let axis = &grid.position_axes()[across];
-        // Rounding of `first + index * step` is nobody's business here.
+        // Rounding errors of `first + index * step` are not shown.
         let at = (axis.centre(cell) * 1e6).round() / 1e6 + 0.0;
         format!("{} = {} m", axis.name, short(at))
     }
 
-    /// Every how manyth position has a rose.
+    /// Stride of the positions with a rose.
     pub fn stride(self, grid: &PoseGrid) -> usize {
         let ([right, up, _], _) = self.axes();
         grid.position_counts()[right].max(grid.position_counts()[up]).div_ceil(MAX)
@@ -72,13 +72,13 @@ impl Cut {
         let ([right, up, _], sense) = self.axes();
         let count = [right, up].map(|axis| grid.position_counts()[axis]);
         let stride = self.stride(grid);
-        // A rose stands for a square of `stride` cells; they share its middle.
+        // A rose represents a square of `stride` cells, and is at its middle.
         let cell = SIDE / stride as f64;
         let [width, height] = count.map(|count| count as f64 * cell);
-        // Roses at the rim reach so far out of it.
+        // Distance by which roses at the rim extend beyond it.
         let out = (SIDE - cell) / 2.0;
         let name = escaped(&self.name(grid));
-        // All cuts are as large as on paper: the same marks and letters whatever the count of positions.
+        // All cuts have the same scale: marks and letters do not depend on the number of positions.
         let wide = width + MARGIN + 8.0 + 2.0 * out;
         let mut svg = format!(
             concat!(
@@ -129,15 +129,15 @@ impl Cut {
         PoseGrid::position(grid.position_counts(), index)
     }
 
-    /// Pixels per position, as many as a square of `side` pixels allows.
+    /// Largest number of pixels per position that fits a square of `side` pixels.
     pub fn fitting_cell(self, grid: &PoseGrid, side: u32) -> u32 {
         let ([right, up, _], _) = self.axes();
         let positions = grid.position_counts()[right].max(grid.position_counts()[up]);
         (side / positions.max(1) as u32).max(1)
     }
 
-    /// The cut as a picture without roses, `cell` pixels per position: green as far as directions are reachable, orange as far
-    /// as something collides, white as far as nothing leads there.
+    /// The cut as a picture without roses, `cell` pixels per position: green by the share of reachable directions, orange by that
+    /// of colliding ones, white by that of unreachable ones.
     pub fn picture(self, grid: &PoseGrid, census: &Census, cell: u32) -> Picture {
         let ([right, up, _], sense) = self.axes();
         let [columns, rows] = [right, up].map(|axis| grid.position_counts()[axis]);
@@ -172,7 +172,7 @@ impl Cut {
         Plane { shape, values }
     }
 
-    /// Numbers along both axes, and where the frame of the poses has its origin.
+    /// Numbers along both axes, and the origin of the frame of the poses.
     fn scales(self, svg: &mut String, grid: &PoseGrid, [width, height]: [f64; 2], cell: f64) {
         let ([right, up, _], sense) = self.axes();
         let [across, along] = [right, up].map(|axis| &grid.position_axes()[axis]);
@@ -232,7 +232,7 @@ struct Ink {
     fillings: String,
 }
 
-/// One for each label, the most important drawn last.
+/// One entry per label, the most important drawn last.
 #[derive(Default)]
 struct Inks([Ink; 3]);
 
@@ -283,7 +283,7 @@ impl Roses {
 fn mark([right, up, near]: [f64; 3]) -> Ink {
     let angle = libm::atan2(up, right);
     let mut ink = Ink::default();
-    // Polar, about the middle: relative steps from one point to the next.
+    // Polar coordinates about the middle; relative steps from one point to the next.
     let steps = |points: &[(f64, f64)]| {
         let mut path = String::new();
         let mut last = (0.0, 0.0);
@@ -310,7 +310,7 @@ fn mark([right, up, near]: [f64; 3]) -> Ink {
     ink
 }
 
-/// One rose, large, with words.
+/// One large rose with labels.
 pub fn legend() -> Markup {
     let mut svg = String::from(concat!(
         r#"<svg class="chart cut key" viewBox="-24 -24 200 48" role="img" aria-label="marks of a cell">"#,
@@ -334,7 +334,7 @@ pub fn legend() -> Markup {
     let mut words = String::new();
     for (index, (near, x, text)) in rows.into_iter().enumerate() {
         let y = 9.4 * index as f64 - 18.8;
-        // Arrowheads stand beside their ray.
+        // Arrowheads are next to their ray.
         let aside = if near == 0.7 {
             3.6
         } else if near == -0.7 {
@@ -359,7 +359,7 @@ pub struct BandView {
 /// The field's bands, from the one that holds `min` to the one that holds `max`.
 pub fn band_key(band: f64, min: f64, max: f64) -> Vec<BandView> {
     let (first, last) = ((min / band).floor().max(-8.0) as i64, (max / band).floor().min(24.0) as i64);
-    // Far away every second one is enough.
+    // Far outside, every second band is enough.
     let levels = (first..=last).filter(|level| *level < 4 || level % 2 == 0);
     let view = |level: i64| BandView { colour: band_colour(level as f64).hex(), from: short(level as f64 * band) };
     levels.map(view).collect()

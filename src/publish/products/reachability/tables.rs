@@ -1,4 +1,4 @@
-//! Counts of a map by label, proof, height and direction, as the page's template takes them.
+//! Counts of a map by label, proof, height and direction, for the page's template.
 
 use serde::Serialize;
 
@@ -84,7 +84,7 @@ struct SphereRing {
 #[derive(Serialize)]
 struct SphereCell {
     share: String,
-    /// Strength of its colour [%]; `None` without poses.
+    /// Strength of the cell's colour [%]; `None` without poses.
     strength: Option<String>,
 }
 

@@ -36,9 +36,9 @@ pub struct ScenesInspection {
     pub rejected: BTreeMap<String, u64>,
     /// Bodies of the kept scenes.
     pub bodies: u64,
-    /// Bodies that left their container, of all scenes.
+    /// Bodies that left their container, in all scenes.
     pub gone: u64,
-    /// Kept scenes by their count of bodies.
+    /// Kept scenes by number of bodies.
     pub by_bodies: BTreeMap<u32, u64>,
     /// Contacts per kept scene.
     pub contacts: Spread,
@@ -48,21 +48,21 @@ pub struct ScenesInspection {
     pub depth_bodies: Spread,
     /// Largest overlap of a body and the container of each kept scene [m].
     pub depth_container: Spread,
-    /// Largest motion of a centre of mass of each kept scene when it is stepped again from rest [m].
+    /// Largest motion of a centre of mass of each kept scene when it is simulated again from rest [m].
     pub drift: Spread,
-    /// Checks of imported scenes, which decide nothing; `None` of scenes that were settled.
+    /// Checks of imported scenes, which reject none; `None` for settled scenes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub imported: Option<ImportedChecks>,
     /// One row per object, sorted by name.
     pub objects: Vec<SceneObject>,
 }
 
-/// Imported scenes that settled ones could not be.
+/// Imported scenes that would be rejected if they were settled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ImportedChecks {
     /// Scenes in which two bodies, or a body and the table, overlap by more than is allowed.
     pub too_deep: u64,
-    /// Scenes of which a body moves by more than is allowed when they are stepped from rest.
+    /// Scenes in which a body moves by more than is allowed when they are simulated from rest.
     pub moved: u64,
 }
 
@@ -75,7 +75,7 @@ pub struct SceneObject {
     pub object: ObjectId,
     /// Split of its scenes.
     pub split: Option<Split>,
-    /// Mass [kg], where the dataset says it.
+    /// Mass [kg], if the dataset states it.
     pub mass: Option<f64>,
 }
 
@@ -160,8 +160,7 @@ impl ImportedChecks {
         let [body, table] = MAX_DEPTHS.map(|depth| 1e3 * depth);
         let [drift, turn] = [1e3 * MAX_DRIFT[0], MAX_DRIFT[1].to_degrees()];
         format!(
-            "{} of the scenes overlap by more than {body} mm ({table} mm with the table), and of {} a body moves by {drift} mm or \
-             {turn:.0} degrees when they are stepped from rest.",
+            "In {} of the scenes bodies overlap by more than {body} mm ({table} mm with the table), and in {} a body moves by {drift} mm or {turn:.0} degrees when they are simulated from rest.",
             grouped(self.too_deep),
             grouped(self.moved)
         )

@@ -1,4 +1,4 @@
-//! The page of a dataset of scenes: what was kept and why not, pictures from above, how still the scenes are.
+//! The page of a dataset of scenes: kept and rejected scenes, pictures from above, stability.
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! Pictures of a scene from above: bodies in colours of their own, lighter where they are higher, and depth.
+//! Pictures of a scene from above: one colour per body, lighter where it is higher, and depth.
 
 use crate::picture::{DepthRange, FLOOR, InstanceMap, Picture, WALLS, depth_picture};
 use format::{Scene, SceneOverview};
@@ -33,8 +33,7 @@ pub(super) fn scene_words(scene: &Scene) -> String {
     if let Some(import) = &scene.import {
         let [depth, drift] = [scene.depths[0].max(scene.depths[1]), scene.facts().drift[0]].map(|length| 1e3 * length);
         return format!(
-            "{bodies} bodies of {}, {contacts} contacts, up to {depth:.2} mm deep, {} pairs go through each other, stepped from \
-             rest a body moves by {drift:.1} mm",
+            "{bodies} bodies of {}, {contacts} contacts, up to {depth:.2} mm deep, {} intersecting pairs, largest motion from rest {drift:.1} mm",
             import.source, import.crossed
         );
     }

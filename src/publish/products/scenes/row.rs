@@ -27,15 +27,12 @@ use format::{
 pub static PAGES: ProductPages = ProductPages {
     product: Product::SCENES,
     words: ProductWords {
-        lead: "Bodies dropped or put down and settled on their true meshes, in a bin or on a plane, with poses, contacts, forces \
-               and who rests on whom.",
+        lead: "Bodies dropped or put down and settled on their true meshes, in a bin or on a plane, with poses, contacts, forces and support relations.",
         sample: "one settled scene",
         labels: "the pose of every body, contacts with their forces, and the share of each body's weight that another carries",
-        acquisition: "Bodies were released in MuJoCo with contacts of the true meshes, and scenes kept that rest and stay at rest \
-                      when they are stepped again from the stored poses.",
-        reading: "`shapes.mcap` holds the objects' meshes, so that scenes can be put into any simulator.",
-        legend: "Each picture shows a scene from above: each body in a colour of its own, lighter where it is higher; walls are \
-                 grey.",
+        acquisition: "Bodies were released in MuJoCo with contacts of the true meshes, and scenes were kept if they came to rest and stay at rest when simulated again from the stored poses.",
+        reading: "`shapes.mcap` contains the objects' meshes, so that scenes can be loaded into any simulator.",
+        legend: "Each picture shows a scene from above: one colour per body, lighter where it is higher; walls are grey.",
         regenerated: 16,
         tasks: &["robotics"],
     },

@@ -22,7 +22,7 @@ pub struct ViewsInspection {
     /// Facts that the inspections of all products share.
     #[serde(flatten)]
     pub header: InspectionHeader,
-    /// Scenes that are looked at.
+    /// Scenes of the views.
     pub scenes: u64,
     /// Views: kept + rejected.
     pub samples: u64,
@@ -32,17 +32,17 @@ pub struct ViewsInspection {
     pub splits: BTreeMap<Split, u64>,
     /// Rejected views by reason.
     pub rejected: BTreeMap<String, u64>,
-    /// Bodies of the kept views, each counted in each view.
+    /// Bodies of the kept views, counted in each view.
     pub bodies: u64,
-    /// Bodies by how much of them is seen, least first: name and count.
+    /// Bodies by visible share, smallest first: name and count.
     pub strata: Vec<(String, u64)>,
-    /// Bodies that reach out of the image.
+    /// Bodies that extend beyond the image.
     pub truncated: u64,
-    /// Bodies at least half of whose seen pixels are nearer than the sensor measures.
+    /// Bodies with at least half of their visible pixels nearer than the sensor's range.
     pub too_near: u64,
-    /// Cameras that were drawn again because something was next to them.
+    /// Cameras that were resampled because something was too close.
     pub near_draws: u64,
-    /// Cameras that were drawn again because they saw too little.
+    /// Cameras that were resampled because they saw too little.
     pub unseen_draws: u64,
     /// One row per object, sorted by name.
     pub objects: Vec<ScenesObject>,
@@ -58,7 +58,7 @@ pub(crate) struct ViewSurvey {
 /// Maximum number of views on a page.
 const SHOWN: usize = 12;
 
-/// Strata of visibility: the fact that counts each, and words for it.
+/// Strata of visibility: the fact that counts each, and its text.
 const STRATA: [(&str, &str); 5] = [
     ("unseen", "unseen"),
     ("hidden", "seen by less than 10 %"),
@@ -108,7 +108,7 @@ impl ViewSurvey {
 }
 
 impl ViewsInspection {
-    /// Rows of how much of the bodies is seen: words, count, share.
+    /// Rows by visible share: text, count, share.
     pub(super) fn stratum_rows(&self) -> Vec<[String; 3]> {
         let share = |count: u64| percent(count as f64 / self.bodies.max(1) as f64);
         let row = |(words, count): &(String, u64)| [words.clone(), grouped(*count), share(*count)];
@@ -128,11 +128,11 @@ impl fmt::Display for ViewsInspection {
         }
         let [near, unseen] = [self.near_draws, self.unseen_draws].map(grouped);
         writeln!(f, "  scenes    {}", grouped(self.scenes))?;
-        writeln!(f, "  cameras   drawn again: {near} next to something, {unseen} that saw too little")?;
+        writeln!(f, "  cameras   resampled: {near} too close to something, {unseen} that saw too little")?;
         let [bodies, truncated] = [self.bodies, self.truncated].map(grouped);
-        writeln!(f, "  bodies    {bodies} in all views, {truncated} of them reach out of the image")?;
+        writeln!(f, "  bodies    {bodies} in all views, {truncated} of them extend beyond the image")?;
         if self.too_near > 0 {
-            writeln!(f, "            {:>9} nearer than the sensor measures, by half or more", grouped(self.too_near))?;
+            writeln!(f, "            {:>9} at least half nearer than the sensor's range", grouped(self.too_near))?;
         }
         for [words, count, share] in self.stratum_rows() {
             writeln!(f, "            {count:>9} {words} ({share})")?;

@@ -1,4 +1,4 @@
-//! Bodies that are nearer than the sensor measures.
+//! Bodies that are nearer than the sensor's range.
 
 use crate::{chart::grouped, inspection::job_table};
 use format::{
@@ -10,8 +10,8 @@ use kernel::render::SensorModel;
 /// Cameras are moved back by whole centimetres [m].
 const STEP: f64 = 0.01;
 
-/// A warning about bodies whose depth is lost for nearness, with how far back the cameras would have to be; `None` if there are
-/// none.
+/// Warning about bodies that are too near for the sensor, with the distance by which to move the cameras back; `None` if there
+/// are none.
 ///
 /// # Errors
 /// When a ledger or the job is missing or damaged.
@@ -34,14 +34,13 @@ pub(super) fn nearness_warning(reader: &DatasetReader) -> Result<Option<String>,
     let other = SensorModel::profiles().filter_map(SensorModel::profile).find(|model| model.range()[0] <= nearest);
     let other = other.map_or_else(String::new, |model| {
         format!(
-            "; or take a sensor that measures nearer: `sensor.profile = \"{}\"` does from {} m",
+            "; or use a sensor with a shorter minimum range: `sensor.profile = \"{}\"` measures from {} m",
             model.profile_name(),
             model.range()[0]
         )
     });
     Ok(Some(format!(
-        "{} of {} bodies in the images have no depth on half of their pixels or more, which are nearer than the sensor measures \
-         ({measures_from} m): the nearest pixel of a body is at {nearest:.3} m. Move the cameras of `views.cameras` back by {back:.2} m: \
+        "{} of {} bodies in the images have no depth on at least half of their pixels, which are nearer than the sensor's minimum range ({measures_from} m): the nearest pixel of a body is at {nearest:.3} m. Move the cameras of `views.cameras` back by {back:.2} m: \
          add it to both numbers of `shell.radius`, or to `overhead.height`{other}",
         grouped(too_near),
         grouped(seen)

@@ -1,4 +1,4 @@
-//! The page of a dataset of views: what was kept and why not, how much of the bodies is seen, pictures.
+//! The page of a dataset of views: kept and rejected views, visibility of the bodies, pictures.
 
 use serde::Serialize;
 
@@ -31,7 +31,7 @@ pub(crate) struct ViewsPage<'a> {
     splits: Vec<[String; 2]>,
     /// Bodies by visible share; `None` if no view is kept.
     bodies: Option<Markup>,
-    /// Words, count and share.
+    /// Text, count and share.
     strata: Vec<[String; 3]>,
     cards: Vec<CardView>,
     /// Name and split.
@@ -46,7 +46,7 @@ struct HeaderNumbers {
     share: String,
     scenes: String,
     bodies: String,
-    /// Bodies of which a pixel is seen.
+    /// Bodies with a visible pixel.
     seen: String,
     truncated: String,
     too_near: Option<String>,
@@ -77,7 +77,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &ViewSurvey) -> Result<Vec<C
         let name_of = |object| ScenesObject::name_of(&survey.facts.objects, object).to_owned();
         let row = |(number, body): (u32, &SceneInstance)| {
             let pixels = format!("{} of {} px", grouped(body.pixels_visible.into()), grouped(body.pixels_all.into()));
-            BodyView::new(number, name_of(body.object), format!("{} seen, {pixels}", percent(body.visible_share())))
+            BodyView::new(number, name_of(body.object), format!("{} visible, {pixels}", percent(body.visible_share())))
         };
         let step = step_for(&image, SIDE);
         let (width, height) = (image.camera.width.div_ceil(step), image.camera.height.div_ceil(step));
@@ -141,11 +141,11 @@ impl CardView {
         let image = ImageView::of(&crate::picture::Picture::filled(1, 1, [0; 4]), 1, 1);
         Self {
             title: "view 3, training".to_owned(),
-            words: "1 of 1 bodies are seen".to_owned(),
+            words: "1 of 1 bodies are visible".to_owned(),
             instances: image.clone(),
             depth: Some(image.clone()),
             colour: Some(image),
-            bodies: vec![BodyView::new(1, name, "100 % seen".to_owned())],
+            bodies: vec![BodyView::new(1, name, "100 % visible".to_owned())],
         }
     }
 }

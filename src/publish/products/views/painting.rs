@@ -1,4 +1,4 @@
-//! Pictures of a view: which body each pixel sees, depth, and colours.
+//! Pictures of a view: the body at each pixel, depth, and colours.
 
 use crate::{
     picture::{DepthRange, FLOOR, InstanceMap, Picture, WALLS, depth_picture},
@@ -13,12 +13,12 @@ fn thinned<T: Copy>(pixels: &[T], width: u32, step: u32) -> Vec<T> {
     rows.flat_map(|row| row.iter().copied().step_by(step as usize)).collect()
 }
 
-/// Every how many pixels are drawn so that a picture is at most so wide and high.
+/// Stride of the drawn pixels so that a picture has at most this side.
 pub(super) fn step_for(image: &SceneImage, side: u32) -> u32 {
     image.camera.width.max(image.camera.height).div_ceil(side.max(1)).max(1)
 }
 
-/// Which body each pixel sees; every `step`-th pixel.
+/// The body at each pixel; every `step`-th pixel.
 pub(super) fn instance_picture(image: &SceneImage, depth: &Depth, step: u32) -> Picture {
     let (width, height) = (image.camera.width.div_ceil(step), image.camera.height.div_ceil(step));
     let grey = |instance| match instance {
@@ -31,13 +31,13 @@ pub(super) fn instance_picture(image: &SceneImage, depth: &Depth, step: u32) -> 
     InstanceMap { width, height, instances: &instances, depth: &depth, grey }.picture(1)
 }
 
-/// Depth, as the sensor gave it, in colours that span the bodies; `None` without a return.
+/// Depth as the sensor measured it, in colours that span the bodies; `None` without a return.
 pub(super) fn depth_of_view(image: &SceneImage, depth: &Depth, step: u32) -> Option<Picture> {
     let (width, height) = (image.camera.width.div_ceil(step), image.camera.height.div_ceil(step));
     let at = |row: u32, column: u32| depth.crop.at(column * step, row * step);
     let depth = (0..height).flat_map(|row| (0..width).map(move |column| at(row, column))).collect();
     let crop = DepthCrop { left: 0, top: 0, width, height, depth };
-    // What they lie in and on reaches far beyond the bodies and would take most of the colours.
+    // Container and table extend far beyond the bodies and would use up most of the colours.
     let is_body = |instance: u8| (1..=SceneImage::MAX_BODIES).contains(&usize::from(instance));
     let instances = thinned(&image.instances, image.camera.width, step);
     let of_bodies = crop.depth.iter().zip(instances).map(|(depth, own)| if is_body(own) { *depth } else { f32::NAN });

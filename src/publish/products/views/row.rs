@@ -29,15 +29,12 @@ use format::{
 pub static PAGES: ProductPages = ProductPages {
     product: Product::VIEWS,
     words: ProductWords {
-        lead: "Images of settled scenes: depth, which body each pixel sees, and the silhouette of every body alone, with poses of \
-               camera and bodies.",
-        sample: "one settled scene, seen by one camera",
-        labels: "the body that each pixel sees, the silhouette of each body alone with its boxes, the share of it that is seen, and \
-                 the pose of every body",
-        acquisition: "Every body of a scene was rendered alone, and the nearest surface taken for each pixel; where the job asks for \
-                      a sensor, its model was applied to the whole image.",
+        lead: "Images of settled scenes: depth, the body at each pixel, and the full silhouette of every body, with poses of camera and bodies.",
+        sample: "one settled scene in the image of one camera",
+        labels: "the body at each pixel, the full silhouette of each body with its boxes and its visible share, and the pose of every body",
+        acquisition: "Every body of a scene was rendered alone, and the nearest surface was taken for each pixel; if the job has a sensor, its model was applied to the whole image.",
         reading: "",
-        legend: "Each picture shows one view: each body in a colour of its own, lighter where it is nearer; walls are grey.",
+        legend: "Each picture shows one view: one colour per body, lighter where it is nearer; walls are grey.",
         regenerated: 64,
         tasks: &["image-segmentation", "robotics"],
     },
@@ -81,10 +78,9 @@ impl Survey for ViewSurvey {
         for (words, count) in &facts.strata {
             numbers.rows.push(NumberRow::new(format!("bodies {words}"), grouped(*count)));
         }
-        numbers.rows.push(NumberRow::new("bodies that reach out of the image", grouped(facts.truncated)));
+        numbers.rows.push(NumberRow::new("bodies that extend beyond the image", grouped(facts.truncated)));
         if facts.too_near > 0 {
-            let row =
-                NumberRow::new("bodies nearer than the sensor measures, by half or more", grouped(facts.too_near));
+            let row = NumberRow::new("bodies at least half nearer than the sensor's range", grouped(facts.too_near));
             numbers.rows.push(row);
         }
     }
@@ -114,7 +110,7 @@ impl Survey for ViewSurvey {
         Ok([bodies].into_iter().chain(panel("depth", depth)).chain(panel("colours", colour)).collect())
     }
 
-    /// Views in which a body is seen, those of the most bodies first.
+    /// Views with a visible body, those with the most bodies first.
     fn scene_samples(&self, reader: &DatasetReader) -> Result<Vec<SceneSample>, DatasetError> {
         SceneSample::all(reader, |row| {
             let facts = ViewFacts::from(&row.facts);

@@ -9,7 +9,7 @@ use format::{
     dataset::{DatasetError, DatasetReader},
 };
 
-/// Volumes with their images, and what trials say of the grasps in them.
+/// Volumes with their images, and the outcomes of trials of the grasps in them.
 pub(super) fn headline(reader: &DatasetReader) -> Result<String, DatasetError> {
     let (manifest, scenes) = (reader.manifest(), scenes_in_words(reader)?);
     let counts = &manifest.counts;

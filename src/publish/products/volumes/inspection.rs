@@ -23,7 +23,7 @@ pub struct VolumesInspection {
     /// Facts that the inspections of all products share.
     #[serde(flatten)]
     pub header: InspectionHeader,
-    /// Scenes whose images are fused.
+    /// Scenes of the fused images.
     pub scenes: u64,
     /// Fusions: kept + rejected.
     pub samples: u64,
@@ -37,17 +37,17 @@ pub struct VolumesInspection {
     pub images: u64,
     /// Kept volumes by the number of images fused.
     pub by_images: BTreeMap<u32, u64>,
-    /// Bodies of the scenes, each counted in each kept volume.
+    /// Bodies of the scenes, counted in each kept volume.
     pub bodies: u64,
-    /// Bodies among them that hold the centre of a voxel.
+    /// Bodies that contain the centre of a voxel.
     pub bodies_inside: u64,
-    /// Voxels that an image says something of.
+    /// Observed voxels.
     pub observed_voxels: Spread,
-    /// Observed voxels nearer to what is seen than the truncation.
+    /// Observed voxels nearer to the observed surface than the truncation.
     pub near_voxels: Spread,
     /// Voxels whose centre is inside a body.
     pub occupied_voxels: Spread,
-    /// Grasps in the kept volumes, each counted in each; `None` if the dataset has none.
+    /// Grasps in the kept volumes, counted in each; `None` if the dataset has none.
     pub grasps: Option<VolumeGraspCounts>,
     /// One row per object, sorted by name.
     pub objects: Vec<ScenesObject>,
@@ -58,7 +58,7 @@ pub struct VolumesInspection {
 pub struct VolumeGraspCounts {
     /// Free grasps with their centre in a cube, by [`PickState::ALL`].
     pub states: [u64; 3],
-    /// Grasps of the scenes that something forbids.
+    /// Forbidden grasps of the scenes.
     pub forbidden: u64,
     /// Free grasps with their centre outside the cube.
     pub outside: u64,
@@ -146,7 +146,7 @@ impl VolumeGraspCounts {
     }
 }
 
-/// A count of images in words.
+/// A number of images as text.
 pub(super) fn images_in_words(images: u32) -> String {
     format!("{images} image{}", if images == 1 { "" } else { "s" })
 }

@@ -1,4 +1,4 @@
-//! The page of a dataset of volumes: what was kept and why not, distributions, pictures.
+//! The page of a dataset of volumes: kept and rejected volumes, distributions, pictures.
 
 use serde::Serialize;
 
@@ -34,7 +34,7 @@ pub(crate) struct VolumesPage<'a> {
     /// Kept volumes by the number of images; `None` if no volume is kept.
     images: Option<Markup>,
     spreads: Vec<Vec<String>>,
-    /// Grasps by what they are; `None` if the dataset has none.
+    /// Grasps by state; `None` if the dataset has none.
     grasps: Option<Markup>,
     cards: Vec<CardView>,
     /// Name and split.
@@ -94,8 +94,8 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &VolumeSurvey) -> Result<Vec
             title: format!("volume {}", sample.index),
             words: format!("{split} · {}", volume_words(&volume, &truth)),
             pictures: vec![
-                panel(&pictures.seen, "Fused surface", "blue: seen in an image"),
-                panel(&pictures.truth, "True bodies", "orange, container left out"),
+                panel(&pictures.seen, "Fused surface", "blue: observed in an image"),
+                panel(&pictures.truth, "True bodies", "orange, without the container"),
                 panel(&pictures.side, "Distances, from the side", "x right, z up"),
                 panel(&pictures.true_side, "Truth, from the side", "x right, z up"),
                 panel(&pictures.top, "Distances, from above", "x right, y up"),

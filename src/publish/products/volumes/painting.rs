@@ -1,4 +1,4 @@
-//! Pictures of a volume: what its images see, the true bodies, and cuts through distances and truth.
+//! Pictures of a volume: the observed surface, the true bodies, and cuts through distances and truth.
 
 use crate::{
     pick_colours::state_colour,
@@ -31,7 +31,7 @@ pub(super) struct VolumePictures {
 /// Radius of the dot of a grasp [px].
 const DOT: f64 = 5.0;
 
-/// A fused surface goes through a voxel when its centre is as near as this [edges of a voxel]: half of its diagonal.
+/// Distance of a voxel's centre up to which the fused surface passes through it [edges of a voxel]: half of its diagonal.
 const REACH: f64 = 0.87;
 
 impl VolumePictures {
@@ -47,7 +47,7 @@ impl VolumePictures {
         });
         let bodies = upright(n, |voxel| VolumeTruth::is_body(truth.instances[index(voxel)]));
         let painter = VoxelPainter::new(side, Eye::CameraSide, &[&surface, &bodies]);
-        // Where the bodies are, in the middle of what they fill.
+        // At the mean of the voxels of the bodies.
         let [_, y, z] = middle(n, |voxel| VolumeTruth::is_body(truth.instances[index(voxel)]));
         let zoom = (side / n).max(1);
         let distance = |voxel: [u32; 3]| distance_colour(&volume, index(voxel));
@@ -111,7 +111,7 @@ fn voxels(n: u32) -> impl Iterator<Item = [u32; 3]> {
     (0..n).flat_map(move |x| (0..n).flat_map(move |y| (0..n).map(move |z| [x, y, z])))
 }
 
-/// Mean voxel of those that are chosen, rounded down; the cube's middle where none is.
+/// Mean of the selected voxels, rounded down; the cube's middle if none is selected.
 fn middle(n: u32, holds: impl Fn([u32; 3]) -> bool) -> [u32; 3] {
     let (mut sum, mut count) = ([0u64; 3], 0u64);
     for voxel in voxels(n).filter(|voxel| holds(*voxel)) {
@@ -121,7 +121,7 @@ fn middle(n: u32, holds: impl Fn([u32; 3]) -> bool) -> [u32; 3] {
     if count == 0 { [n / 2; 3] } else { sum.map(|sum| (sum / count) as u32) }
 }
 
-/// White far in front of what is seen, blue close to it, orange behind, grey in no image.
+/// Colours: white far in front of the observed surface, blue close to it, orange behind it, grey in no image.
 fn distance_colour(volume: &SceneVolume, index: usize) -> Colour {
     if volume.weights[index] == 0 {
         return SLICE_COLOURS.unseen;
@@ -143,7 +143,7 @@ fn cut(n: u32, zoom: u32, colour: impl Fn(u32, u32) -> Colour) -> Picture {
     picture
 }
 
-/// A cut through the numbers of voxels, each body in a colour of its own.
+/// A cut through the numbers of voxels, one colour per body.
 fn instances(n: u32, zoom: u32, own: impl Fn(u32, u32) -> u8) -> Picture {
     let numbers: Vec<u8> = (0..n)
         .flat_map(|row| (0..n).map(move |column| (row, column)))

@@ -26,16 +26,13 @@ use format::{
 pub static PAGES: ProductPages = ProductPages {
     product: Product::VOLUMES,
     words: ProductWords {
-        lead: "Volumes of truncated signed distances, each fused from depth images of a settled scene, and the body that each voxel is \
-               in.",
-        sample: "one fusion of some images of one settled scene",
-        labels: "what is at the centre of every voxel, free, a body by its number, or the container, computed from meshes and poses, \
-                 with the pose of every body",
-        acquisition: "Depth images of settled scenes were fused into a cube of voxels over the middle of the container's floor; which \
-                      images, and how many, was drawn.",
+        lead: "Volumes of truncated signed distances, each fused from depth images of a settled scene, and the body at each voxel.",
+        sample: "one fusion of several images of one settled scene",
+        labels: "the content at the centre of every voxel (free, a body by its number, or the container), computed from meshes and poses, with the pose of every body",
+        acquisition: "Depth images of settled scenes were fused into a cube of voxels over the middle of the container's floor; the images and their number were drawn at random.",
         reading: "",
         legend: "From left to right: the voxels at the fused surface, the true bodies (orange, without the container), a cut through \
-                 the distances from the side (white free, blue in front of what is seen, orange behind it, grey in no image), and the \
+                 the distances from the side (white free, blue in front of the observed surface, orange behind it, grey in no image), and the \
                  truth in the same cut.",
         regenerated: 64,
         tasks: &["robotics", "image-to-3d"],
@@ -77,7 +74,7 @@ impl Survey for VolumeSurvey {
         for (images, count) in &facts.by_images {
             numbers.rows.push(NumberRow::new(format!("volumes of {}", images_in_words(*images)), grouped(*count)));
         }
-        numbers.rows.push(NumberRow::new("bodies that hold the centre of a voxel", grouped(facts.bodies_inside)));
+        numbers.rows.push(NumberRow::new("bodies that contain the centre of a voxel", grouped(facts.bodies_inside)));
         for (name, count) in facts.grasps.iter().flat_map(|grasps| grasps.rows()) {
             numbers.rows.push(NumberRow::new(format!("grasps {name}"), grouped(count)));
         }
