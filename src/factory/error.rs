@@ -13,11 +13,11 @@ pub type Cause = Box<dyn Error + Send + Sync>;
 #[derive(Debug, thiserror::Error)]
 pub enum ProduceError {
     /// A mesh or description that was fine when the job was resolved can't be read any more.
-    #[error("{0}; it could be used when this run began: put it back and run again")]
+    #[error("{0}; it was usable when this run began: restore it and run again")]
     Gone(#[source] Cause),
     /// A mesh or description is another one than when the job was resolved.
     #[error(
-        "{name}: changed while the run went on: content {found:?}, expected {expected:?}; put it back, or run into a new folder"
+        "{name}: changed during the run: content {found:?}, expected {expected:?}; restore it, or run into a new folder"
     )]
     Changed {
         /// Name in the job, or file.
@@ -99,8 +99,8 @@ pub enum RunError {
     Produce(ProduceError),
     /// Code of graspmill panicked: a defect.
     #[error(
-        "{what}: graspmill failed by a defect of its own: {message}; finished shards stay, and the same command resumes; \
-         please report it with the job file"
+        "{what}: internal error in graspmill: {message}; finished shards are kept, and the same command resumes; \
+         please report this bug with the job file"
     )]
     Panicked {
         /// Object, item or step that was being made.

@@ -55,8 +55,8 @@ impl fmt::Display for Leak {
         }
         write!(
             f,
-            "in split {} of {}: whoever trains on the one and tests on the other sees it twice; give both jobs the same objects \
-             and the same [split]",
+            "in split {} of {}: a network trained on one and tested on the other sees it twice; give both jobs the \
+             same objects and the same [split]",
             other.split.name(),
             other.dataset
         )

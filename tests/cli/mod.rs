@@ -241,7 +241,7 @@ fn an_estimate_names_refused_meshes_and_an_empty_training_split() {
     let job = workspace.write("job.toml", text);
     let said = Program::on("estimate", &job).expect_code(3).stdout;
     assert!(said.contains("warning: refused: ") && said.contains("flat"), "{said}");
-    assert!(said.contains("warning: no object is left to train on"), "{said}");
+    assert!(said.contains("warning: no object is left for training"), "{said}");
 }
 
 #[test]
@@ -367,6 +367,6 @@ fn a_key_by_another_word_is_named() {
     let workspace = Workspace::new();
     let said = |text: &str| Program::on("estimate", workspace.write("job.toml", text)).expect_code(2).stderr;
     let grasps = said("product = \"grasps\"\n[grasps]\nruns = 4\n");
-    assert!(grasps.contains("`grasps.seeds` says how many runs"), "{grasps}");
+    assert!(grasps.contains("`grasps.seeds` sets the number of runs"), "{grasps}");
     assert!(said("[camera]\nfovy = 0.8\n").contains("camera.horizontal_fov"));
 }

@@ -40,10 +40,10 @@ fn objects_nearer_than_the_sensor_measures_are_warned_of_and_the_remedy_keeps_th
     workspace.write("job.toml", format!("{JOB}{NO_SPLIT}"));
     let found = warnings(&workspace, "near", &["distance=0.5"]);
     let [warning] = &found[..] else { panic!("{found:?}") };
-    assert!(warning.starts_with("2 of 2 objects can come nearer") && warning.contains("(0.5 m)"), "{warning}");
+    assert!(warning.starts_with("2 of 2 objects can be nearer") && warning.contains("(0.5 m)"), "{warning}");
 
     // Farther by as much as the warning has: a perfect sensor finds nothing nearer than the Kinect measures.
-    let distance = format!("distance={}", 0.5 + number_after(warning, "longer by "));
+    let distance = format!("distance={}", 0.5 + number_after(warning, "increase `distance` by "));
     assert_eq!(warnings(&workspace, "far", &[&distance]), [""; 0]);
     assert_eq!(warnings(&workspace, "perfect", &[&distance, "sensor.profile=none"]), [""; 0]);
     assert!(smallest_depth(&workspace, "perfect") >= 0.5);

@@ -630,7 +630,7 @@ fn loose_parts_are_refused_for_grasps_unless_the_job_joins_them() {
     // The same mesh, joined by its entry, makes grasps; the job has that entry, also after it is resolved.
     let joined = write_job_in_parts("grasps", "bodies = \"join\"\n");
     let said = joined.run_job("job", "data").succeed().stdout;
-    assert!(said.contains("its 2 loose parts count as one body, as the job says"), "{said}");
+    assert!(said.contains("its 2 loose parts count as one body, as set in the job"), "{said}");
     let assets = read_json(joined.path("data/assets.json"));
     let row = assets["objects"].as_array().expect("rows").iter().find(|row| row["name"] == "parts").expect("the parts");
     assert_eq!(row["loose"]["parts"], 2, "{row}");

@@ -456,22 +456,22 @@ fn mistakes_of_amodal_pairs_are_said_with_key_and_remedy() {
     assert!(said("product = \"amodal\"\n", 2).contains("the folder of a finished dataset of views"));
     let pinned = fine.replace("dataset = \"views\"", &format!("dataset = \"views\"\nroot = \"{}\"", "0".repeat(64)));
     let other = said(&pinned, 2);
-    assert!(other.contains("views.root") && other.contains("take `root` out of the job"), "{other}");
+    assert!(other.contains("views.root") && other.contains("remove `root` from the job"), "{other}");
     for (more, expected) in [
         ("points = \"clusters\"", "points"),
         ("gate = { min_visible_share = 1.5 }", "gate.min_visible_share"),
         ("gate = { min_partial_cells = 70000 }", "at most as many cells as the grid has"),
         ("truth = { rule = \"fraction\" }", "truth.fraction"),
-        ("channels = { implicit = true, implicit_surface = 0, implicit_space = 0 }", "no point is asked for"),
+        ("channels = { implicit = true, implicit_surface = 0, implicit_space = 0 }", "no points are stored"),
         (
             "touch = { random_rays = true, ray_target = \"cells\" }",
-            "cells of a grid know nothing of what lies around a body",
+            "the cells of a grid do not contain the surroundings of a body",
         ),
-        ("touch = { grasp = true, hand = { scene = \"hand.xml\" } }", "name the scenes in a job for picks"),
+        ("touch = { grasp = true, hand = { scene = \"hand.xml\" } }", "use the scenes in a job for picks"),
         ("touch = { exploration = true }", "touch.hand"),
         ("touch = { rays = 7 }", "touch.random_rays"),
-        ("objects = []", "the dataset of views says what its objects are"),
-        ("sensor = {}", "the job of the views says what the sensor is"),
+        ("objects = []", "the objects are those of the dataset of views"),
+        ("sensor = {}", "the sensor is that of the job of the views"),
     ] {
         let found = said(&amodal_job("views", more), 2);
         assert!(found.contains(expected), "{more}\n{found}");

@@ -244,8 +244,8 @@ fn mistakes_of_heatmaps_are_said_with_key_and_remedy() {
         (fine.replace("dataset = \"picks\"", "dataset = \"views\""), ["picks.dataset", "not of picks"]),
         (fine.replace("[picks]\ndataset = \"picks\"\n", ""), ["picks.dataset", "make one first"]),
         (fine.replace("\"picks\"", "\"of-others\""), ["picks.dataset", "the same dataset of scenes"]),
-        (root("views"), ["views.root", "take `root` out of the job"]),
-        (root("picks"), ["picks.root", "take `root` out of the job"]),
+        (root("views"), ["views.root", "remove `root` from the job"]),
+        (root("picks"), ["picks.root", "remove `root` from the job"]),
         (barrett.clone(), ["heatmaps.tips", "distal_1_outer"]),
         (
             barrett.replace("label", "tips = [\"distal_1_outer\"]\nlabel"),
@@ -270,7 +270,7 @@ fn mistakes_of_heatmaps_are_said_with_key_and_remedy() {
     let pinned = heatmaps_job("")
         .replace("dataset = \"picks\"", &format!("dataset = \"picks\"\ntrials_root = \"{}\"", "0".repeat(64)));
     let found = said(&pinned);
-    assert!(found.contains("picks.trials_root") && found.contains("take `trials_root` out"), "{found}");
+    assert!(found.contains("picks.trials_root") && found.contains("remove `trials_root`"), "{found}");
 }
 
 #[test]

@@ -172,14 +172,14 @@ fn faults_of_files_are_said_with_line_and_remedy() {
     // Keys that do not go together.
     let poses = format!("{head}a,can-01,0,0,0,0,0,0,1\n");
     for (import, expected) in [
-        ("csv = \"poses.csv\"\nimages = [1]", "about folders of BOP"),
+        ("csv = \"poses.csv\"\nimages = [1]", "applies to folders of BOP"),
         ("csv = \"poses.csv\"\nbop = [\"000001\"]", "bop and csv"),
         ("split = \"test\"", "one of `bop`, `csv` and `scenes`"),
         ("csv = \"nowhere.csv\"", "nowhere.csv"),
         ("csv = \"poses.csv\"\nup = [0, 0, 0]", "a direction"),
         ("bop = [\"000001\"]", "scene_gt.json"),
         ("csv = \"poses.csv\"\nsplit = \"all\"", "import.split"),
-        ("csv = \"poses.csv\"\ncontainer_pose = [0, 0, 0, 0, 0, 0, 1]", "say what the bodies lie in"),
+        ("csv = \"poses.csv\"\ncontainer_pose = [0, 0, 0, 0, 0, 0, 1]", "describe the container"),
     ] {
         let said = said_of("poses.csv", &poses, import);
         assert!(said.contains(expected), "{import}\n{said}");
@@ -255,8 +255,8 @@ fn bodies_come_into_a_container() {
     assert_intact(workspace.make_dataset("views", views, &[]), FULL_CHECK);
     // Keys that do not go together.
     for (more, expected) in [
-        ("up = [0, 0, 1]", "says where a container stands"),
-        ("table_height = 0.2", "says where a container stands"),
+        ("up = [0, 0, 1]", "gives the pose of the container"),
+        ("table_height = 0.2", "gives the pose of the container"),
         ("container_pose = [0, 0, 0, 0, 0, 0, 2]", "a pose"),
     ] {
         let file = workspace.write("job.toml", import(more));

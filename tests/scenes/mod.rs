@@ -266,10 +266,10 @@ fn mistakes_are_said_with_key_and_remedy() {
         (format!("physics = {{ friction = [0.9, 0.3] }}\n{scenes}"), "the lower number first"),
         (format!("physics = {{ friction = 0.0 }}\n{scenes}"), "physics.friction"),
         (format!("physics = {{ friction = 10.0 }}\n{scenes}"), "physics.friction"),
-        (format!("physics = {{ release_height = 0.3 }}\n{scenes}"), "2 mm up"),
+        (format!("physics = {{ release_height = 0.3 }}\n{scenes}"), "2 mm above it"),
         (format!("physics = {{ rest_time = 5.0 }}\n{scenes}"), "physics.rest_time"),
         (format!("container = {{ inner = [0.4, 0.3, -0.2] }}\nmode = \"bin\"\n{scenes}"), "container.inner"),
-        (format!("bodies = 4\n{scenes}"), "`count` says how many bodies"),
+        (format!("bodies = 4\n{scenes}"), "`count` sets the number of bodies"),
     ] {
         assert_refused(&workspace, &keys, expected);
     }

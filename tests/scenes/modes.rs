@@ -110,7 +110,7 @@ fn mistakes_about_a_place_are_said_with_key_and_remedy() {
         ("place = { around = [0.0, 0.0], radius = [0.5, 0.6] }", "a part of the table (`table.size`)"),
         ("place = { x = [0.5, 0.6], y = [0.0, 0.1] }", "a part of the table (`table.size`)"),
         ("place = { around = [0.0, 0.0] }", "place"),
-        ("mode = \"heap\"\nplace = { x = [0.0, 0.1], y = [0.0, 0.1] }", "bodies are put one beside another"),
+        ("mode = \"heap\"\nplace = { x = [0.0, 0.1], y = [0.0, 0.1] }", "are bodies put next to each other"),
     ] {
         assert_refused(&workspace, &format!("{keys}\nscenes = {{ training = 1 }}"), expected);
     }
@@ -191,8 +191,8 @@ fn mistakes_about_walls_are_said_with_key_and_remedy() {
         ("mode = \"pile\"\npile = { side = 0.0 }", "pile.side"),
         ("mode = \"pile\"\npile = { lift_speed = 9.0 }", "pile.lift_speed"),
         ("mode = \"pile\"\ncontainer = { wall = 0.01 }", "a bin has a container"),
-        ("mode = \"heap\"\npile = { side = 0.2 }", "a pile alone has walls"),
-        ("mode = \"packed\"\nphysics = { release_every = 0.2 }", "2 mm up"),
+        ("mode = \"heap\"\npile = { side = 0.2 }", "only a pile has walls"),
+        ("mode = \"packed\"\nphysics = { release_every = 0.2 }", "2 mm above it"),
         ("mode = \"upright\"", "packed"),
     ] {
         assert_refused(&workspace, &format!("{keys}\nscenes = {{ training = 1 }}"), expected);

@@ -375,18 +375,18 @@ fn mistakes_of_picks_are_said_with_key_and_remedy() {
         (fine.replace("dataset = \"grasps\"", "dataset = \"scenes\""), ["grasps.dataset", "not of grasps"]),
         (fine.replace("dataset = \"grasps\"", "dataset = \"others\""), ["grasps.dataset", "the same `[[objects]]`"]),
         (barrett.clone(), ["hand.scene", "name the hand's description"]),
-        (barrett.replace("trials = 0", "trials = 0\nrolls = 4"), ["picks.rolls", "take `picks.rolls` out"]),
+        (barrett.replace("trials = 0", "trials = 0\nrolls = 4"), ["picks.rolls", "remove `picks.rolls`"]),
         (fine.replace("trials = 0", "take = \"held\""), ["picks.take", "`[physics]`"]),
         (fine.replace("trials = 0", "margin = 0.01"), ["picks.margin", "0.009"]),
         (fine.replace("trials = 0", "awake = \"some\""), ["picks.awake", "near"]),
         (fine.replace("trials = 0", "physics = 1"), ["picks.physics", "picks"]),
         (
             fine.replace("dataset = \"scenes\"", &format!("dataset = \"scenes\"\nroot = \"{}\"", "0".repeat(64))),
-            ["scenes.root", "take `root` out of the job"],
+            ["scenes.root", "remove `root` from the job"],
         ),
         (
             fine.replace("dataset = \"grasps\"", &format!("dataset = \"grasps\"\nroot = \"{}\"", "0".repeat(64))),
-            ["grasps.root", "take `root` out of the job"],
+            ["grasps.root", "remove `root` from the job"],
         ),
     ] {
         let found = said(&text);

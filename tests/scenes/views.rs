@@ -362,10 +362,7 @@ fn mistakes_of_views_are_said_with_key_and_remedy() {
         ("{ overhead = { height = 0.5 }, poses = [[0,0,1,0,1,0,0]], preset = \"d435-848x480\" }", "overhead and poses"),
         ("{ overhead = { height = 0.5 } }", "the name of a camera, or `width`, `height` and `fx`"),
         ("{ overhead = { height = 0.5 }, preset = \"d999\" }", "views.cameras[0].preset"),
-        (
-            "{ overhead = { height = 0.5 }, preset = \"d435-848x480\", width = 10 }",
-            "the preset says what its camera is",
-        ),
+        ("{ overhead = { height = 0.5 }, preset = \"d435-848x480\", width = 10 }", "the preset defines its camera"),
         ("{ overhead = { height = 0.5 }, views = 2, preset = \"d435-848x480\" }", "one view each"),
         (
             "{ shell = { radius = [0.8, 0.5], polar_deg = [0, 10] }, preset = \"d435-848x480\" }",
@@ -387,7 +384,7 @@ fn mistakes_of_views_are_said_with_key_and_remedy() {
     let other = fine.replace("dataset = \"scenes\"", "dataset = \"nowhere\"");
     assert!(said(&other).contains("make one first"), "{}", said(&other));
     let pinned = fine.replace("dataset = \"scenes\"", &format!("dataset = \"scenes\"\nroot = \"{}\"", "0".repeat(64)));
-    assert!(said(&pinned).contains("take `root` out of the job"));
+    assert!(said(&pinned).contains("remove `root` from the job"));
     assert!(said(&fine.replace("product = \"views\"", "product = \"views\"\ncameras = []")).contains("views.cameras"));
 }
 

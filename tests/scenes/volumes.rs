@@ -229,7 +229,7 @@ fn mistakes_of_volumes_are_said_with_key_and_remedy() {
     let nowhere = said(&fine.replace("dataset = \"views\"", "dataset = \"nowhere\""));
     assert!(nowhere.contains("views.dataset") && nowhere.contains("make one first"), "{nowhere}");
     let pinned = fine.replace("dataset = \"views\"", &format!("dataset = \"views\"\nroot = \"{}\"", "0".repeat(64)));
-    assert!(said(&pinned).contains("take `root` out of the job"));
+    assert!(said(&pinned).contains("remove `root` from the job"));
     for (fusion, expected) in [
         ("size = 0.25", "at least 0.300 m are needed"),
         ("size = 0.3\nbelow = 0.2", "at least 0.350 m are needed"),

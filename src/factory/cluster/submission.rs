@@ -103,7 +103,7 @@ pub struct SubmissionFile {
 pub enum SubmissionError {
     /// A character that would end a line of a script, or hide in one.
     #[error(
-        "{argument}: {text:?} holds the control character U+{:04X}, which no script may hold; use another name",
+        "{argument}: {text:?} holds the control character U+{:04X}, which scripts must not contain; use another name",
         *character as u32
     )]
     ControlCharacter {
@@ -115,7 +115,7 @@ pub enum SubmissionError {
         character: char,
     },
     /// A path that no script can name.
-    #[error("{argument}: {} is not UTF-8, which scripts are written in; use another name", path.shown())]
+    #[error("{argument}: {} is not UTF-8, the encoding of scripts; use another name", path.shown())]
     NotText {
         /// Argument that gives the path.
         argument: &'static str,

@@ -36,7 +36,7 @@ pub struct TaskFound {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TaskError {
     /// Not of the form of a task.
-    #[error("'{text}' is no task; expected I/N with I from 0 to N - 1, `env`, or `env/N`")]
+    #[error("'{text}' is not a task; expected I/N with I from 0 to N - 1, `env`, or `env/N`")]
     Syntax {
         /// Text given.
         text: String,
@@ -48,7 +48,7 @@ pub enum TaskError {
         known: String,
     },
     /// A variable that holds no number.
-    #[error("{variable}={value} is no number")]
+    #[error("{variable}={value} is not a number")]
     NoNumber {
         /// The variable.
         variable: &'static str,
@@ -56,7 +56,7 @@ pub enum TaskError {
         value: String,
     },
     /// A number without a count.
-    #[error("{found} says which task this is, and nothing says of how many{because}; give --task env/N")]
+    #[error("{found} gives the index of this task but not the number of tasks{because}; give --task env/N")]
     NoCount {
         /// The variable, with its value.
         found: String,
@@ -64,7 +64,7 @@ pub enum TaskError {
         because: String,
     },
     /// A number that is no task.
-    #[error("{found} is task {task}, and tasks go from 0 to {last}; number the array from {first}")]
+    #[error("{found} is task {task}, but tasks are numbered from 0 to {last}; number the array from {first}")]
     OutOfRange {
         /// The variable, with its value.
         found: String,
@@ -76,7 +76,7 @@ pub enum TaskError {
         first: u32,
     },
     /// Two engines disagree.
-    #[error("{first} says task {}, {second} says task {}; unset one of them, or give --task I/N", tasks.0, tasks.1)]
+    #[error("{first} gives task {}, {second} gives task {}; unset one of them, or give --task I/N", tasks.0, tasks.1)]
     Disagree {
         /// A variable, with its value.
         first: String,

@@ -75,7 +75,7 @@ fn write(out: &mut Output, state: &mut State, value: &Value) -> Result<(), Error
         }
         // A string of JSON is one of YAML.
         AutoEscape::Custom(end) if end == "yaml" => Ok(out.write_str(&serde_json::Value::from(text).to_string())?),
-        other => Err(wrong(format!("nothing says how to quote for {other:?}"))),
+        other => Err(wrong(format!("there is no quoting rule for {other:?}"))),
     }
 }
 

@@ -53,7 +53,7 @@ fn help(wanted: &str, default: &[String]) -> String {
     }
     // A pattern with a size fits nothing: sizes are endless.
     if wanted.starts_with("half-") && wanted.contains(['*', '?']) {
-        return "patterns fit the half-shapes of 100 mm; `built_in = { half_shapes_mm = [80] }` asks for others"
+        return "patterns fit the half-shapes of 100 mm; `built_in = { half_shapes_mm = [80] }` selects others"
             .to_owned();
     }
     did_you_mean(wanted, default.iter().map(String::as_str))

@@ -48,6 +48,6 @@ pub fn check_content(
     let expected = format!("a {noun} of content {}", pinned.short());
     let found = format!("{}: {} has changed", digest.short(), file.shown());
     let report = checker.invalid(Path::from(key).key("content"), expected, found);
-    report.help("restore its files, or take `content` out of the job for a new dataset");
+    report.help("restore its files, or remove `content` from the job for a new dataset");
     false
 }

@@ -138,7 +138,7 @@ fn check_entry(checker: &mut Checker, entry: &ObjectsSpec, path: &Path) {
         [_] => {}
         [first, others @ ..] => {
             for other in others {
-                let because = "one entry is one source; write a second `[[objects]]`";
+                let because = "each entry has one source; write a second `[[objects]]`";
                 checker.contradiction(path.key(other), path.key(first), because);
             }
         }
@@ -195,7 +195,7 @@ fn check_scale(checker: &mut Checker, path: &Path, scales: [(&str, bool); 3]) {
     let mut given = scales.into_iter().filter(|(_, given)| *given).map(|(key, _)| key);
     if let Some(first) = given.next() {
         for other in given {
-            checker.contradiction(path.key(other), path.key(first), "each says how large the object is");
+            checker.contradiction(path.key(other), path.key(first), "each sets the size of the object");
         }
     }
 }

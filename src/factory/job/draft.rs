@@ -40,7 +40,7 @@ impl JobDraft {
         let file_name = Path::new(&job.label).file_stem().map(|stem| stem.to_string_lossy().into_owned());
         Ok(Self {
             name: head.name.or(file_name).unwrap_or_else(|| "job".to_owned()),
-            seed: u64::try_from(head.seed).expect("the schema asks for a seed from 0"),
+            seed: u64::try_from(head.seed).expect("the schema requires a seed from 0"),
             profile: head.profile,
             overrides: head.overrides.into_iter().chain(job.overrides.iter().cloned()).collect(),
             work,

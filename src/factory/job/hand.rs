@@ -57,7 +57,7 @@ pub fn read_hand(
         // Without memory nothing is known of it: the run ends with this error.
         Ok(()) | Err(HandError::Robot(RobotError::Memory { .. })) => {}
         Err(error) => {
-            checker.invalid(Path::from(key).key("scene"), "a hand that can do what the job asks", error.to_string());
+            checker.invalid(Path::from(key).key("scene"), "a hand that supports this job", error.to_string());
         }
     }
     (checker.count() == before).then_some(JobHand { scene, name, id: ObjectId(digest) })

@@ -71,7 +71,7 @@ pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, (MeshRow, Locati
         let location = source.location(&record[name_column].range);
         if rows.insert(name.clone(), (row, location)).is_some() {
             let found = format!("a second row for `{name}`");
-            report(&whole, "name", Problem::Invalid { expected: "one row a mesh".to_owned(), found }, None);
+            report(&whole, "name", Problem::Invalid { expected: "each mesh has one row".to_owned(), found }, None);
         }
     }
     (rows, errors)

@@ -93,7 +93,7 @@ impl JobObjects {
             let name = &object.source.name;
             let joined = object.asset.loose.filter(|_| object.known.joins_parts);
             let joined = joined.map(|LooseParts { parts, .. }| {
-                format!("{name}: its {parts} loose parts count as one body, as the job says (bodies = \"join\")")
+                format!("{name}: its {parts} loose parts count as one body, as set in the job (bodies = \"join\")")
             });
             let seams = object.asset.repairs.iter().filter(|repair| matches!(repair, Repair::JoinedVertices { .. }));
             let seams = seams.map(move |repair| format!("{name}: {repair}"));
@@ -226,7 +226,7 @@ fn changed(mesh: &FoundMesh, asset: &AssetRecord) -> Option<MeshRefusal> {
         reason: "changed".to_owned(),
         problem: format!("its content is {}, the job pins {}", asset.object.0.short(), pinned.0.short()),
         location: None,
-        remedy: "restore the mesh, or take the pin out of the job for a new dataset".to_owned(),
+        remedy: "restore the mesh, or remove the pin from the job for a new dataset".to_owned(),
     })
 }
 
@@ -237,13 +237,13 @@ fn loose(mesh: &FoundMesh, LooseParts { parts, gap, joined_below }: &LooseParts)
         file: mesh.source.origin.to_string(),
         reason: "loose_parts".to_owned(),
         problem: format!(
-            "has {parts} parts that nothing joins: the nearest two are {gap:.1} mm apart, and parts count as one below \
+            "has {parts} separate parts: the nearest two are {gap:.1} mm apart, and parts count as one below \
              {joined_below:.1} mm"
         ),
         location: None,
-        remedy: "if the object is one body whose scan lacks what joins it, set bodies = \"join\" in its entry, in its row of \
-                 `meshes` or in the table; if these are several objects, split the file: `graspmill meshes split FILE --out DIR`; \
-                 otherwise exclude it"
+        remedy: "if the object is one body and its scan lacks the connection, set bodies = \"join\" in its entry, in \
+                 its row of `meshes` or in the table; if these are several objects, split the file: `graspmill meshes \
+                 split FILE --out DIR`; otherwise exclude it"
             .to_owned(),
     }
 }
@@ -255,7 +255,7 @@ fn duplicate(mesh: &FoundMesh, first: &str) -> MeshRefusal {
         reason: "duplicate".to_owned(),
         problem: format!("has the same geometry as `{first}`"),
         location: None,
-        remedy: "nothing is lost; exclude one of the two to silence this".to_owned(),
+        remedy: "no data is lost; exclude one of the two to silence this warning".to_owned(),
     }
 }
 

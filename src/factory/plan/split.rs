@@ -79,11 +79,11 @@ impl LeakReport {
     pub fn warnings(&self) -> impl Iterator<Item = String> {
         let leaks = [
             (self.straddling_views, "holdout views have the rotation of a training view of the same object"),
-            (self.objects_straddling.into(), "objects stand on more than one side of the split"),
-            (self.geometries_straddling.into(), "geometries stand on more than one side of the split"),
+            (self.objects_straddling.into(), "objects are in more than one split"),
+            (self.geometries_straddling.into(), "geometries are in more than one split"),
             (
                 if self.twins_intended { 0 } else { self.twin_groups_straddling.into() },
-                "groups of objects of the same shape stand on more than one side",
+                "groups of objects of the same shape are in more than one split",
             ),
         ];
         leaks.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("leak: {count} {what}"))
@@ -228,8 +228,8 @@ fn model_splits(job: &SplitInput<'_>, seed: u64, clusters: &[Vec<usize>], notes:
     validation.iter().for_each(|index| splits[*index] = Split::Validation);
     if !splits.is_empty() && !splits.contains(&Split::Training) {
         notes.push(format!(
-            "no object is left to train on: validation and test take all {}; give more objects, or lower split.test_objects \
-             and split.validation_objects",
+            "no object is left for training: validation and test take all {}; give more objects, or lower \
+             split.test_objects and split.validation_objects",
             splits.len()
         ));
     }
@@ -324,7 +324,7 @@ fn training_subsets(job: &SplitInput<'_>, seed: u64, models: &[Split], notes: &m
     sizes
         .map(|size| {
             if size > ranked.len() {
-                notes.push(format!("a training subset of {size} models: only {} train", ranked.len()));
+                notes.push(format!("a training subset of {size} models: only {} are for training", ranked.len()));
             }
             let mut subset: Vec<usize> = ranked.iter().take(size).map(|(_, index)| *index).collect();
             subset.sort_unstable();

@@ -107,7 +107,7 @@ impl InputSection {
         let seen = format!("{}: {} holds others", root.short(), dataset.shown());
         let report =
             checker.invalid(format!("{name}.root").as_str(), format!("{name} of root {}", pinned.short()), seen);
-        report.help("restore the dataset, or take `root` out of the job for a new dataset");
+        report.help("restore the dataset, or remove `root` from the job for a new dataset");
         false
     }
 
@@ -126,7 +126,7 @@ impl InputSection {
         let seen = format!("{}: {} holds others", trials.short(), dataset.shown());
         let key = format!("{}.trials_root", self.name);
         let report = checker.invalid(key.as_str(), format!("trials of root {}", pinned.short()), seen);
-        report.help("restore the dataset, or take `trials_root` out of the job for new trials");
+        report.help("restore the dataset, or remove `trials_root` from the job for new trials");
         false
     }
 }

@@ -10,5 +10,5 @@ pub fn check_pose(pose: &[f64; 7]) -> Result<(), String> {
     }
     let length = pose[3..].iter().map(|part| part * part).sum::<f64>().sqrt();
     let is_unit = (length - 1.0).abs() <= UNIT_TOLERANCE;
-    if is_unit { Ok(()) } else { Err(format!("a quaternion of length {length}, which is none of a rotation")) }
+    if is_unit { Ok(()) } else { Err(format!("a quaternion of length {length}, not 1")) }
 }

@@ -23,7 +23,7 @@ where
 /// The text of a panic.
 fn message_of(payload: &(dyn Any + Send)) -> String {
     let text = payload.downcast_ref::<&str>().copied().or_else(|| payload.downcast_ref::<String>().map(String::as_str));
-    text.unwrap_or("no reason was given").to_owned()
+    text.unwrap_or("no message").to_owned()
 }
 
 /// A subject of a job, for people: its name where it is an object, otherwise its content.

@@ -113,7 +113,7 @@ fn row_of(
     ledger: &mut Option<Ledger>,
     index: SampleIndex,
 ) -> Result<LedgerRow, RunError> {
-    let shard = plan.shard_of(index).expect("a sample of the plan stands in one of its shards").id;
+    let shard = plan.shard_of(index).expect("a sample of the plan is in one of its shards").id;
     if ledger.as_ref().is_none_or(|ledger| ledger.shard != shard) {
         *ledger = Some(reader.ledger(shard.0 as usize)?);
     }

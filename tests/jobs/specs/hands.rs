@@ -200,10 +200,10 @@ fn a_hand_that_goes_or_changes_while_a_run_goes_on_stops_it() {
     let table = read_text(file("toml"));
     fs::write(file("toml"), table.clone() + "\n").expect("another table");
     let error = open().expect_err("another table");
-    assert!(matches!(error, ProduceError::Changed { .. }) && error.to_string().contains("hand.xml: changed while"));
+    assert!(matches!(error, ProduceError::Changed { .. }) && error.to_string().contains("hand.xml: changed during"));
     fs::remove_file(file("toml")).expect("no table");
     let error = open().expect_err("no table");
-    assert!(matches!(error, ProduceError::Gone(_)) && error.to_string().contains("put it back"), "{error}");
+    assert!(matches!(error, ProduceError::Gone(_)) && error.to_string().contains("restore it"), "{error}");
     fs::write(file("toml"), table).expect("the table again");
     open().expect("as it was");
 }

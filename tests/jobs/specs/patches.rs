@@ -453,7 +453,7 @@ fn mistakes_are_told_with_their_places() {
         (&[format!("grasps.root=\"{other}\"")][..], "grasps.root", "grasps of root 0101"),
         (&["patches.tips=[\"a\", \"b\", \"a\"]".to_owned()], "patches.tips", "twice"),
         (&["patches.side=500".to_owned()], "patches.side", "480 px"),
-        (&["camera.near=3.0".to_owned()], "camera.near", "nothing would be seen"),
+        (&["camera.near=3.0".to_owned()], "camera.near", "nothing would be visible"),
         (&["camera.horizontal_fov=1e-9".to_owned()], "camera.horizontal_fov", "must lie between 6.4 and 64000 px"),
         (
             &["camera.point_focal_length=1e9".to_owned()],

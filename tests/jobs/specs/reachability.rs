@@ -109,9 +109,7 @@ fn mistakes_about_directions_are_shown_at_once() {
     );
     let said = |text: &str, overrides: &[&str]| read(text, overrides).expect_err("mistakes").render();
     let both = said(&directed, &["field.profile=thesis"]);
-    for part in
-        ["contradicts `poses.directions`: directions are pitch and yaw in one", "`field.profile = \"standard\"`"]
-    {
+    for part in ["contradicts `poses.directions`: directions replace pitch and yaw", "`field.profile = \"standard\"`"] {
         assert!(both.contains(part), "{part} is not in\n{both}");
     }
     let neither = fetch().replace("pitch = 8\nyaw = 8\n", "");

@@ -35,11 +35,11 @@ pub(super) fn settings(checker: &mut Checker, spec: &AmodalSpec, folder: &FilePa
 /// Kinds of touch; those that no scene offers are reported.
 fn touch(checker: &mut Checker, spec: &TouchSpec, folder: &FilePath) -> Touch {
     if spec.random_rays && spec.ray_target == RayTarget::Cells {
-        let expected = "\"mesh\": cells of a grid know nothing of what lies around a body";
+        let expected = "\"mesh\": the cells of a grid do not contain the surroundings of a body";
         checker.invalid("touch.ray_target", expected, "\"cells\"".to_owned());
     }
     if spec.grasp {
-        let because = "a hand that takes hold in a scene moves what is around; name the scenes in a job for picks";
+        let because = "a hand that grasps in a scene moves its neighbours; use the scenes in a job for picks";
         checker.contradiction("touch.grasp", "product", because);
     }
     Touch::read(checker, spec, folder)

@@ -22,9 +22,9 @@ pub static FACTORY: ProductFactory = ProductFactory {
     keys,
     profiles: PROFILES,
     other_words: &[
-        ("objects", "the dataset of views says what its objects are"),
-        ("sensor", "the job of the views says what the sensor is"),
-        ("scenes", "name a dataset of views of them: `views.dataset`"),
+        ("objects", "the objects are those of the dataset of views"),
+        ("sensor", "the sensor is that of the job of the views"),
+        ("scenes", "name a dataset of views of the objects: `views.dataset`"),
     ],
     hand_uses: &[EXPLORES],
     inputs: &[InputDataset { section: "views", product: Product::VIEWS }],

@@ -125,7 +125,7 @@ fn camera(checker: &mut Checker, spec: &CameraSpec, folder: &FilePath) -> (Intri
         let others = ["width", "height", "scene", "camera"].into_iter().chain(NUMBERS);
         let others: Vec<&str> = others.filter(|key| *key != "near" && written(key)).collect();
         for key in others {
-            let because = "the preset says what its camera is";
+            let because = "the preset defines its camera";
             checker.contradiction(&format!("camera.{key}"), "camera.preset", because);
         }
         return (camera.intrinsics(spec.near), None);
@@ -136,7 +136,7 @@ fn camera(checker: &mut Checker, spec: &CameraSpec, folder: &FilePath) -> (Intri
     );
     if let Some(scene) = &spec.scene {
         for key in given {
-            let because = "the scene says what its camera is";
+            let because = "the scene defines its camera";
             checker.contradiction(&format!("camera.{key}"), "camera.scene", because);
         }
         return scene_camera(checker, spec, folder.join(scene));
@@ -146,7 +146,7 @@ fn camera(checker: &mut Checker, spec: &CameraSpec, folder: &FilePath) -> (Intri
     }
     if spec.horizontal_fov.is_some() {
         for key in &focal {
-            let because = "both say how wide the camera sees";
+            let because = "both set the camera's field of view";
             checker.contradiction(&format!("camera.{key}"), "camera.horizontal_fov", because);
         }
     } else if focal == ["fy"] {
@@ -211,8 +211,8 @@ fn distance(checker: &mut Checker, spec: DistanceSpec, camera: &Intrinsics, larg
     let within_sight = |checker: &mut Checker, key: &str, distance: f64| {
         if distance > farthest && !checker.is_wrong("camera") {
             let expected = format!(
-                "at most {farthest:.0} m, where an object of {largest} m, the largest that `objects.limits` allow, is one \
-                 pixel wide"
+                "at most {farthest:.0} m, where an object of {largest} m, the largest that `objects.limits` allow, is \
+                 one pixel wide"
             );
             checker.invalid(key, expected, format!("{distance:e} m"));
         }

@@ -14,7 +14,7 @@ pub(super) fn occlusion(checker: &mut Checker, spec: &OcclusionSpec) -> Occluder
     for (index, mode) in modes.iter().enumerate() {
         if modes[..index].contains(mode) {
             let path = Path::from("occlusion.modes").index(index);
-            checker.invalid(path, "each mode once", "one that stands before".to_owned());
+            checker.invalid(path, "each mode once", "one that is listed before".to_owned());
         }
     }
     let kind = |mode: &OcclusionMode| match mode {

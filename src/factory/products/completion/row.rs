@@ -34,8 +34,8 @@ pub static FACTORY: ProductFactory = ProductFactory {
     profiles: PROFILES,
     other_words: &[(
         "camera.fovy",
-        "give `camera.horizontal_fov` in radians: 2 atan(width / height * tan(fovy / 2)), or a camera of an MJCF file by \
-         `camera.scene`",
+        "give `camera.horizontal_fov` in radians: 2 atan(width / height * tan(fovy / 2)), or a camera of an MJCF file \
+         by `camera.scene`",
     )],
     hand_uses: HAND_USES,
     inputs: &[],
@@ -80,11 +80,11 @@ fn nearer_than_sensor(objects: &JobObjects, settings: &CompletionSettings) -> Op
     let farther = ((measures_from - nearest) * 100.0).ceil() / 100.0;
     let other = SensorModel::profiles().filter_map(SensorModel::profile).find(|model| model.range()[0] <= *nearest);
     let other = other.map_or_else(String::new, |model| {
-        format!(", or `sensor.profile = \"{}\"`, which measures from {} m", model.profile_name(), model.range()[0])
+        format!(", or set `sensor.profile = \"{}\"`, which measures from {} m", model.profile_name(), model.range()[0])
     });
     Some(format!(
-        "{} of {} can come nearer to the camera than the sensor measures ({measures_from} m), and lose that part of their depth \
-         (nearest: `{}`, {nearest:.3} m); a `distance` that is longer by {farther:.2} m{other}, keeps it",
+        "{} of {} can be nearer to the camera than the sensor measures ({measures_from} m), so that part of their \
+         depth is lost (nearest: `{}`, {nearest:.3} m); to keep it, increase `distance` by {farther:.2} m{other}",
         near.len(),
         counted(objects.list.len() as u64, "object"),
         object.source.name,
@@ -101,7 +101,7 @@ fn dotted_partials(objects: &JobObjects, settings: &CompletionSettings) -> Optio
     let smallest = small.iter().copied().min_by(|a, b| side(a).total_cmp(&side(b)))?;
     Some(format!(
         "{} of {} {} under {:.0} mm: at {distance} m their grid cells are narrower than a pixel, so their \
-         partials are dotted (smallest: `{}`, {:.0} mm); a shorter `distance`, or `distance = {{ fit = 0.3 }}`, mends it",
+         partials are dotted (smallest: `{}`, {:.0} mm); use a shorter `distance`, or `distance = {{ fit = 0.3 }}`",
         small.len(),
         counted(objects.list.len() as u64, "object"),
         if small.len() == 1 { "is" } else { "are" },

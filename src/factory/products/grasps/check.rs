@@ -54,7 +54,7 @@ fn sampler(checker: &mut Checker, spec: &GraspsSpec) -> Sampler {
     }
     for key in SEARCH_KEYS.into_iter().filter(|_| chosen != "annealing") {
         if checker.has(key) {
-            checker.contradiction(key, &other, "nothing is searched for: of the annealing its energy alone counts");
+            checker.contradiction(key, &other, "there is no search: only the energy of the annealing is used");
         }
     }
     match spec.grasps.sampler {
@@ -77,8 +77,8 @@ fn sampler(checker: &mut Checker, spec: &GraspsSpec) -> Sampler {
 fn pair_hold(checker: &mut Checker, spec: &AntipodalSpec) -> PairHold {
     let &AntipodalSpec { depth, support, margin, resting, .. } = spec;
     let of_tables = [
-        ("antipodal.margin", "without a table there is nothing to keep away from"),
-        ("antipodal.resting", "without a table there is nothing to rest on"),
+        ("antipodal.margin", "there is no table to keep away from"),
+        ("antipodal.resting", "there is no table to rest on"),
     ];
     for (key, because) in of_tables {
         if support == SupportSpec::Air && checker.has(key) {
@@ -88,7 +88,7 @@ fn pair_hold(checker: &mut Checker, spec: &AntipodalSpec) -> PairHold {
     match (depth, support) {
         (DepthSpec::Middle, support) => {
             if support == SupportSpec::Table {
-                let because = "half way along its pads a gripper has its tips below what lies on a table";
+                let because = "with the object half way along its pads, a gripper's tips would be below the table";
                 let remedy = "antipodal.depth = \"middle\"; a table needs \"any\"";
                 checker.contradiction("antipodal.support", remedy, because);
             }
@@ -96,7 +96,7 @@ fn pair_hold(checker: &mut Checker, spec: &AntipodalSpec) -> PairHold {
         }
         (DepthSpec::Any, support) => {
             if checker.has("keep.advance") {
-                let because = "the hand stays at the depth that was drawn";
+                let because = "the hand stays at its drawn depth";
                 checker.contradiction("keep.advance", "antipodal.depth = \"any\"", because);
             }
             PairHold::Along(match support {
@@ -116,11 +116,15 @@ fn pair_hold(checker: &mut Checker, spec: &AntipodalSpec) -> PairHold {
 fn annealing(checker: &mut Checker, spec: &AnnealingSpec) -> Annealing {
     if spec.energy == EnergySpec::Contact && checker.has("annealing.potential_scale") {
         let other = "annealing.energy = \"contact\"";
-        checker.contradiction("annealing.potential_scale", other, "the contact energy has no potential to scale");
+        checker.contradiction("annealing.potential_scale", other, "the contact energy has no potential");
     }
     if spec.max_failures > spec.steps && checker.has("annealing.max_failures") {
         let expected = format!("at most as many as annealing.steps = {}", spec.steps);
-        checker.invalid("annealing.max_failures", expected, format!("{}: no seed is ever given up", spec.max_failures));
+        checker.invalid(
+            "annealing.max_failures",
+            expected,
+            format!("{}: no seed is ever abandoned", spec.max_failures),
+        );
     }
     let &AnnealingSpec { steps, friction, potential_scale, whole_schedule, descent, best, max_failures, .. } = spec;
     Annealing {
@@ -169,7 +173,7 @@ fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
         table_friction,
     } = spec;
     if roll_out_share == 0.0 && checker.has("physics.roll_outs") {
-        let because = "no grasp is rolled out: the share is 0";
+        let because = "no grasp is rolled out";
         checker.contradiction("physics.roll_outs", "physics.roll_out_share = 0", because);
     }
     if !table && checker.has("physics.table_friction") {

@@ -67,8 +67,8 @@ impl GraspHand {
         let pair = [one, other].map(|body| self.bodies.bodies[*body].name.clone());
         let share = 100.0 * f64::from(postures - clear) / f64::from(*postures);
         Some(format!(
-            "the hand overlaps itself in {share:.0} % of its postures, {} and {} most often: if these may overlap, put <contact>{}</contact> \
-             into {}, else move the origin of its eigengrasps",
+            "the hand overlaps itself in {share:.0} % of its postures, {} and {} most often: if these may overlap, \
+             put <contact>{}</contact> into {}, otherwise move the origin of its eigengrasps",
             pair[0],
             pair[1],
             exclude_line(&pair),

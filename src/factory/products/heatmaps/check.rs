@@ -106,7 +106,7 @@ fn types(
         let such = if settings.label == HeatmapLabel::Trial { "that held" } else { "that is free" };
         let seen = format!("none in {}", dataset.shown());
         let report = checker.invalid("picks.dataset", format!("at least one grasp {such}"), seen);
-        report.help("make picks of more scenes or grasps, or try more of them (`picks.candidates`, `picks.trials`)");
+        report.help("make picks of more scenes or grasps, or try more grasps (`picks.candidates`, `picks.trials`)");
         return None;
     }
     Some(counts.chosen)

@@ -19,12 +19,12 @@ pub static FACTORY: ProductFactory = ProductFactory {
     keys: schema_of::<HeatmapsSpec>,
     profiles: PROFILES,
     other_words: &[
-        ("objects", "the dataset of views says what its objects are"),
-        ("scenes", "name a dataset of views of them, and one of picks: `views.dataset`, `picks.dataset`"),
+        ("objects", "the objects are those of the dataset of views"),
+        ("scenes", "name a dataset of views of the objects, and one of picks: `views.dataset`, `picks.dataset`"),
         ("grasps", "name a dataset of these grasps among the bodies of the scenes: `picks.dataset`"),
-        ("camera", "the dataset of views says what its cameras are"),
-        ("render", "views have no colours, and heatmaps of scenes neither"),
-        ("images", "the depth of every image is stored: `heatmaps.depth_step`; the angle is `heatmaps.angle`"),
+        ("camera", "the cameras are those of the dataset of views"),
+        ("render", "heatmaps of scenes have no colours"),
+        ("images", "every image stores its depth: `heatmaps.depth_step`; the angle is `heatmaps.angle`"),
     ],
     hand_uses: &[],
     inputs: &[

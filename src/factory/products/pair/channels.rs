@@ -127,7 +127,7 @@ impl Channels {
         }
         let implicit = ImplicitSamples { surface: spec.implicit_surface, space: spec.implicit_space };
         if spec.implicit && implicit.surface == 0 && implicit.space == 0 {
-            checker.contradiction("channels.implicit", "channels.implicit_surface = 0", "no point is asked for");
+            checker.contradiction("channels.implicit", "channels.implicit_surface = 0", "no points are stored");
         }
         let channels = Self {
             visibility: spec.visibility,

@@ -50,7 +50,7 @@ impl TruthSpec {
     pub fn check(&self, checker: &mut Checker) -> Truth {
         let rule = self.rule;
         if self.fraction.is_some() && rule != TruthRule::Fraction {
-            checker.contradiction("truth.fraction", "truth.rule", "only the rule \"fraction\" asks for a fraction");
+            checker.contradiction("truth.fraction", "truth.rule", "only the rule \"fraction\" has a fraction");
         }
         match (rule, self.fraction) {
             (TruthRule::AnyOverlap, _) => Truth::AnyOverlap,

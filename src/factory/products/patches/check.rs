@@ -18,8 +18,8 @@ const GRASPS: InputSection = InputSection {
     make: "make one first, and name its folder: `graspmill run jobs/grasps-quick.toml --out datasets/grasps-quick`",
 };
 
-const MAKE_TRIALS: &str = "make a dataset with trials (a section `[physics]` in the job for grasps), or take labels by analytic \
-                           criteria: `patches.label = \"epsilon\"`";
+const MAKE_TRIALS: &str = "make a dataset with trials (a section `[physics]` in the job for grasps), or use labels by \
+                           analytic criteria: `patches.label = \"epsilon\"`";
 
 /// The whole job; `None` when something is wrong, which is reported.
 pub(super) fn job(checker: &mut Checker, spec: &PatchesSpec, folder: &FilePath) -> Option<PatchJob> {
@@ -82,12 +82,12 @@ fn settings(checker: &mut Checker, spec: &PatchesSpec) -> Option<PatchSettings> 
     }
     if near >= distance && checker.has("camera") {
         let expected = format!("below the distance, {distance} m");
-        checker.invalid("camera.near", expected, format!("{near} m: nothing would be seen"));
+        checker.invalid("camera.near", expected, format!("{near} m: nothing would be visible"));
     }
     let side = spec.patches.side;
     if side > width.min(height) {
         let expected = format!("at most the image's shorter side, {} px", width.min(height));
-        checker.invalid("patches.side", expected, format!("{side} px: every patch would reach out of the image"));
+        checker.invalid("patches.side", expected, format!("{side} px: every patch would exceed the image"));
     }
     let tips = <[String; 3]>::try_from(spec.patches.tips.clone()).ok()?;
     if let Some(index) = first_repeated(&tips) {

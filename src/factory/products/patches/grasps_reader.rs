@@ -29,7 +29,7 @@ pub enum InvalidGrasps {
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// Labels are to be those of trials, and the dataset has none.
-    #[error("{} has no trials, of which labels are to be made", .0.shown())]
+    #[error("{} has no trials, which the labels require", .0.shown())]
     NoTrials(PathBuf),
     /// A row of the dataset's table of assets has resting poses that make no sense.
     #[error(transparent)]

@@ -49,7 +49,7 @@ impl ScenePicks {
             let Some(stored) = stored else { continue };
             let (candidates, trials) = (stored.pick_candidates()?, stored.pick_trials()?);
             if !candidates.bodies.iter().map(|(object, _)| object).eq(objects) {
-                let cause = "its bodies in the dataset of picks are others; `verify` that dataset, and make it again";
+                let cause = "the dataset of picks has other bodies for it; `verify` that dataset, and make it again";
                 return Err(ProduceError::unusable(format!("scene {}", scene.0.short()), cause));
             }
             found.bodies.push(BodyPicks { body: item + 1, candidates, trials });

@@ -29,7 +29,8 @@ const GRASPS: InputSection = InputSection {
            datasets/clutter-grasps-quick`",
 };
 
-const MAKE_TRIALS: &str = "make a dataset with trials (a section `[physics]` in the job for grasps), or take the kept ones: `picks.take = \"kept\"`";
+const MAKE_TRIALS: &str = "make a dataset with trials (a section `[physics]` in the job for grasps), or use the kept \
+                           ones: `picks.take = \"kept\"`";
 
 /// Default directions of a hand with a closing line.
 const ROLLS: u32 = 16;
@@ -85,7 +86,7 @@ fn settings(checker: &mut Checker, spec: &PickSpec, has_line: bool) -> Option<Pi
     if let Some(rolls) = rolls.filter(|rolls| *rolls > 1 && !has_line) {
         let expected = "1 for a hand without two pads that slide towards each other";
         let report = checker.invalid("picks.rolls", expected, rolls.to_string());
-        report.help("take `picks.rolls` out of the job: such a hand has no line that it could be rotated about");
+        report.help("remove `picks.rolls` from the job: such a hand has no line to rotate about");
         return None;
     }
     let rolls = rolls.unwrap_or(if has_line { ROLLS } else { 1 });

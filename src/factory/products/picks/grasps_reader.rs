@@ -28,7 +28,7 @@ pub enum InvalidPickGrasps {
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// Grasps are to be taken by their trials, and the dataset has none.
-    #[error("{} has no trials, by which grasps are to be taken", .0.shown())]
+    #[error("{} has no trials, which the choice of grasps requires", .0.shown())]
     NoTrials(PathBuf),
     /// The dataset's table of assets names no hand.
     #[error("{} names no hand", .0.shown())]

@@ -21,9 +21,9 @@ pub static FACTORY: ProductFactory = ProductFactory {
     keys: schema_of::<PicksSpec>,
     profiles: PROFILES,
     other_words: &[
-        ("objects", "the dataset of scenes says what its objects are"),
-        ("physics", "the dataset of scenes says how its bodies rub; `picks.trials` says how many grasps are tried"),
-        ("clutter", "scenes and grasps are datasets of their own: `scenes.dataset`, `grasps.dataset`"),
+        ("objects", "the objects are those of the dataset of scenes"),
+        ("physics", "friction is that of the dataset of scenes; `picks.trials` sets the number of grasps to try"),
+        ("clutter", "scenes and grasps are separate datasets: `scenes.dataset`, `grasps.dataset`"),
     ],
     hand_uses: &[],
     inputs: &[

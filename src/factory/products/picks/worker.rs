@@ -203,7 +203,7 @@ impl Producer for PickWorker<'_> {
         let Shared { job, scenes, containers, objects, loaded, .. } = self.shared;
         let scene = &job.scenes.list[subject];
         let gone = || {
-            let cause = "it is not what it was; `verify` the dataset of scenes, and make it again with this version";
+            let cause = "it has changed; `verify` the dataset of scenes, and make it again with this version";
             ProduceError::unusable(format!("scene {}", scene.name()), cause)
         };
         let record = scenes.sample_of(&scene.sample)?.ok_or_else(gone)?.scene()?;

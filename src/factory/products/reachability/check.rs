@@ -37,7 +37,7 @@ fn read_robot(checker: &mut Checker, spec: &RobotSpec, folder: &FilePath) -> Opt
     }
     let fixed: BTreeMap<String, f64> = spec.fixed.clone().unwrap_or_default();
     for name in fixed.keys().filter(|name| spec.joints.contains(name)) {
-        checker.contradiction(Path::from("robot.fixed").key(name), &path, "a joint moves or stands still");
+        checker.contradiction(Path::from("robot.fixed").key(name), &path, "a joint is either moved or fixed");
     }
     let scene = tidy(&folder.join(&spec.scene));
     let Description { name, digest } =
@@ -77,13 +77,9 @@ fn orientations(checker: &mut Checker, spec: &PosesSpec) -> Option<Orientations>
     let &PosesSpec { roll, pitch, yaw, directions, .. } = spec;
     if let Some(DirectionsSpec { healpix }) = directions {
         for (key, _) in [("poses.pitch", pitch), ("poses.yaw", yaw)].iter().filter(|(_, given)| given.is_some()) {
-            checker.contradiction(
-                *key,
-                "poses.directions",
-                "directions are pitch and yaw in one; leave one of them out",
-            );
+            checker.contradiction(*key, "poses.directions", "directions replace pitch and yaw; remove one of them");
         }
-        let directions = HealPix::new(healpix).expect("the schema asks for a resolution from 1 to 16");
+        let directions = HealPix::new(healpix).expect("the schema requires a resolution from 1 to 16");
         return (pitch.is_none() && yaw.is_none()).then_some(Orientations::Sphere(directions, roll));
     }
     // Directions that are none were reported: pitch and yaw are not what is missing.
@@ -92,7 +88,7 @@ fn orientations(checker: &mut Checker, spec: &PosesSpec) -> Option<Orientations>
     }
     for (key, _) in [("pitch", pitch), ("yaw", yaw)].iter().filter(|(_, given)| given.is_none()) {
         let report = checker.missing(Path::from("poses").key(key), "a whole number from 1 to 4096 [cells]");
-        report.help("give `pitch` and `yaw`, or `directions = { healpix = 2 }` in their place");
+        report.help("give `pitch` and `yaw`, or `directions = { healpix = 2 }` instead");
     }
     Some(Orientations::Axes([roll, pitch?, yaw?]))
 }
@@ -181,7 +177,7 @@ fn metric(checker: &mut Checker, spec: &FieldSpec, directed: bool) -> FieldMetri
         Profile::Thesis => {
             if spec.radian_weight.is_some() {
                 let other = "field.profile = \"thesis\"";
-                checker.contradiction("field.radian_weight", other, "the thesis's field counts cells");
+                checker.contradiction("field.radian_weight", other, "the field of the thesis counts cells");
             }
             if directed {
                 let because = "the thesis's field counts cells along six axes; take `field.profile = \"standard\"`";

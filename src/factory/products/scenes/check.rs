@@ -41,7 +41,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec, folder: &Path) 
     let scenes = [spec.scenes.training, spec.scenes.holdout, spec.scenes.validation, spec.scenes.test];
     if scenes.iter().all(|count| *count == 0) && mode != SceneMode::Imported {
         let report = checker.invalid("scenes", "at least one scene", "none in any split");
-        report.help("say how many, for example scenes = { training = 100 }");
+        report.help("set their number, for example scenes = { training = 100 }");
     }
     SceneSettings {
         mode,
@@ -87,11 +87,11 @@ fn check_idle(checker: &mut Checker, mode: SceneMode, is_contained: bool) {
 
 /// Keys of the job file that a mode makes idle, and why. `is_contained`: whether the bodies are in a container.
 pub(super) fn idle_keys(mode: SceneMode, is_contained: bool) -> Vec<(&'static str, &'static str)> {
-    const CONTAINER: (&str, &str) = ("container", "a bin has a container, the other modes have a table");
-    const TABLE: (&str, &str) = ("table", "a bin has a container, the other modes have a table");
-    const PILE: (&str, &str) = ("pile", "a pile alone has walls that are lifted away");
-    const PLACE: (&str, &str) = ("place", "on a table alone bodies are put one beside another");
-    const AT_ONCE: &str = "on a table all bodies are let go at once, 2 mm up";
+    const CONTAINER: (&str, &str) = ("container", "a bin has a container, all other modes have a table");
+    const TABLE: (&str, &str) = ("table", "a bin has a container, all other modes have a table");
+    const PILE: (&str, &str) = ("pile", "only a pile has walls that are lifted away");
+    const PLACE: (&str, &str) = ("place", "only on a table are bodies put next to each other");
+    const AT_ONCE: &str = "on a table all bodies are released at once, 2 mm above it";
     const CONTAINED: &str = "bodies are imported into a container or onto a table";
     const AS_THEY_ARE: &str = "imported scenes are kept as they are: nothing is drawn, dropped or settled";
     let put_down = ["physics.release_every", "physics.release_height", "physics.put_back"].map(|key| (key, AT_ONCE));
@@ -125,7 +125,7 @@ fn container(
         (true, None) => {
             let of_mesh = [("container.unit", unit.is_some()), ("container.content", content.is_some())];
             for (key, _) in of_mesh.into_iter().filter(|(_, is_given)| *is_given) {
-                checker.invalid(key, "`container.mesh` beside it", "a box, which has no file");
+                checker.invalid(key, "`container.mesh` beside it", "a box has no file");
             }
         }
         (false, _) => return (SceneContainer::Plane { size: spec.table.size }, None),
@@ -145,8 +145,8 @@ fn region(checker: &mut Checker, spec: PlaceSpec, table: [f64; 2]) -> Option<Reg
         }
     }?;
     if !region.meets(table) {
-        let found = format!("nothing of a table of {} x {} m", table[0], table[1]);
-        checker.invalid("place", "a part of the table (`table.size`), around whose middle x and y are 0", found);
+        let found = format!("no part of a table of {} x {} m", table[0], table[1]);
+        checker.invalid("place", "a part of the table (`table.size`), whose middle is at x = y = 0", found);
     }
     Some(region)
 }

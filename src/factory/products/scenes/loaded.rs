@@ -94,8 +94,8 @@ pub(super) fn too_large_notes(objects: &JobObjects, settings: &SceneSettings) ->
     let note = |object: &JobObject| {
         let [x, y, z] = object.asset.extents;
         format!(
-            "{}: {x:.3} x {y:.3} x {z:.3} m do not fit into the container: scenes that draw it are rejected as too_large; exclude \
-             it, say its unit of length (`units`) or make the container larger",
+            "{}: {x:.3} x {y:.3} x {z:.3} m do not fit into the container: scenes that draw it are rejected as \
+             too_large; exclude it, set its unit of length (`units`) or enlarge the container",
             object.source.name
         )
     };

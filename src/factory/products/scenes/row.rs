@@ -20,9 +20,9 @@ pub static FACTORY: ProductFactory = ProductFactory {
     keys: schema_of::<ScenesSpec>,
     profiles: PROFILES,
     other_words: &[
-        ("bodies", "`count` says how many bodies a scene has"),
-        ("scenes.count", "`count` says how many bodies a scene has, `scenes.training` how many scenes there are"),
-        ("bin", "`container` says how large the bin is"),
+        ("bodies", "`count` sets the number of bodies per scene"),
+        ("scenes.count", "`count` sets the number of bodies per scene, `scenes.training` the number of scenes"),
+        ("bin", "`container` sets the size of the bin"),
     ],
     hand_uses: &[],
     inputs: &[],

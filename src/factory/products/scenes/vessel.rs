@@ -50,7 +50,7 @@ struct NoVessel {
 }
 
 const ROTATE_IT: &str = "rotate the mesh so that z points out of its opening";
-const MEND_IT: &str = "close the hole, or use a mesh whose walls and floor have none below its rim";
+const MEND_IT: &str = "close the hole, or use a mesh whose walls and floor have no holes below its rim";
 
 /// Reads the mesh of a job's container; `None` when something is wrong with it, which is reported.
 pub(super) fn read(
@@ -61,7 +61,7 @@ pub(super) fn read(
 ) -> Option<(VesselFile, ContainerMesh)> {
     for key in ["container.inner", "container.wall"] {
         if checker.has(key) {
-            checker.contradiction(key, "container.mesh", "the mesh says how large the container is");
+            checker.contradiction(key, "container.mesh", "the mesh sets the size of the container");
         }
     }
     let path = tidy(&folder.join(file));
@@ -170,7 +170,7 @@ fn shape_of(mut mesh: TriMesh) -> Result<ContainerMesh, NoVessel> {
         return refuse("its surface is not closed".to_owned(), remedy);
     }
     if mesh.triangles.len() > ContainerMesh::MAX_TRIANGLES {
-        let remedy = "simplify it: 20,000 triangles are enough, and every record of a scene has them all";
+        let remedy = "simplify it: 20,000 triangles are enough, and every record of a scene contains all of them";
         return refuse(format!("{} triangles", mesh.triangles.len()), remedy);
     }
     let bounds = mesh.aabb().expect("a mesh has vertices");
@@ -181,7 +181,7 @@ fn shape_of(mut mesh: TriMesh) -> Result<ContainerMesh, NoVessel> {
         return refuse("there is no floor below the middle of its bounds".to_owned(), MEND_IT);
     };
     if floor > top - TOP * height {
-        return refuse("seen from above, the middle of its bounds is as high as its rim".to_owned(), ROTATE_IT);
+        return refuse("at the middle of its bounds it is as high as its rim".to_owned(), ROTATE_IT);
     }
     let foot = Point3::new(middle.x, middle.y, floor);
     let half = [middle.x - bounds.min.x, middle.y - bounds.min.y];
@@ -191,7 +191,7 @@ fn shape_of(mut mesh: TriMesh) -> Result<ContainerMesh, NoVessel> {
     let share = walls.share_beside(&mesh, &foot, half);
     let inner = [2.0 * share * half[0], 2.0 * share * half[1], height];
     if inner[0] < LEAST_ROOM[0] || inner[1] < LEAST_ROOM[0] {
-        let found = format!("the room between its walls is {:.3} x {:.3} m", inner[0], inner[1]);
+        let found = format!("the space between its walls is {:.3} x {:.3} m", inner[0], inner[1]);
         return refuse(found, "use a container with at least 5 x 5 cm between its walls");
     }
     let [x, y, _] = inner;

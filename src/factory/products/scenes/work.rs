@@ -126,8 +126,8 @@ impl SceneJob {
         let (often, remedy) =
             if repeats { ("no object more than twice", "") } else { ("no object twice", "set `repeats = true`, ") };
         let cause = format!(
-            "a scene has up to {most} bodies, {often}, and {on_side} of the {} objects of this job are {} objects; lower `count`, \
-             {remedy}add objects, change `split`, or set scenes.{} = 0",
+            "a scene has up to {most} bodies, {often}, and {on_side} of the {} objects of this job are {} objects; \
+             lower `count`, {remedy}add objects, change `split`, or set scenes.{} = 0",
             self.objects.list.len(),
             side_of(split).name(),
             split.name()
@@ -142,11 +142,11 @@ impl SceneJob {
             let cause = match self.object_named(name) {
                 Some((index, _)) if side.iter().any(|(of_side, _)| *of_side == index) => return Ok(index),
                 Some(_) => format!(
-                    "its object `{name}` is no {wanted} object, and imported scenes are of split {}; set `import.split`, or make it \
-                     one in `[split]`",
+                    "its object `{name}` does not have the split {wanted}, and imported scenes have the split {}; set \
+                     `import.split`, or change the object's split in `[split]`",
                     import.split.name()
                 ),
-                None => format!("its object `{name}` was refused as a mesh; mend that, or leave the scene out"),
+                None => format!("its object `{name}` was refused as a mesh; repair the mesh, or leave the scene out"),
             };
             Err(ProduceError::unusable(format!("import, scene {source}"), cause))
         };

@@ -102,7 +102,7 @@ impl FoundScenes {
             let id = row["object"].as_str().and_then(Digest::from_hex).map(ObjectId);
             if let Some(id) = id.filter(|id| !indices.contains_key(id)) {
                 let name = row["name"].as_str().unwrap_or_default().to_owned();
-                let cause = format!("no mesh of content {} is found any more; restore it", id.0.short());
+                let cause = format!("the mesh of content {} is missing; restore it", id.0.short());
                 return Err(ProduceError::unusable(name, cause));
             }
         }

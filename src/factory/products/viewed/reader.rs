@@ -33,7 +33,7 @@ pub enum InvalidViews {
     Empty(PathBuf),
     /// A scene is not in the table of assets, or its row does not list its bodies.
     #[error(
-        "{}: assets.json does not say which objects are in scene {}; `verify` the dataset, and make it again",
+        "{}: assets.json does not list the objects of scene {}; `verify` the dataset, and make it again",
         folder.shown(), scene.0.short()
     )]
     UnknownScene {

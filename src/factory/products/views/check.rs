@@ -74,7 +74,7 @@ fn camera(checker: &mut Checker, index: usize, entry: &ViewCameraSpec, folder: &
         return None;
     };
     if entry.views.is_some() && rule != "shell" {
-        checker.contradiction(path.key("views"), rule, "poses that are not drawn are one view each");
+        checker.contradiction(path.key("views"), rule, "a fixed pose is one view");
     }
     let placement = match (entry.shell, entry.overhead, &entry.list, &entry.poses) {
         (Some(shell), ..) => self::shell(checker, &path.key("shell"), &shell),
@@ -116,7 +116,7 @@ fn intrinsics(checker: &mut Checker, path: &Path, entry: &ViewCameraSpec) -> Opt
     if let Some(preset) = entry.preset.as_deref().and_then(named_camera) {
         for key in ["width", "height", "fx", "fy", "cx", "cy"] {
             if checker.has(path.key(key)) {
-                checker.contradiction(path.key(key), "preset", "the preset says what its camera is");
+                checker.contradiction(path.key(key), "preset", "the preset defines its camera");
             }
         }
         return Some(preset.intrinsics(near));

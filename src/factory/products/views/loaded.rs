@@ -64,7 +64,7 @@ impl LoadedMesh {
     /// # Panics
     /// When it was loaded for images without colours.
     pub fn drawn(&self) -> &TriMesh {
-        self.mesh.as_ref().expect("meshes are kept where colours are asked for")
+        self.mesh.as_ref().expect("meshes are kept for colours")
     }
 
     /// Whether a point in the mesh's frame is nearer to its surface than `clearance` [m], or surrounded by it: rays along all six

@@ -23,7 +23,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     other_words: &[
         ("cameras", "`views.cameras` lists the cameras"),
         ("camera", "`views.cameras` lists the cameras"),
-        ("objects", "the dataset of scenes says what its objects are"),
+        ("objects", "the objects are those of the dataset of scenes"),
     ],
     hand_uses: &[],
     inputs: &[InputDataset { section: "scenes", product: Product::SCENES }],

@@ -40,15 +40,15 @@ pub(super) fn views(
 ) -> Option<FoundViews> {
     let found = found_views(checker, &spec.views, dataset)?;
     if let Some((key, seen)) = settings.too_small_for(&found.container) {
-        let report = checker.invalid(key, "a cube that the room in the bin fits into", seen);
+        let report = checker.invalid(key, "a cube that contains the inside of the bin", seen);
         report.help("give a larger `fusion.size`, with `fusion.resolution` to match, or make scenes in a smaller bin");
         return None;
     }
     let most = found.scenes.iter().map(|scene| scene.cameras.len()).max().unwrap_or(0);
     if (most as u64) < u64::from(spec.fusion.views[0]) {
         let seen = format!("{} images, and no scene has more than {most} views", spec.fusion.views[0]);
-        let report = checker.invalid("fusion.views", "no more images than a scene has views", seen);
-        report.help("ask for fewer images, or make more views of each scene");
+        let report = checker.invalid("fusion.views", "at most as many images as a scene has views", seen);
+        report.help("use fewer images, or make more views of each scene");
         return None;
     }
     Some(found)

@@ -20,9 +20,9 @@ pub static FACTORY: ProductFactory = ProductFactory {
     keys,
     profiles: PROFILES,
     other_words: &[
-        ("objects", "the dataset of views says what its objects are"),
-        ("sensor", "the job of the views says what the sensor is"),
-        ("scenes", "name a dataset of views of them: `views.dataset`"),
+        ("objects", "the objects are those of the dataset of views"),
+        ("sensor", "the sensor is that of the job of the views"),
+        ("scenes", "name a dataset of views of the objects: `views.dataset`"),
         ("grasps", "name a dataset of these grasps among the bodies of the scenes: `picks.dataset`"),
         ("grid", "the cube is `fusion`: `size`, `resolution`, `truncation_voxels`"),
         ("volume", "the cube is `fusion`: `size`, `resolution`, `truncation_voxels`"),

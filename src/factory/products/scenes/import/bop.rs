@@ -83,7 +83,7 @@ impl<'de, T: DeserializeOwned> Deserialize<'de> for ByImage<T> {
                 let mut entries = BTreeMap::new();
                 while let Some((image, entry)) = map.next_entry::<u32, T>()? {
                     if entries.insert(image, entry).is_some() {
-                        return Err(A::Error::custom(format!("image {image} stands there twice")));
+                        return Err(A::Error::custom(format!("image {image} is listed twice")));
                     }
                 }
                 Ok(ByImage(entries))
@@ -127,7 +127,7 @@ impl BopFolder<'_> {
         for image in chosen {
             let at = |file: usize, entry: usize| sources[file].location(&places[file].range(image, entry));
             let Some(entries) = poses.get(&image) else {
-                let found = format!("none of number {image}");
+                let found = format!("no image {image}");
                 let help = Some("name others in `import.images`".to_owned());
                 errors.push(mistake(sources[0].location(&(0..0)), KEY, "an image of this folder", found, help));
                 continue;
@@ -230,9 +230,9 @@ impl CameraPose {
             (None, None) if has_up => Ok(Pose::identity()),
             (None, None) => Err(wrong(
                 "neither",
-                "without them the world is the camera's frame: say `import.up` or `import.container_pose` in it",
+                "without them the world is the camera's frame: give `import.up` or `import.container_pose` in it",
             )),
-            _ => Err(wrong("one of the two", "write both or none")),
+            _ => Err(wrong("one of the two", "write both or neither")),
         }
     }
 }
@@ -266,7 +266,7 @@ fn pose_of<To: kernel::geom::Frame, From: kernel::geom::Frame>(
         return Err(wrong(format!("a matrix that differs from one by {error:.3}"), help));
     }
     if matrix.determinant() < 0.0 {
-        let help = "a pose has no reflection: mirror the axis back in the file or in the model";
+        let help = "a pose cannot contain a reflection: mirror the axis in the file or in the model";
         return Err(wrong("left-handed axes (determinant -1)".to_owned(), help));
     }
     // Rounded numbers become a rotation to the last digit.
@@ -279,7 +279,8 @@ fn pose_of<To: kernel::geom::Frame, From: kernel::geom::Frame>(
 mod tests {
     use super::*;
 
-    const CAMERA: &str = r#"{"3": {"cam_K": [1,0,0,0,1,0,0,0,1], "cam_R_w2c": [1,0,0,0,-1,0,0,0,-1], "cam_t_w2c": [0,0,700]},
+    const CAMERA: &str = r#"{"3": {"cam_K": [1,0,0,0,1,0,0,0,1], "cam_R_w2c": [1,0,0,0,-1,0,0,0,-1], "cam_t_w2c": \
+                            [0,0,700]},
         "12": {"cam_K": [1,0,0,0,1,0,0,0,1], "cam_R_w2c": [1,0,0,0,-1,0,0,0,-1], "cam_t_w2c": [0,0,700]}}"#;
 
     const POSES: &str = r#"{
@@ -330,7 +331,7 @@ mod tests {
         let short = POSES.replace("[100,0,650]", "[100,0]");
         for (poses, camera, images, expected) in [
             (POSES, without, first, ["camera.json:1:", "import.up"]),
-            (POSES, half, first, ["camera.json:1:", "write both or none"]),
+            (POSES, half, first, ["camera.json:1:", "write both or neither"]),
             (POSES, "{\"12\": {}}", first, ["camera.json:1:", "the camera of image 3"]),
             (&mirrored, CAMERA, first, ["gt.json:3:", "left-handed"]),
             (&scaled, CAMERA, first, ["gt.json:3:", "differs from one by 3.000"]),

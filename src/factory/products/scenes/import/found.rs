@@ -46,7 +46,7 @@ impl FoundScene {
         let count = self.bodies.len();
         if !(1..=MAX_BODIES).contains(&count) {
             let expected = format!("1 to {MAX_BODIES} bodies in scene `{}`", self.source);
-            let help = if count == 0 { "leave the scene out" } else { "leave bodies out, or cut the scene in several" };
+            let help = if count == 0 { "leave the scene out" } else { "leave bodies out, or split the scene" };
             // The reader stops at the first body too many.
             let found = if count > MAX_BODIES { format!("more than {MAX_BODIES}") } else { count.to_string() };
             errors.push(mistake(self.location.clone(), key, expected, found, Some(help.to_owned())));
@@ -57,7 +57,7 @@ impl FoundScene {
                 let near = did_you_mean(&body.object, names.iter().copied());
                 let (found, help) = match obj_id {
                     Some(id) => {
-                        let named = format!("say which object it is: import.objects = {{ \"{id}\" = \"NAME\" }}");
+                        let named = format!("name its object: import.objects = {{ \"{id}\" = \"NAME\" }}");
                         (format!("obj_id {id}, which is called `{}`", body.object), Some(named))
                     }
                     None => (format!("`{}`", body.object), near),

@@ -38,7 +38,7 @@ pub(in super::super) fn read(
     for key in ["images", "every_image", "objects"] {
         let path = Path::from("import").key(key);
         if source != "bop" && checker.has(&path) {
-            checker.contradiction(path, format!("import.{source}"), "it is about folders of BOP");
+            checker.contradiction(path, format!("import.{source}"), "it applies to folders of BOP");
         }
     }
     let before = checker.count();
@@ -70,8 +70,7 @@ fn frame_of_table(checker: &mut Checker, spec: &ImportSpec) -> SourceFrame {
     }
     if spec.container_pose.is_some() {
         let report = checker.invalid("import.container_pose", "`[container]` in the job", "no container");
-        report
-            .help("say what the bodies lie in, for example [container] inner = [0.4, 0.3, 0.2], or leave the pose out");
+        report.help("describe the container, for example [container] inner = [0.4, 0.3, 0.2], or remove the pose");
     }
     SourceFrame::Table { up, height: spec.table_height }
 }
@@ -83,7 +82,7 @@ fn frame_of_container(checker: &mut Checker, spec: &ImportSpec) -> SourceFrame {
             checker.contradiction(
                 key,
                 "container",
-                "`import.container_pose` says where a container stands, and what is up",
+                "`import.container_pose` gives the pose of the container, including its up direction",
             );
         }
     }
@@ -103,7 +102,7 @@ fn of_folders(
 ) -> Vec<FoundScene> {
     if let Some(images) = spec.every_image.filter(|every| *every).and(spec.images.as_ref()) {
         let other = format!("import.images = {images:?}");
-        checker.contradiction("import.every_image", other, "either every image is a scene or those that are named");
+        checker.contradiction("import.every_image", other, "either every image is a scene or only the listed ones");
     }
     let images = match &spec.images {
         Some(numbers) => ImageChoice::Numbers(numbers),
