@@ -5,7 +5,7 @@ pub struct SampleId {
     /// BLAKE3 of the prepared object, of the robot's description, or of the settled scene, 32 bytes
     #[prost(bytes = "vec", tag = "1")]
     pub subject: ::prost::alloc::vec::Vec<u8>,
-    /// body of a scene, from 1; 0 for the scene as a whole and for lone objects
+    /// body of a scene, from 1; 0 for the scene as a whole and for single objects
     #[prost(uint32, tag = "2")]
     pub instance: u32,
     /// number of the view, position, run or grasp of the subject
@@ -14,7 +14,7 @@ pub struct SampleId {
     #[prost(uint32, tag = "4")]
     pub camera: u32,
 }
-/// A pinhole camera without distortion; pixel centres lie at +0.5.
+/// A pinhole camera without distortion; pixel centres are at +0.5.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
 pub struct Camera {
     /// px
@@ -90,7 +90,7 @@ pub struct VoxelPair {
     /// bits set in both
     #[prost(uint32, tag = "11")]
     pub both_cells: u32,
-    /// share of the solid's volume that lies inside the grid, 0 to 1
+    /// share of the solid's volume inside the grid, 0 to 1
     #[prost(double, tag = "12")]
     pub solid_share: f64,
 }
@@ -123,7 +123,7 @@ pub struct Depth {
     /// px
     #[prost(uint32, tag = "5")]
     pub height: u32,
-    /// 0: data is f32 little-endian metres, NaN = no return; else u16 little-endian steps of so many
+    /// 0: data is f32 little-endian metres, NaN = no return; else u16 little-endian steps of this many
     #[prost(double, tag = "6")]
     pub step: f64,
     /// metres, 0 = no return
@@ -183,7 +183,7 @@ pub struct Implicit {
     #[prost(bytes = "vec", tag = "5")]
     pub space_distances: ::prost::alloc::vec::Vec<u8>,
 }
-/// Attachment "ledger" of each shard: the identity and the fate of every sample index of the shard.
+/// Attachment "ledger" of each shard: identity and outcome of every sample index of the shard.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Ledger {
     #[prost(uint32, tag = "1")]
@@ -259,7 +259,7 @@ pub struct FactColumn {
     pub numbers: ::prost::alloc::vec::Vec<f64>,
 }
 /// Topic /volumes/affordance. Grasps of the bodies of the scene in the cube of SceneVolume, a row per free grasp whose centre is
-/// inside the cube. Rows are sorted by body and candidate. Bodies are counted from 1, in the order of the scene. Lengths in m.
+/// inside the cube. Rows are sorted by body and candidate. Bodies are numbered from 1, in the order of the scene. Lengths in m.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct VolumeAffordance {
     #[prost(message, optional, tag = "1")]
@@ -273,7 +273,7 @@ pub struct VolumeAffordance {
     /// root digest of the exact numbers of the dataset of picks, 32 bytes
     #[prost(bytes = "vec", tag = "4")]
     pub picks: ::prost::alloc::vec::Vec<u8>,
-    /// root digest of its physics numbers, 32 bytes; none where nothing was tried
+    /// root digest of its physics numbers, 32 bytes; none without trials
     #[prost(bytes = "vec", tag = "5")]
     pub trials: ::prost::alloc::vec::Vec<u8>,
     /// name of the hand
@@ -282,10 +282,10 @@ pub struct VolumeAffordance {
     /// BLAKE3 of its description and table, 32 bytes
     #[prost(bytes = "vec", tag = "7")]
     pub hand_digest: ::prost::alloc::vec::Vec<u8>,
-    /// u8 per body: 1 where the dataset of picks has grasps of it, else 0
+    /// u8 per body: 1 if the dataset of picks has grasps of it, else 0
     #[prost(bytes = "vec", tag = "8")]
     pub evaluated: ::prost::alloc::vec::Vec<u8>,
-    /// (4) grasps of the scene that ground, container, own object, neighbour forbid
+    /// (4) grasps of the scene that ground, container, own object, neighbour block
     #[prost(uint32, repeated, tag = "9")]
     pub forbidden: ::prost::alloc::vec::Vec<u32>,
     /// free grasps whose centre is outside the cube
@@ -297,7 +297,7 @@ pub struct VolumeAffordance {
     /// per grasp: index of the candidate in the body's sample of picks
     #[prost(uint32, repeated, tag = "12")]
     pub candidates: ::prost::alloc::vec::Vec<u32>,
-    /// per grasp: number of the voxel that holds its centre
+    /// per grasp: number of the voxel that contains its centre
     #[prost(uint32, repeated, tag = "13")]
     pub voxels: ::prost::alloc::vec::Vec<u32>,
     /// u8 per grasp: 0 untried, 1 held, 2 failed
@@ -306,26 +306,26 @@ pub struct VolumeAffordance {
     /// (grasps, 3) in the volume's frame: between the pads of a gripper, else the mean of the
     #[prost(double, repeated, tag = "15")]
     pub centres: ::prost::alloc::vec::Vec<f64>,
-    /// contacts that the hand closes with
+    /// contacts of the closed hand
     ///
     /// (grasps, 4) quaternion x, y, z, w, w not below 0: x closing, z approach, in the volume's frame
     #[prost(double, repeated, tag = "16")]
     pub rotations: ::prost::alloc::vec::Vec<f64>,
-    /// per grasp: free width between the pads of the closed hand; 0 of a hand without a width
+    /// per grasp: free width between the pads of the closed hand; 0 for a hand without a width
     #[prost(double, repeated, tag = "17")]
     pub widths: ::prost::alloc::vec::Vec<f64>,
 }
-/// Topic /amodal/clutter. What surrounds one body of a settled scene in one image; its pair is the graspmill.VoxelPair of topic
+/// Topic /amodal/clutter. Surroundings of one body of a settled scene in one image; its pair is the graspmill.VoxelPair of topic
 /// /amodal/pair. SampleId.subject is the digest of the scene, SampleId.item the number of the view, SampleId.camera its camera, and
 /// SampleId.instance the number of the body, from 1, as in the image. Cells are those of the pair's grid.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Clutter {
     #[prost(message, optional, tag = "1")]
     pub sample: ::core::option::Option<SampleId>,
-    /// 32 bytes: digest of the object that the body is
+    /// 32 bytes: digest of the body's object
     #[prost(bytes = "vec", tag = "2")]
     pub object: ::prost::alloc::vec::Vec<u8>,
-    /// pixels of its silhouette alone, those outside the image included
+    /// pixels of its silhouette alone, including those outside the image
     #[prost(uint32, tag = "3")]
     pub pixels_all: u32,
     /// pixels of its silhouette alone, in the image
@@ -334,7 +334,7 @@ pub struct Clutter {
     /// pixels that see it
     #[prost(uint32, tag = "5")]
     pub pixels_visible: u32,
-    /// measured depths that the partial grid is made of
+    /// measured depths from which the partial grid is made
     #[prost(uint32, tag = "6")]
     pub points: u32,
     /// of these, the depths measured on the body's own surface
@@ -346,11 +346,11 @@ pub struct Clutter {
     /// resolution^3 bits: cells that hold a measured depth of anything else
     #[prost(bytes = "vec", tag = "9")]
     pub others_seen: ::prost::alloc::vec::Vec<u8>,
-    /// resolution^3 bits: cells that meet another body, the container or what is below the table
+    /// resolution^3 bits: cells that meet another body, the container or the half-space below the table
     #[prost(bytes = "vec", tag = "10")]
     pub others_solid: ::prost::alloc::vec::Vec<u8>,
 }
-/// Topic /grasps/run. One run of annealing from one place of an object's surface, and the best states that it came by.
+/// Topic /grasps/run. One run of annealing from one point of an object's surface, and the best states that it found.
 /// SampleId.subject is the object, SampleId.item the number of the seed.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct GraspRun {
@@ -376,16 +376,16 @@ pub struct GraspRun {
     pub object_from_seed: ::prost::alloc::vec::Vec<f64>,
     #[prost(uint32, tag = "8")]
     pub asked_steps: u32,
-    /// fewer than asked where the seed was given up
+    /// fewer than asked_steps if the seed was given up
     #[prost(uint32, tag = "9")]
     pub steps: u32,
-    /// of them without a legal neighbour
+    /// steps without a legal neighbour
     #[prost(uint32, tag = "10")]
     pub failed: u32,
-    /// neighbours that were looked at
+    /// neighbours that were evaluated
     #[prost(uint64, tag = "11")]
     pub tries: u64,
-    /// of them whose wrench space was evaluated
+    /// neighbours whose wrench space was evaluated
     #[prost(uint64, tag = "12")]
     pub potentials: u64,
     /// steps that were accepted, in each tenth of the run
@@ -412,10 +412,10 @@ pub struct GraspRun {
     /// of the friction cone
     #[prost(uint32, tag = "21")]
     pub edges: u32,
-    /// m, of soft fingers: greatest torque about the normal for a unit of normal force; else 0
+    /// m, of soft fingers: largest torque about the normal per unit of normal force; else 0
     #[prost(double, tag = "22")]
     pub torsion: f64,
-    /// in which force closure is asked for: force, wrench
+    /// in which force closure is required: force, wrench
     #[prost(string, tag = "23")]
     pub space: ::prost::alloc::string::String,
     #[prost(double, tag = "24")]
@@ -423,19 +423,19 @@ pub struct GraspRun {
     /// m
     #[prost(double, tag = "25")]
     pub max_penetration: f64,
-    /// m: the pregrasp is so far back along the approach
+    /// m: distance of the pregrasp back along the approach
     #[prost(double, tag = "26")]
     pub stand_off: f64,
-    /// m: how far the hand could come along its approach before it closed
+    /// m: how far the hand could move along its approach before it closed
     #[prost(double, tag = "27")]
     pub max_advance: f64,
     /// best first by energy
     #[prost(message, repeated, tag = "28")]
     pub grasps: ::prost::alloc::vec::Vec<Grasp>,
-    /// resting poses of the object: as many clearances has each grasp that was closed
+    /// resting poses of the object: each grasp that was closed has one clearance per pose
     #[prost(uint32, tag = "41")]
     pub resting_poses: u32,
-    /// how its states were come by: empty for annealing, uniform, antipodal. Where nothing was
+    /// sampler of its states: empty for annealing, else uniform or antipodal.
     #[prost(string, tag = "40")]
     pub sampler: ::prost::alloc::string::String,
 }
@@ -463,7 +463,7 @@ pub struct Grasp {
     /// rad or m: all joints of the closed hand
     #[prost(double, repeated, tag = "7")]
     pub joints: ::prost::alloc::vec::Vec<f64>,
-    /// m, of hand and mesh in the state that was annealed
+    /// m, of hand and mesh in the annealed state
     #[prost(double, tag = "8")]
     pub penetration: f64,
     /// of that state, exact
@@ -474,13 +474,13 @@ pub struct Grasp {
     /// -epsilon of the weighted virtual contacts, or 1; not scaled
     #[prost(double, tag = "11")]
     pub potential: f64,
-    /// of each contact of the closed hand, a place in GraspRun.links
+    /// of each contact of the closed hand, an index into GraspRun.links
     #[prost(uint32, repeated, tag = "12")]
     pub links: ::prost::alloc::vec::Vec<u32>,
     /// (contacts, 3) m, on the object's surface
     #[prost(double, repeated, tag = "13")]
     pub points: ::prost::alloc::vec::Vec<f64>,
-    /// (contacts, 3) out of the object
+    /// (contacts, 3) outward from the object
     #[prost(double, repeated, tag = "14")]
     pub normals: ::prost::alloc::vec::Vec<f64>,
     /// (contacts) m, from the object to the link
@@ -493,42 +493,42 @@ pub struct Grasp {
     /// of the hull of forces and torques
     #[prost(double, tag = "18")]
     pub volume: f64,
-    /// one value: the closed joints, binned; none where it is not defined of the hand
+    /// one value: the closed joints, binned; none for a hand for which it is not defined
     #[prost(uint32, repeated, tag = "19")]
     pub r#type: ::prost::alloc::vec::Vec<u32>,
-    /// one value, m: between the pads of the closed hand; none where it means nothing
+    /// one value, m: between the pads of the closed hand; none for a hand without a width
     #[prost(double, repeated, tag = "20")]
     pub width: ::prost::alloc::vec::Vec<f64>,
     /// 0 kept, 1 penetrates, 2 open_hand, 3 no_force_closure, 4 low_quality, 5 below_table
     #[prost(uint32, tag = "21")]
     pub verdict: u32,
-    /// m: so far the hand came along its approach from the state that was annealed
+    /// m: how far the hand moved along its approach from the annealed state
     #[prost(double, tag = "22")]
     pub advance: f64,
-    /// m, one per resting pose of the object: the lowest place of the hand over the table while it
+    /// m, one per resting pose of the object: lowest point of the hand over the table while it
     #[prost(double, repeated, tag = "24")]
     pub clearances: ::prost::alloc::vec::Vec<f64>,
-    /// comes over stand_off in posture, and closes; below 0 under it. None with verdict 1
+    /// approaches over stand_off in posture, and closes; negative below it. None with verdict 1
     ///
-    /// m: the same where it comes in opening, takes on posture, and closes
+    /// m: the same if it approaches in opening, takes posture, and closes
     #[prost(double, repeated, tag = "25")]
     pub clearances_opened: ::prost::alloc::vec::Vec<f64>,
-    /// (2): part of the way on which the object is in the way of the hand, coming in posture, and
+    /// (2): stage in which the object obstructs the hand that approaches in posture, and the hand that
     #[prost(uint32, repeated, tag = "26")]
     pub object_in_way: ::prost::alloc::vec::Vec<u32>,
-    /// coming in opening: 0 none, 1 in posture where it closes, 2 on the approach, 4 while it takes
-    /// on posture. None with verdict 1
+    /// approaches in opening: 0 none, 1 in posture where it closes, 2 on the approach, 4 while it takes
+    /// posture. None with verdict 1
     ///
-    /// (3) m: so far the approach frame of a gripper then gave way, seen from where it was, until
+    /// (3) m: how far the approach frame of a gripper then gave way, expressed in that frame before, until
     #[prost(double, repeated, tag = "30")]
     pub shift: ::prost::alloc::vec::Vec<f64>,
-    /// both pads hold the object; none where it did not
+    /// both pads hold the object; none if it did not
     ///
-    /// (3) rad: and so far it turned, an axis times an angle
+    /// (3) rad: its rotation, an axis times an angle
     #[prost(double, repeated, tag = "31")]
     pub turn: ::prost::alloc::vec::Vec<f64>,
 }
-/// Topic /grasps/hand, in shapes.mcap: what of the hand can touch, so that grasps can be drawn and replayed.
+/// Topic /grasps/hand, in shapes.mcap: shapes of the hand that can touch, so that grasps can be drawn and replayed.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct HandShape {
     #[prost(string, tag = "1")]
@@ -552,10 +552,10 @@ pub struct HandJoint {
     /// revolute, prismatic
     #[prost(string, tag = "2")]
     pub kind: ::prost::alloc::string::String,
-    /// the link that carries it: a place in HandShape.links
+    /// the link that carries it: an index into HandShape.links
     #[prost(uint32, tag = "3")]
     pub carried_by: u32,
-    /// its frame at value 0, seen from that link
+    /// its frame at value 0, expressed in that link's frame
     #[prost(double, repeated, tag = "4")]
     pub link_from_joint: ::prost::alloc::vec::Vec<f64>,
     /// in its frame, unit length
@@ -564,7 +564,7 @@ pub struct HandJoint {
 }
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct LinkSolid {
-    /// a place in HandShape.links
+    /// an index into HandShape.links
     #[prost(uint32, tag = "1")]
     pub link: u32,
     /// box, sphere, capsule, cylinder, mesh
@@ -578,11 +578,11 @@ pub struct LinkSolid {
     /// of a mesh: (n, 3) m
     #[prost(double, repeated, tag = "5")]
     pub corners: ::prost::alloc::vec::Vec<f64>,
-    /// of a mesh: (m, 3) places in corners
+    /// of a mesh: (m, 3) indices into corners
     #[prost(uint32, repeated, tag = "6")]
     pub triangles: ::prost::alloc::vec::Vec<u32>,
 }
-/// Topic /grasps/object, in shapes.mcap: an object's mesh as it was prepared.
+/// Topic /grasps/object, in shapes.mcap: an object's prepared mesh.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct ObjectShape {
     /// BLAKE3 of the prepared mesh, 32 bytes
@@ -591,12 +591,12 @@ pub struct ObjectShape {
     /// (n, 3) f32 little-endian, m
     #[prost(bytes = "vec", tag = "2")]
     pub vertices: ::prost::alloc::vec::Vec<u8>,
-    /// (m, 3) places in vertices, counter-clockwise seen from outside
+    /// (m, 3) indices into vertices, counter-clockwise seen from outside
     #[prost(uint32, repeated, tag = "3")]
     pub triangles: ::prost::alloc::vec::Vec<u32>,
 }
 /// Topics /completion/touch_exploration, /completion/touch_grasp. Fields 1 to 11 are those of TactileContacts; a probe is
-/// one approach of the hand, a guarded move that ends on the object or beside it.
+/// one approach of the hand, a guarded move that ends on the object or next to it.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct HandContacts {
     #[prost(message, optional, tag = "1")]
@@ -612,7 +612,7 @@ pub struct HandContacts {
     pub positions: ::prost::alloc::vec::Vec<u8>,
     #[prost(bytes = "vec", tag = "6")]
     pub normals: ::prost::alloc::vec::Vec<u8>,
-    /// m: how far the hand had come along its approach when it touched first
+    /// m: how far the hand had moved along its approach at its first contact
     #[prost(bytes = "vec", tag = "7")]
     pub distances: ::prost::alloc::vec::Vec<u8>,
     #[prost(bytes = "vec", tag = "8")]
@@ -632,7 +632,7 @@ pub struct HandContacts {
     pub links: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
     #[prost(string, repeated, tag = "14")]
     pub joints: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
-    /// which link made each contact, a place in links
+    /// which link made each contact, an index into links
     #[prost(uint32, repeated, tag = "15")]
     pub link: ::prost::alloc::vec::Vec<u32>,
     /// (contacts) f32 little-endian, N: along the normal, 0 or more
@@ -647,12 +647,12 @@ pub struct HandContacts {
     /// (approaches, joints) rad or m: at the end, in the order of joints
     #[prost(double, repeated, tag = "19")]
     pub joint_values: ::prost::alloc::vec::Vec<f64>,
-    /// one byte an approach: 0 at rest, 1 timed out, 2 missed, 3 unstable, 4 overloaded
+    /// one byte per approach: 0 at rest, 1 timed out, 2 missed, 3 unstable, 4 overloaded
     #[prost(bytes = "vec", tag = "20")]
     pub ends: ::prost::alloc::vec::Vec<u8>,
 }
-/// Topic /patches/heatmap. The points of every grasp of the object, of the chosen types, that comes from about where the camera
-/// stands, in the image of one of them: palm, F0, F1, F2. Only points inside the image and behind the near plane. One entry a
+/// Topic /patches/heatmap. The points of every grasp of the object, of the chosen types, that comes from the side of the camera
+/// of one of them, in its image: palm, F0, F1, F2. Only points inside the image and behind the near plane. One entry per
 /// point, sorted by run, rank, point.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct PatchHeatmap {
@@ -675,7 +675,7 @@ pub struct PatchHeatmap {
     pub runs: ::prost::alloc::vec::Vec<u32>,
     #[prost(uint32, repeated, tag = "7")]
     pub ranks: ::prost::alloc::vec::Vec<u32>,
-    /// place of the grasp's type among the chosen ones
+    /// index of the grasp's type among the chosen types
     #[prost(uint32, repeated, tag = "8")]
     pub type_indices: ::prost::alloc::vec::Vec<u32>,
     /// 0 palm, 1 F0, 2 F1, 3 F2
@@ -688,15 +688,15 @@ pub struct PatchHeatmap {
     #[prost(bytes = "vec", tag = "11")]
     pub values: ::prost::alloc::vec::Vec<u8>,
 }
-/// Topic /completion/occlusion. What stands between the camera and the object, a convex solid; and which pixels see it.
+/// Topic /completion/occlusion. The occluder between the camera and the object, a convex solid; and which pixels see it.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Occlusion {
     #[prost(message, optional, tag = "1")]
     pub sample: ::core::option::Option<SampleId>,
-    /// "none", "neighbour" or "half_space"; of "none" all fields below but object_pixels are absent
+    /// "none", "neighbour" or "half_space"; for "none" all fields below except object_pixels are absent
     #[prost(string, tag = "2")]
     pub kind: ::prost::alloc::string::String,
-    /// pixels of a perfect image that see the object where nothing stands in front of it
+    /// pixels of a perfect image that would see the object without the occluder
     #[prost(uint32, tag = "3")]
     pub object_pixels: u32,
     /// of these, the pixels that see the occluder instead
@@ -721,7 +721,7 @@ pub struct Occlusion {
     #[prost(bytes = "vec", tag = "10")]
     pub mask: ::prost::alloc::vec::Vec<u8>,
 }
-/// Topic /patches/image_colour. The image that the patches are cut out of, in colour: the smallest box outside which all is
+/// Topic /patches/image_colour. The image from which the patches are cut, in colour: the smallest box outside which all is
 /// background.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct PatchImageColour {
@@ -754,7 +754,7 @@ pub struct PatchTrial {
     /// root digest of the physics numbers of the dataset that holds the trial, 32 bytes
     #[prost(bytes = "vec", tag = "2")]
     pub trials: ::prost::alloc::vec::Vec<u8>,
-    /// label that all trials of the grasp make together: held, failed, borderline, unconfirmed, untested
+    /// combined label of all trials of the grasp: held, failed, borderline, unconfirmed, untested
     #[prost(string, tag = "3")]
     pub outcome: ::prost::alloc::string::String,
     /// how the trial in the air ended: a word of docs/grasps.md
@@ -763,11 +763,11 @@ pub struct PatchTrial {
     /// of the analytic criteria: kept, penetrates, open_hand, no_force_closure, low_quality, below_table
     #[prost(string, tag = "5")]
     pub verdict: ::prost::alloc::string::String,
-    /// (points, 4 * types) u8: 1 where a number of HeatmapPatch.labels is known by trials, else 0
+    /// (points, 4 * types) u8: 1 where trials determine a number of HeatmapPatch.labels, else 0
     #[prost(bytes = "vec", tag = "6")]
     pub tested: ::prost::alloc::vec::Vec<u8>,
 }
-/// Topic /patches/visibility, where the job asks for it. Which points the surface in the depth image hides.
+/// Topic /patches/visibility if the job requests it. Which points the surface in the depth image hides.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct PatchVisibility {
     /// that of the HeatmapPatch
@@ -776,14 +776,14 @@ pub struct PatchVisibility {
     /// (points,) f32 little-endian, m, depth in the pixel of each point, NaN = no return
     #[prost(bytes = "vec", tag = "2")]
     pub surfaces: ::prost::alloc::vec::Vec<u8>,
-    /// (points,) u8: 1 unless the point lies more than 5 mm behind that depth
+    /// (points,) u8: 1 unless the point is more than 5 mm behind that depth
     #[prost(bytes = "vec", tag = "3")]
     pub visible: ::prost::alloc::vec::Vec<u8>,
     /// (entries,) u8, the same for each entry of the PatchHeatmap; empty without one
     #[prost(bytes = "vec", tag = "4")]
     pub heatmap_visible: ::prost::alloc::vec::Vec<u8>,
 }
-/// Topic /patches/metric, where the job asks for it. Patches that show squares of one size at the depth of their points.
+/// Topic /patches/metric if the job requests it. Patches that show squares of one size at the depth of their points.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct PatchMetric {
     /// that of the HeatmapPatch
@@ -805,7 +805,7 @@ pub struct PatchMetric {
     #[prost(bytes = "vec", tag = "6")]
     pub depth: ::prost::alloc::vec::Vec<u8>,
 }
-/// Topic /patches/table, where the object stands on a table.
+/// Topic /patches/table, if the object is on a table.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct PatchTable {
     /// that of the HeatmapPatch
@@ -818,8 +818,8 @@ pub struct PatchTable {
     #[prost(double, repeated, tag = "3")]
     pub camera_from_table: ::prost::alloc::vec::Vec<f64>,
 }
-/// Topic /patches/patch. What a depth camera sees around the palm and the fingertips of one grasp, with labels for heatmaps.
-/// SampleId.subject is the object, SampleId.item the grasp's place among the object's grasps of the chosen types.
+/// Topic /patches/patch. Depth around the palm and the fingertips of one grasp, with labels for heatmaps.
+/// SampleId.subject is the object, SampleId.item the grasp's index among the object's grasps of the chosen types.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct HeatmapPatch {
     #[prost(message, optional, tag = "1")]
@@ -830,7 +830,7 @@ pub struct HeatmapPatch {
     /// its run there: the number of the seed
     #[prost(uint32, tag = "3")]
     pub run: u32,
-    /// its place in that run, best energy first
+    /// its index in that run, best energy first
     #[prost(uint32, tag = "4")]
     pub rank: u32,
     /// of the grasp
@@ -848,7 +848,7 @@ pub struct HeatmapPatch {
     /// what annealing minimised, before closing
     #[prost(double, tag = "9")]
     pub energy: f64,
-    /// of the closed hand, in the space that was asked for
+    /// of the closed hand, in the space that the job selects
     #[prost(double, tag = "10")]
     pub epsilon: f64,
     /// force, wrench
@@ -895,7 +895,7 @@ pub struct HeatmapPatch {
     #[prost(double, tag = "25")]
     pub point_focal_length: f64,
 }
-/// Topic /patches/colour, where the job asks for it. The same patches in colour.
+/// Topic /patches/colour if the job requests it. The same patches in colour.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct PatchColour {
     #[prost(message, optional, tag = "1")]
@@ -907,8 +907,8 @@ pub struct PatchColour {
     #[prost(bytes = "vec", tag = "3")]
     pub rgb: ::prost::alloc::vec::Vec<u8>,
 }
-/// Topic /picks/grasps. Grasps of one body of a settled scene, and whether the hand comes to them and closes without touching
-/// anything else. SampleId.subject is the digest of the scene, SampleId.item the number of the body less one. Bodies are counted from 1,
+/// Topic /picks/grasps. Grasps of one body of a settled scene, and whether the hand reaches them and closes without touching
+/// anything else. SampleId.subject is the digest of the scene, SampleId.item the number of the body minus one. Bodies are numbered from 1,
 /// in the order of the scene. Lengths in m. Candidates are sorted by run, rank and direction.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct PickCandidates {
@@ -917,7 +917,7 @@ pub struct PickCandidates {
     /// plane, bin, mesh
     #[prost(string, tag = "2")]
     pub container: ::prost::alloc::string::String,
-    /// plane: sides of the rectangle; bin: room inside along x, y, z, wall; mesh: room inside; then their tilt \[degree\] where they have one
+    /// plane: sides of the rectangle; bin: inner sides along x, y, z, wall; mesh: inner sides; then their tilt \[degree\] if tilted
     #[prost(double, repeated, tag = "3")]
     pub container_size: ::prost::alloc::vec::Vec<f64>,
     /// 32 bytes per body of the scene: its object's digest
@@ -941,7 +941,7 @@ pub struct PickCandidates {
     /// directions about its closing line in which each is evaluated; 1 without such a line
     #[prost(uint32, tag = "10")]
     pub rolls: u32,
-    /// the hand stays so far from everything but the body
+    /// distance that the hand keeps from everything except the body
     #[prost(double, tag = "11")]
     pub margin: f64,
     /// per candidate: number of the run of its stored grasp
@@ -956,7 +956,7 @@ pub struct PickCandidates {
     /// (candidates, 12): the hand's base where it closes
     #[prost(double, repeated, tag = "15")]
     pub world_from_base: ::prost::alloc::vec::Vec<f64>,
-    /// u8 per candidate, of the hand that comes in its posture: 0 free, 1 ground, 2 container,
+    /// u8 per candidate, for the hand that approaches in its posture: 0 free, 1 ground, 2 container,
     #[prost(bytes = "vec", tag = "16")]
     pub verdicts: ::prost::alloc::vec::Vec<u8>,
     /// 3 own object, 4 neighbour
@@ -1024,7 +1024,7 @@ pub struct PickTrials {
     /// near: bodies two contacts away and near the hand's path may move; all: all may
     #[prost(string, tag = "7")]
     pub awake: ::prost::alloc::string::String,
-    /// the hand starts so far back along its approach
+    /// distance along its approach at which the hand starts
     #[prost(double, tag = "8")]
     pub stand_off: f64,
     #[prost(double, tag = "9")]
@@ -1042,7 +1042,7 @@ pub struct PickTrials {
     pub lift_time: f64,
     #[prost(double, tag = "14")]
     pub hold_time: f64,
-    /// so far up is the centre of mass of a body that is held
+    /// smallest height gain of the centre of mass of a held body
     #[prost(double, tag = "15")]
     pub least_raised: f64,
     /// a body that moves farther in the hand is lost
@@ -1051,7 +1051,7 @@ pub struct PickTrials {
     /// a body that rotates more in the hand is lost
     #[prost(double, tag = "17")]
     pub lost_angle: f64,
-    /// a neighbour that is so far up in the end was carried along
+    /// a neighbour that is this much higher at the end was carried along
     #[prost(double, tag = "18")]
     pub carried_height: f64,
     /// by candidate
@@ -1069,19 +1069,19 @@ pub struct PickTrial {
     pub verdict: u32,
     /// 6 lost_lifting, 7 lost_holding, 8 let_go, 9 not_lifted, 10 unstable
     ///
-    /// since the trial began, when it was decided
+    /// time of the decision, since the trial began
     #[prost(double, tag = "3")]
     pub time: f64,
     /// of 2 ms that were simulated
     #[prost(uint32, tag = "4")]
     pub steps: u32,
-    /// height of the body's centre of mass in the end over where it lay
+    /// height gain of the body's centre of mass at the end
     #[prost(double, tag = "5")]
     pub raised: f64,
-    /// deepest overlap of hand and body since the hand had closed
+    /// deepest overlap of hand and body after the hand closed
     #[prost(double, tag = "6")]
     pub penetration: f64,
-    /// the hand's base when it had closed; none where it did not come so far
+    /// the hand's base when it had closed; none if it did not close
     #[prost(double, repeated, tag = "7")]
     pub object_from_base: ::prost::alloc::vec::Vec<f64>,
     /// of each contact then, an index in PickTrials.links
@@ -1090,7 +1090,7 @@ pub struct PickTrial {
     /// (contacts, 3) on the body's surface, in the frame of the hand's base
     #[prost(double, repeated, tag = "9")]
     pub points: ::prost::alloc::vec::Vec<f64>,
-    /// (contacts, 3) out of the body, in the frame of the hand's base
+    /// (contacts, 3) outward from the body, in the frame of the hand's base
     #[prost(double, repeated, tag = "10")]
     pub normals: ::prost::alloc::vec::Vec<f64>,
     /// (contacts) from the body to the link
@@ -1099,13 +1099,13 @@ pub struct PickTrial {
     /// (contacts) along the normal
     #[prost(double, repeated, tag = "12")]
     pub forces: ::prost::alloc::vec::Vec<f64>,
-    /// what the hand pressed on beside the body, in order: 0 the container, from 1 a body
+    /// what the hand pressed on in addition to the body, in order: 0 the container, from 1 a body
     #[prost(uint32, repeated, tag = "13")]
     pub touched: ::prost::alloc::vec::Vec<u32>,
-    /// in which it was touched first: 0 approach, 1 closing, 2 lift, 3 hold
+    /// in which it was first touched: 0 approach, 1 closing, 2 lift, 3 hold
     #[prost(uint32, repeated, tag = "14")]
     pub touched_phases: ::prost::alloc::vec::Vec<u32>,
-    /// since the trial began, when it was touched first
+    /// time of the first touch, since the trial began
     #[prost(double, repeated, tag = "15")]
     pub touched_times: ::prost::alloc::vec::Vec<f64>,
     /// largest normal force of one contact
@@ -1114,10 +1114,10 @@ pub struct PickTrial {
     /// the neighbours that could move, ascending
     #[prost(uint32, repeated, tag = "17")]
     pub awake: ::prost::alloc::vec::Vec<u32>,
-    /// per such neighbour: largest distance of its centre of mass from where it lay
+    /// per such neighbour: largest displacement of its centre of mass
     #[prost(double, repeated, tag = "18")]
     pub moved: ::prost::alloc::vec::Vec<f64>,
-    /// per such neighbour: height of its centre of mass in the end over where it lay
+    /// per such neighbour: height gain of its centre of mass at the end
     #[prost(double, repeated, tag = "19")]
     pub lifted: ::prost::alloc::vec::Vec<f64>,
 }
@@ -1177,7 +1177,7 @@ pub struct ReachabilityField {
     /// of the planning group, from the base outward
     #[prost(string, repeated, tag = "4")]
     pub joints: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
-    /// site that is brought to the poses
+    /// site that is moved to the poses
     #[prost(string, tag = "5")]
     pub target: ::prost::alloc::string::String,
     /// frame of the poses
@@ -1203,9 +1203,9 @@ pub struct ReachabilityField {
     pub distances: ::prost::alloc::vec::Vec<u8>,
 }
 /// Topic /heatmaps/grasps. Grasps of the bodies of a settled scene, as one image of the scene shows them: where palm and fingertips of
-/// the closed hand would be, and how good each grasp is. SampleId is that of the view in the dataset of views. Bodies are counted from
+/// the closed hand would be, and how good each grasp is. SampleId is that of the view in the dataset of views. Bodies are numbered from
 /// 1, in the order of the scene. Points of a hand come in the order of names: the palm, then the fingertips. Lengths in m, in the frame
-/// of the world. Pixel (0, 0) is the top left one; pixel centres lie at +0.5.
+/// of the world. Pixel (0, 0) is the top left one; pixel centres are at +0.5.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct SceneHeatmap {
     #[prost(message, optional, tag = "1")]
@@ -1213,7 +1213,7 @@ pub struct SceneHeatmap {
     /// root digest of the exact numbers of the dataset of picks, 32 bytes
     #[prost(bytes = "vec", tag = "2")]
     pub picks: ::prost::alloc::vec::Vec<u8>,
-    /// root digest of its physics numbers, 32 bytes; none where nothing was tried
+    /// root digest of its physics numbers, 32 bytes; none without trials
     #[prost(bytes = "vec", tag = "3")]
     pub trials: ::prost::alloc::vec::Vec<u8>,
     /// name of the hand
@@ -1225,12 +1225,12 @@ pub struct SceneHeatmap {
     /// of the points: approach, then the hand's contacts
     #[prost(string, repeated, tag = "6")]
     pub names: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
-    /// chosen grasp types, the most common first; of a hand without types none: its grasps
+    /// chosen grasp types, the most common first; none for a hand without types: its grasps
     #[prost(uint32, repeated, tag = "7")]
     pub types: ::prost::alloc::vec::Vec<u32>,
     /// count as of one type
     ///
-    /// what values say: trial, free
+    /// meaning of values: trial, free
     #[prost(string, tag = "8")]
     pub label: ::prost::alloc::string::String,
     /// rad: largest angle between approaches and the camera's axis
@@ -1247,13 +1247,13 @@ pub struct SceneHeatmap {
     /// side of the squares that patches in metres show; 0 without these
     #[prost(double, tag = "13")]
     pub size: f64,
-    /// u8 per body: 1 where the dataset of picks has grasps of it, else 0
+    /// u8 per body: 1 if the dataset of picks has grasps of it, else 0
     #[prost(bytes = "vec", tag = "14")]
     pub evaluated: ::prost::alloc::vec::Vec<u8>,
-    /// free grasps from about the camera's side that are of other types, or of none
+    /// free grasps from the camera's side of other types, or without a type
     #[prost(uint32, tag = "15")]
     pub other_types: u32,
-    /// per grasp: number of the body; free grasps of the chosen types alone
+    /// per grasp: number of the body; only free grasps of the chosen types
     #[prost(uint32, repeated, tag = "16")]
     pub bodies: ::prost::alloc::vec::Vec<u32>,
     /// per grasp: index of the candidate in the body's sample of picks
@@ -1283,7 +1283,7 @@ pub struct SceneHeatmap {
     /// (grasps, points, 3) of the closed hand
     #[prost(double, repeated, tag = "25")]
     pub points: ::prost::alloc::vec::Vec<f64>,
-    /// (grasps, points, 2) px: projections, NaN nearer than the camera sees
+    /// (grasps, points, 2) px: projections, NaN if nearer than the camera's near limit
     #[prost(double, repeated, tag = "26")]
     pub pixels: ::prost::alloc::vec::Vec<f64>,
     /// (grasps, points) f32 little-endian: depth of the image in the pixel of each point, NaN
@@ -1306,7 +1306,7 @@ pub struct SceneHeatmap {
     /// (patches, points, 2) px, left and top pixel of that square
     #[prost(uint32, repeated, tag = "32")]
     pub window_corners: ::prost::alloc::vec::Vec<u32>,
-    /// per forbidden grasp from about the camera's side: number of the body
+    /// per forbidden grasp from the camera's side: number of the body
     #[prost(uint32, repeated, tag = "33")]
     pub forbidden_bodies: ::prost::alloc::vec::Vec<u32>,
     /// per forbidden grasp: index of the candidate in the body's sample of picks
@@ -1315,19 +1315,19 @@ pub struct SceneHeatmap {
     /// u8 per forbidden grasp: 1 ground, 2 container, 3 own object, 4 neighbour
     #[prost(bytes = "vec", tag = "35")]
     pub obstacles: ::prost::alloc::vec::Vec<u8>,
-    /// (forbidden grasps, 2) px: projection of the palm, NaN nearer than the camera sees
+    /// (forbidden grasps, 2) px: projection of the palm, NaN if nearer than the camera's near limit
     #[prost(double, repeated, tag = "36")]
     pub forbidden_pixels: ::prost::alloc::vec::Vec<f64>,
 }
-/// Topic /scenes/scene. Bodies at rest on their true meshes, or where others say that they stood. SampleId.subject is the digest of
-/// container, mode and split, and of the walls of a pile, and SampleId.item the number of the scene in it. Bodies are counted from
+/// Topic /scenes/scene. Bodies at rest on their true meshes, or in imported poses. SampleId.subject is the digest of
+/// container, mode and split, and of the walls of a pile, and SampleId.item the number of the scene in it. Bodies are numbered from
 /// 1, in the order of their first release; 0 is the container. The world's origin is the middle of the container's floor, z up. Lengths
 /// in m, masses in kg, forces in N, torques in N m, angles in rad.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct Scene {
     #[prost(message, optional, tag = "1")]
     pub sample: ::core::option::Option<SampleId>,
-    /// digest of container, objects and poses: the scene by content
+    /// digest of container, objects and poses, which names the scene
     #[prost(bytes = "vec", tag = "2")]
     pub scene: ::prost::alloc::vec::Vec<u8>,
     /// table, heap, bin, packed, pile, imported
@@ -1336,7 +1336,7 @@ pub struct Scene {
     /// plane, bin, mesh
     #[prost(string, tag = "4")]
     pub container: ::prost::alloc::string::String,
-    /// plane: sides of the rectangle; bin: room inside along x, y, z, wall; mesh: room inside; then their tilt \[degree\] where they have one
+    /// plane: sides of the rectangle; bin: inner sides along x, y, z, wall; mesh: inner sides; then their tilt \[degree\] if tilted
     #[prost(double, repeated, tag = "5")]
     pub container_size: ::prost::alloc::vec::Vec<f64>,
     /// 32 bytes per body: its object's digest
@@ -1348,7 +1348,7 @@ pub struct Scene {
     /// per body
     #[prost(double, repeated, tag = "8")]
     pub masses: ::prost::alloc::vec::Vec<f64>,
-    /// per body; of two that touch the larger counts, the container has none
+    /// per body; the larger one counts between two bodies, the container has none
     #[prost(double, repeated, tag = "9")]
     pub frictions: ::prost::alloc::vec::Vec<f64>,
     /// s, per body
@@ -1357,7 +1357,7 @@ pub struct Scene {
     /// per body: the resting pose of its object that is nearest, from 1; 0 none known
     #[prost(uint32, repeated, tag = "11")]
     pub resting_poses: ::prost::alloc::vec::Vec<u32>,
-    /// per body: between the two ups
+    /// per body: between the two upward directions
     #[prost(double, repeated, tag = "12")]
     pub resting_angles: ::prost::alloc::vec::Vec<f64>,
     /// per body: motion of its centre of mass when stepped again from rest
@@ -1375,7 +1375,7 @@ pub struct Scene {
     /// (contacts, 3): half way between the two surfaces
     #[prost(double, repeated, tag = "17")]
     pub touch_points: ::prost::alloc::vec::Vec<f64>,
-    /// (contacts, 3): out of the first
+    /// (contacts, 3): outward from the first
     #[prost(double, repeated, tag = "18")]
     pub touch_normals: ::prost::alloc::vec::Vec<f64>,
     /// per contact: negative where they overlap
@@ -1384,10 +1384,10 @@ pub struct Scene {
     /// (contacts, 3): of the first on the second
     #[prost(double, repeated, tag = "20")]
     pub touch_forces: ::prost::alloc::vec::Vec<f64>,
-    /// per support: what carries
+    /// per support: the supporting body
     #[prost(uint32, repeated, tag = "21")]
     pub supporters: ::prost::alloc::vec::Vec<u32>,
-    /// per support: what is carried
+    /// per support: the carried body
     #[prost(uint32, repeated, tag = "22")]
     pub supported: ::prost::alloc::vec::Vec<u32>,
     /// per support: share of its weight
@@ -1408,7 +1408,7 @@ pub struct Scene {
     /// largest overlap of a body and the container
     #[prost(double, tag = "28")]
     pub depth_container: f64,
-    /// bodies that left the container and are none of the scene's
+    /// bodies that left the container and are not part of the scene
     #[prost(uint32, tag = "29")]
     pub gone: u32,
     /// mode imported: the scene among its files
@@ -1417,7 +1417,7 @@ pub struct Scene {
     /// mode imported: 12 numbers, the world of those files in the scene's
     #[prost(double, repeated, tag = "31")]
     pub world_from_source: ::prost::alloc::vec::Vec<f64>,
-    /// mode imported: pairs that go through each other, the container among them
+    /// mode imported: pairs that intersect, including the container
     #[prost(uint32, tag = "32")]
     pub crossed: u32,
     /// mesh: (vertices, 3) f32, little-endian, in its own frame
@@ -1433,7 +1433,7 @@ pub struct Scene {
     #[prost(double, repeated, tag = "36")]
     pub centres_of_mass: ::prost::alloc::vec::Vec<f64>,
 }
-/// Topic /scenes/overview. The scene from above, for people: a pinhole camera over the world's origin that looks straight down,
+/// Topic /scenes/overview. The scene from above, for people: a pinhole camera over the world's origin that points straight down,
 /// its image's right along x and its up along y.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct SceneOverview {
@@ -1458,8 +1458,8 @@ pub struct SceneOverview {
     #[prost(bytes = "vec", tag = "7")]
     pub depths: ::prost::alloc::vec::Vec<u8>,
 }
-/// Topic /completion/touch_rays, probes are rays; another kind of touch is another topic. Where the object was touched, in
-/// camera axes: one row per contact, in the order of the probes. Fields from 12 on are left for what hands feel besides.
+/// Topic /completion/touch_rays, probes are rays; each kind of touch has its own topic. Contacts with the object, in
+/// camera axes: one row per contact, in the order of the probes. Fields from 12 on are reserved for hands.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct TactileContacts {
     #[prost(message, optional, tag = "1")]
@@ -1467,7 +1467,7 @@ pub struct TactileContacts {
     /// of the pair's grid, n
     #[prost(uint32, tag = "2")]
     pub resolution: u32,
-    /// count of what was sent out to touch
+    /// number of probes
     #[prost(uint32, tag = "3")]
     pub probes: u32,
     /// which probe made each contact, counted from 0, ascending
@@ -1479,10 +1479,10 @@ pub struct TactileContacts {
     /// (contacts, 3) f32 little-endian, outward, unit length
     #[prost(bytes = "vec", tag = "6")]
     pub normals: ::prost::alloc::vec::Vec<u8>,
-    /// (contacts) f32 little-endian, m: how far the probe came from its start
+    /// (contacts) f32 little-endian, m: how far the probe moved from its start
     #[prost(bytes = "vec", tag = "7")]
     pub distances: ::prost::alloc::vec::Vec<u8>,
-    /// one byte per contact: 1 where nothing stands between it and the camera, else 0
+    /// one byte per contact: 1 where nothing is between it and the camera, else 0
     #[prost(bytes = "vec", tag = "8")]
     pub visible: ::prost::alloc::vec::Vec<u8>,
     /// cell of the pair's grid of each contact, (x * n + y) * n + z; n^3: outside the grid
@@ -1496,8 +1496,8 @@ pub struct TactileContacts {
     pub misses: ::prost::alloc::vec::Vec<u8>,
 }
 /// Topics /amodal/touch_rays, probes are rays, and /amodal/touch_exploration, probes are approaches of a hand. Fields 1 to 11 are those of
-/// TactileContacts and fields 12 to 20 those of HandContacts, which rays do not have. A probe that something else stops has a row in the
-/// fields after them, and of a ray no contact.
+/// TactileContacts and fields 12 to 20 those of HandContacts, which rays do not have. A probe that an obstacle stops has a row in the
+/// fields after them, and a ray then has no contact.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct ClutterContacts {
     #[prost(message, optional, tag = "1")]
@@ -1514,7 +1514,7 @@ pub struct ClutterContacts {
     pub normals: ::prost::alloc::vec::Vec<u8>,
     #[prost(bytes = "vec", tag = "7")]
     pub distances: ::prost::alloc::vec::Vec<u8>,
-    /// one byte per contact: 1 where nothing of the scene stands between it and the camera, else 0
+    /// one byte per contact: 1 where nothing of the scene is between it and the camera, else 0
     #[prost(bytes = "vec", tag = "8")]
     pub visible: ::prost::alloc::vec::Vec<u8>,
     #[prost(uint32, repeated, tag = "9")]
@@ -1540,10 +1540,10 @@ pub struct ClutterContacts {
     pub camera_from_hand: ::prost::alloc::vec::Vec<f64>,
     #[prost(double, repeated, tag = "19")]
     pub joint_values: ::prost::alloc::vec::Vec<f64>,
-    /// one byte an approach: as in HandContacts, and 5 blocked
+    /// one byte per approach: as in HandContacts, and 5 blocked
     #[prost(bytes = "vec", tag = "20")]
     pub ends: ::prost::alloc::vec::Vec<u8>,
-    /// which probe something else stopped, counted from 0, ascending
+    /// index of each probe that an obstacle stopped, ascending
     #[prost(uint32, repeated, tag = "21")]
     pub blocked_probe: ::prost::alloc::vec::Vec<u32>,
     /// one byte per row: number of the body from 1, 254 the container, 255 the table
@@ -1564,7 +1564,7 @@ pub struct GraspTrials {
     /// names of its links, the base first
     #[prost(string, repeated, tag = "3")]
     pub links: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
-    /// how many it has: a closed hand has one value for each
+    /// number of its joints: a closed hand has one value for each
     #[prost(uint32, tag = "4")]
     pub joints: u32,
     #[prost(double, tag = "5")]
@@ -1575,7 +1575,7 @@ pub struct GraspTrials {
     /// kg
     #[prost(double, tag = "7")]
     pub mass: f64,
-    /// job, table, material, hull; of old volume (400 kg/m^3, 0.02 to 2 kg)
+    /// job, table, material, hull; in older datasets volume (400 kg/m^3, 0.02 to 2 kg)
     #[prost(string, tag = "8")]
     pub mass_from: ::prost::alloc::string::String,
     /// lifted, six
@@ -1596,10 +1596,10 @@ pub struct GraspTrials {
     /// in the order of the tried grasps of the run
     #[prost(message, repeated, tag = "14")]
     pub trials: ::prost::alloc::vec::Vec<GraspTrial>,
-    /// where the table has the mass from, or the material, in words
+    /// source of the mass in the table, or the material, in words
     #[prost(string, tag = "15")]
     pub mass_source: ::prost::alloc::string::String,
-    /// kept: grasps of that verdict; closed: all whose closed hand touches with two links at least
+    /// kept: grasps of that verdict; closed: all whose closed hand touches with at least two links
     #[prost(string, tag = "16")]
     pub tried: ::prost::alloc::string::String,
     /// names of the variants under which chosen grasps were tried again
@@ -1611,37 +1611,37 @@ pub struct GraspTrials {
     /// names of the easier conditions under which grasps that failed are
     #[prost(string, repeated, tag = "20")]
     pub confirm_failed: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
-    /// one number where it is limited: negatives of a run that are confirmed for each of its positives
+    /// one number if limited: confirmed negatives of a run per positive
     #[prost(double, repeated, tag = "21")]
     pub failed_per_held: ::prost::alloc::vec::Vec<f64>,
     /// s from one sample of a series to the next; 0 where no trial has one
     #[prost(double, tag = "30")]
     pub series_interval: f64,
-    /// one number where grasps were tried on a table, too: friction of the object against it
+    /// one number if grasps were tried on a table, too: friction of the object against it
     #[prost(double, repeated, tag = "18")]
     pub table_friction: ::prost::alloc::vec::Vec<f64>,
 }
 /// The trials of one grasp.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct GraspTrial {
-    /// a place in GraspRun.grasps
+    /// an index into GraspRun.grasps
     #[prost(uint32, tag = "1")]
     pub grasp: u32,
     #[prost(message, optional, tag = "2")]
     pub outcome: ::core::option::Option<TrialOutcome>,
-    /// rad or m: all joints of the hand when gravity came on; none where it came to nothing
+    /// rad or m: all joints of the hand when gravity was switched on; none if the trial ended before
     #[prost(double, repeated, tag = "3")]
     pub joints: ::prost::alloc::vec::Vec<f64>,
     /// the hand's base then
     #[prost(double, repeated, tag = "4")]
     pub object_from_base: ::prost::alloc::vec::Vec<f64>,
-    /// of each contact then, a place in GraspTrials.links
+    /// of each contact then, an index into GraspTrials.links
     #[prost(uint32, repeated, tag = "5")]
     pub links: ::prost::alloc::vec::Vec<u32>,
     /// (contacts, 3) m, on the object's surface
     #[prost(double, repeated, tag = "6")]
     pub points: ::prost::alloc::vec::Vec<f64>,
-    /// (contacts, 3) out of the object
+    /// (contacts, 3) outward from the object
     #[prost(double, repeated, tag = "7")]
     pub normals: ::prost::alloc::vec::Vec<f64>,
     /// (contacts) m, from the object to the link
@@ -1652,16 +1652,16 @@ pub struct GraspTrial {
     pub forces: ::prost::alloc::vec::Vec<f64>,
     #[prost(message, repeated, tag = "10")]
     pub perturbed: ::prost::alloc::vec::Vec<PerturbedTrial>,
-    /// 0 of a grasp that was not chosen for them
+    /// 0 for a grasp that was not chosen for them
     #[prost(uint32, tag = "11")]
     pub roll_outs: u32,
-    /// of them; their share is the probability of success
+    /// roll-outs that held; their share is the probability of success
     #[prost(uint32, tag = "12")]
     pub roll_outs_held: u32,
     /// verdict under each of GraspTrials.variants; none of a grasp that was not chosen for them
     #[prost(uint32, repeated, tag = "13")]
     pub variants: ::prost::alloc::vec::Vec<u32>,
-    /// none where the hand would come below the table in every resting pose of the object
+    /// none if the hand would come below the table in every resting pose of the object
     #[prost(message, optional, tag = "14")]
     pub table: ::core::option::Option<TableTrial>,
     /// verdict under each of GraspTrials.confirm_held where outcome and table held, of
@@ -1669,22 +1669,22 @@ pub struct GraspTrial {
     pub confirmed: ::prost::alloc::vec::Vec<u32>,
     /// GraspTrials.confirm_failed where none did, up to the first that ends otherwise; else none
     ///
-    /// 1 untested, 2 held, 3 failed, 4 borderline, 5 unconfirmed: what outcome, table, perturbed and confirmed
+    /// 1 untested, 2 held, 3 failed, 4 borderline, 5 unconfirmed: the combined result of outcome, table, perturbed and
     #[prost(uint32, tag = "16")]
     pub label: u32,
-    /// say together; 0 where a dataset of an earlier version has none
+    /// confirmed; 0 in datasets of earlier versions
     ///
-    /// no trial so far held, and the run has negatives enough: further ones were not made
+    /// no trial so far held, and the run has enough negatives: further ones were not made
     #[prost(bool, tag = "17")]
     pub unconfirmed: bool,
-    /// of the trial under the conditions as given; none of a grasp that was not chosen for it
+    /// of the trial under the given conditions; none for a grasp that was not chosen for it
     #[prost(message, optional, tag = "30")]
     pub series: ::core::option::Option<TrialSeries>,
 }
 /// Forces and drift of a trial over time. Sample k was taken (k + 1) series_interval after the trial began, whatever its phase.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct TrialSeries {
-    /// how many in each phase: closing, lift and shake, or closing and six directions of gravity
+    /// number in each phase: closing, lift and shake, or closing and six directions of gravity
     #[prost(uint32, repeated, tag = "1")]
     pub samples: ::prost::alloc::vec::Vec<u32>,
     /// that pressed on the object in any sample, ascending, indices into GraspTrials.links
@@ -1693,10 +1693,10 @@ pub struct TrialSeries {
     /// (samples, links) N: sum of the normal forces of each
     #[prost(float, repeated, tag = "3")]
     pub forces: ::prost::alloc::vec::Vec<f32>,
-    /// (samples) m: the object's centre of mass in the hand, from where it was when the hand began to
+    /// (samples) m: displacement of the object's centre of mass in the hand since the hand began to
     #[prost(float, repeated, tag = "4")]
     pub moved: ::prost::alloc::vec::Vec<f32>,
-    /// close, after that phase from where it was when gravity came on
+    /// close; after the closing phase, since gravity was switched on
     ///
     /// (samples) rad: the object's rotation in the hand since then
     #[prost(float, repeated, tag = "5")]
@@ -1705,7 +1705,7 @@ pub struct TrialSeries {
 /// A grasp of the object as it rests on a table: gravity is on, nothing holds the object while the hand closes.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct TableTrial {
-    /// a place in the resting poses of the object: the most likely one above whose table the hand stays
+    /// an index into the resting poses of the object: the most likely one above whose table the hand stays
     #[prost(uint32, tag = "1")]
     pub resting_pose: u32,
     #[prost(message, optional, tag = "2")]
@@ -1722,10 +1722,10 @@ pub struct PerturbedTrial {
     /// kg
     #[prost(double, tag = "2")]
     pub mass: f64,
-    /// (3) m: the object's place, along the axes of the hand's base
+    /// (3) m: offset of the object, along the axes of the hand's base
     #[prost(double, repeated, tag = "3")]
     pub shift: ::prost::alloc::vec::Vec<f64>,
-    /// (3) rad: its turn about its centre of mass, an axis times an angle
+    /// (3) rad: its rotation about its centre of mass, an axis times an angle
     #[prost(double, repeated, tag = "4")]
     pub turn: ::prost::alloc::vec::Vec<f64>,
     #[prost(message, optional, tag = "5")]
@@ -1739,10 +1739,10 @@ pub struct TrialOutcome {
     pub verdict: u32,
     /// 6 lost_shaking, 7 lost_turned, 8 let_go, 9 unstable
     ///
-    /// s since the trial began, when it was decided
+    /// s: time of the decision, since the trial began
     #[prost(double, tag = "2")]
     pub time: f64,
-    /// s; 0 where the hand did not come to close
+    /// s; 0 if the hand did not close
     #[prost(double, tag = "3")]
     pub closing_time: f64,
     /// else the time was used up
@@ -1751,28 +1751,28 @@ pub struct TrialOutcome {
     /// m, of hand and mesh
     #[prost(double, tag = "5")]
     pub start_penetration: f64,
-    /// m, when gravity came on
+    /// m, when gravity was switched on
     #[prost(double, tag = "6")]
     pub closed_penetration: f64,
     /// m, the deepest after that
     #[prost(double, tag = "7")]
     pub shaken_penetration: f64,
-    /// m: the object's centre of mass in the hand, from where it was when gravity came on
+    /// m: the object's centre of mass in the hand, from where it was when gravity was switched on
     #[prost(double, tag = "8")]
     pub farthest: f64,
-    /// (phases) m: how far it moved in each phase that it stood: lift and shake, or six directions
+    /// (phases) m: displacement in each phase that it survived: lift and shake, or six directions
     #[prost(double, repeated, tag = "9")]
     pub slips: ::prost::alloc::vec::Vec<f64>,
     /// (phases) rad
     #[prost(double, repeated, tag = "10")]
     pub turns: ::prost::alloc::vec::Vec<f64>,
-    /// N: sum of the normal forces when gravity came on
+    /// N: sum of the normal forces when gravity was switched on
     #[prost(double, tag = "11")]
     pub force: f64,
-    /// that touched in the end
+    /// that touch at the end
     #[prost(uint32, tag = "12")]
     pub links: u32,
-    /// share of the way that the fingers backed off before it began
+    /// share of their range that the fingers backed off before it began
     #[prost(double, tag = "13")]
     pub opened_by: f64,
     /// m: how far the hand did
@@ -1782,7 +1782,7 @@ pub struct TrialOutcome {
     #[prost(uint32, tag = "15")]
     pub warnings: u32,
 }
-/// Topic /views/colour, where the job asks for it. The image in colour, lit by two lights that throw shadows.
+/// Topic /views/colour if the job requests it. The image in colour, lit by two lights that throw shadows.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct SceneColour {
     /// that of the SceneImage
@@ -1827,7 +1827,7 @@ pub struct SceneImage {
     /// (height, width) u8: 0 nothing, from 1 the body, 254 the container, 255 the table
     #[prost(bytes = "vec", tag = "9")]
     pub instances: ::prost::alloc::vec::Vec<u8>,
-    /// per instance: of its silhouette alone, those outside the image included
+    /// per instance: of its silhouette alone, including those outside the image
     #[prost(uint32, repeated, tag = "10")]
     pub pixels_all: ::prost::alloc::vec::Vec<u32>,
     /// per instance: of its silhouette alone, in the image
@@ -1851,10 +1851,10 @@ pub struct SceneImage {
     /// (height, width) u8: body of each measured depth, 253 between two; absent without a sensor
     #[prost(bytes = "vec", tag = "17")]
     pub point_instances: ::prost::alloc::vec::Vec<u8>,
-    /// cameras drawn before this one that were inside or next to something
+    /// cameras discarded before this one that were inside or next to something
     #[prost(uint32, tag = "18")]
     pub near_draws: u32,
-    /// cameras drawn before this one that saw too little of every body
+    /// cameras discarded before this one that saw too little of every body
     #[prost(uint32, tag = "19")]
     pub unseen_draws: u32,
     /// mesh: (vertices, 3) f32, little-endian, in its own frame
@@ -1866,7 +1866,7 @@ pub struct SceneImage {
     /// per instance: which see it nearer than the sensor measures; absent without a sensor
     #[prost(uint32, repeated, tag = "22")]
     pub pixels_too_near: ::prost::alloc::vec::Vec<u32>,
-    /// per instance: smallest true depth of these; 0 of one unseen; absent without a sensor
+    /// per instance: smallest true depth of these; 0 for an unseen body; absent without a sensor
     #[prost(float, repeated, tag = "23")]
     pub nearest_depths: ::prost::alloc::vec::Vec<f32>,
 }
@@ -1883,7 +1883,7 @@ pub struct SceneVolume {
     /// length of an edge of the cube, m
     #[prost(double, tag = "3")]
     pub size: f64,
-    /// distances are cut at this, m
+    /// distance at which values are truncated, m
     #[prost(double, tag = "4")]
     pub truncation: f64,
     /// 12: rotation and translation by rows; the origin is a corner of the cube
@@ -1892,7 +1892,7 @@ pub struct SceneVolume {
     /// number of each fused view of the scene, ascending
     #[prost(uint32, repeated, tag = "6")]
     pub views: ::prost::alloc::vec::Vec<u32>,
-    /// entry of the views' cameras that made each
+    /// index of the camera of the views that made each
     #[prost(uint32, repeated, tag = "7")]
     pub cameras: ::prost::alloc::vec::Vec<u32>,
     /// camera of each view
@@ -1904,7 +1904,7 @@ pub struct SceneVolume {
     /// resolution^3 i16, little-endian: steps of truncation / 32767, negative behind
     #[prost(bytes = "vec", tag = "10")]
     pub values: ::prost::alloc::vec::Vec<u8>,
-    /// resolution^3 u8: images that the value is the mean of; of none the value is 0
+    /// resolution^3 u8: number of images averaged in the value; 0: the value is 0
     #[prost(bytes = "vec", tag = "11")]
     pub weights: ::prost::alloc::vec::Vec<u8>,
 }
