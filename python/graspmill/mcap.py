@@ -1,7 +1,7 @@
 """MCAP files as graspmill writes them: the summary, chunks by the time they cover, messages of a chunk.
 
 The official ``mcap`` package reads these files, too, and tests compare the two; it creates Python objects for each record, which
-is too slow for shuffled training (``docs/python.md`` has the figures). Source: the MCAP specification, version 0.
+is too slow for shuffled training (``docs/benchmarks.md`` has the figures). Source: the MCAP specification, version 0.
 """
 
 from __future__ import annotations

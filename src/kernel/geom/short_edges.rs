@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::TriMesh;
 
 /// Longest edge of a mesh whose triangles MuJoCo touches one by one [m]: solids of hands pass through longer ones
-/// (docs/grasps.md has the measurements).
+/// (docs/benchmarks.md has the measurements).
 pub const TOUCHED_EDGE: f64 = 0.006;
 
 /// Where there would be too many triangles, edges may be longer by this factor.
