@@ -1,4 +1,4 @@
-//! `report.html`: one file that shows a dataset, with no link to anything outside it.
+//! `report.html`: one self-contained file that shows a dataset.
 
 use std::path::{Path, PathBuf};
 
@@ -9,21 +9,21 @@ use super::{
 use format::dataset::{DatasetError, DatasetReader, layout::REPORT};
 use kernel::files::{self, Folder, Temporary};
 
-/// A report that was written.
+/// A written report.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReportSummary {
     /// The page.
     pub path: PathBuf,
     /// Size [bytes].
     pub bytes: u64,
-    /// Things with pictures: samples, objects or cross-sections, by product.
+    /// Number of items with pictures: samples, objects or cross-sections, by product.
     pub shown: usize,
 }
 
 /// Writes the page of the finished dataset in `folder` to `out` ([`REPORT`] in the folder when `None`).
 ///
-/// Reads what the inspection reads, and decodes the samples that it shows. The page depends on the dataset and on
-/// `notes.json`, not on clock, machine or path (but for a job without a name).
+/// Reads the same files as the inspection, and decodes the samples on the page. The page depends on the dataset and on
+/// `notes.json`, not on time, machine or path (except for a job without a name).
 ///
 /// # Errors
 /// When the dataset is not finished, a file is missing or damaged, or the page can't be written.
@@ -33,7 +33,7 @@ pub fn report(folder: &Folder, out: Option<&Path>) -> Result<ReportSummary, Data
     write_page(&reader, survey.as_ref(), out)
 }
 
-/// Writes the page of a dataset that was surveyed, to `out` or into its folder.
+/// Writes the page of a surveyed dataset to `out` or into its folder.
 ///
 /// # Errors
 /// When a file of the dataset is missing or damaged, or the page can't be written.
@@ -48,7 +48,8 @@ pub(super) fn write_page(
     Ok(ReportSummary { path, bytes: html.len() as u64, shown })
 }
 
-/// Writes a page to `out`, or as [`REPORT`] into a folder. What `out` leads to is replaced; in the folder a link goes itself.
+/// Writes a page to `out`, or as [`REPORT`] into a folder. The target of `out` is replaced; in the folder, a link is replaced
+/// itself.
 ///
 /// # Errors
 /// When the page can't be written.

@@ -1,4 +1,4 @@
-//! Objects of the scenes of a dataset, as inspections and pages name them.
+//! Objects of the scenes of a dataset, for inspections and pages.
 
 use std::fmt;
 

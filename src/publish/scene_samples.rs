@@ -1,4 +1,4 @@
-//! Samples of scenes that can stand in the first picture of a set, where one scene is shown as several datasets know it.
+//! Samples of scenes for the first picture of a set, which shows one scene from several datasets.
 
 use super::picture::Picture;
 use format::dataset::{DatasetError, DatasetReader, Fate, LedgerRow};
@@ -11,9 +11,9 @@ pub(super) struct SceneSample {
     pub index: SampleIndex,
     /// The scene by content.
     pub scene: ObjectId,
-    /// Number of the view that the sample is of; `None` if it is of the scene as a whole.
+    /// Number of the sample's view; `None` if the sample belongs to the whole scene.
     pub view: Option<ItemId>,
-    /// Distance from the sample that shows most, 0 or more: of several samples the nearest is shown.
+    /// Rating, 0 or more: the sample with the smallest value is shown.
     pub distance: f64,
 }
 
@@ -27,7 +27,7 @@ pub(super) struct ScenePanel {
 }
 
 impl SceneSample {
-    /// The stored samples of a dataset for which `of` has a view and a distance, in order. Reads the ledgers, one at a time.
+    /// The stored samples of a dataset for which `of` returns a view and a rating, in order. Reads the ledgers, one at a time.
     ///
     /// # Errors
     /// When a shard is missing or damaged.

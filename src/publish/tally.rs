@@ -7,13 +7,13 @@ use serde::{Deserialize, Serialize};
 /// A distribution in six numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
-    /// Least value.
+    /// Smallest value.
     pub min: f64,
-    /// Five in a hundred lie at or below.
+    /// 5th percentile.
     pub p05: f64,
-    /// Half lie at or below.
+    /// Median.
     pub median: f64,
-    /// Ninety-five in a hundred lie at or below.
+    /// 95th percentile.
     pub p95: f64,
     /// Largest value.
     pub max: f64,
@@ -22,7 +22,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// The distribution of the finite ones of some values, by nearest rank; zeros without any.
+    /// The distribution of the finite values, by nearest rank; zeros without values.
     pub(super) fn of(mut values: Vec<f64>) -> Self {
         values.retain(|value| value.is_finite());
         values.sort_unstable_by(f64::total_cmp);
@@ -35,7 +35,7 @@ impl Spread {
     }
 }
 
-/// A distribution as tables show it: its name, then least value, 5 %, median, 95 %, largest value and mean.
+/// A distribution in tables: its name, then minimum, 5 %, median, 95 %, maximum and mean.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct SpreadRow {
     name: &'static str,
@@ -43,7 +43,7 @@ pub(super) struct SpreadRow {
 }
 
 impl SpreadRow {
-    /// The row of a distribution, with so many digits after the point.
+    /// The row of a distribution, with this number of decimals.
     pub fn new(name: &'static str, digits: usize, spread: &Spread) -> Self {
         let Spread { min, p05, median, p95, max, mean } = *spread;
         Self { name, values: [min, p05, median, p95, max, mean].map(|value| format!("{value:.digits$}")) }
@@ -62,8 +62,8 @@ impl fmt::Display for SpreadRow {
     }
 }
 
-/// Counts of finite values that are at least 0, in steps; other values are skipped. Memory grows with the number of different steps
-/// that occur, whatever the values.
+/// Counts of finite values that are at least 0, in steps; other values are skipped. Memory grows only with the number of
+/// different steps.
 #[derive(Clone, Debug)]
 pub(super) struct Tally {
     step: f64,

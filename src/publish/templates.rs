@@ -1,7 +1,7 @@
-//! Templates of pages and documents, and how a value is escaped on its way into each kind of file.
+//! Templates of pages and documents, and the escaping of values for each kind of file.
 //!
-//! A template places values; numbers come to it as text. The end of a template's name says what it writes, and every value is
-//! escaped for that: no filter lets text through as it is but `authored`, for Markdown of a release's own authors.
+//! A template inserts values; numbers are passed as text. The extension of a template's name determines the file format, and
+//! every value is escaped for it. Only the filter `authored` inserts text unescaped, for Markdown by a release's authors.
 
 use std::sync::OnceLock;
 
@@ -26,13 +26,13 @@ pub(super) const SHARED: [Template; 3] = [
 
 /// Templates of one kind of page or document, together with [`SHARED`].
 pub(super) struct PageTemplates {
-    /// Templates that no other kind has; the page is the first.
+    /// Templates of this kind only; the page is the first.
     pub own: &'static [Template],
     environment: OnceLock<Environment<'static>>,
 }
 
 impl PageTemplates {
-    /// The shared templates and these.
+    /// Combines the shared templates with these.
     pub const fn new(own: &'static [Template]) -> Self {
         Self { own, environment: OnceLock::new() }
     }
@@ -40,8 +40,7 @@ impl PageTemplates {
     /// Fills the template of this name.
     ///
     /// # Panics
-    /// When the template names a value that is not there: templates are part of the program, and a test fills each branch of
-    /// each.
+    /// When the template uses a missing value: templates are part of the program, and a test renders every branch.
     pub fn render(&self, name: &str, view: &impl Serialize) -> String {
         self.fill(name, page_values(view))
     }
@@ -61,12 +60,12 @@ impl PageTemplates {
     }
 }
 
-/// The values of a page as its template takes them.
+/// Values of a page for its template.
 pub(super) fn page_values(view: &impl Serialize) -> Value {
     Value::from(Serde(view))
 }
 
-/// Reader of templates: strict about values that are not there, with the filters that escape.
+/// Template engine: strict about missing values, with the escaping filters.
 pub(super) fn environment(templates: impl IntoIterator<Item = Template>) -> Environment<'static> {
     let mut environment = Environment::empty();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -91,7 +90,7 @@ pub(super) fn environment(templates: impl IntoIterator<Item = Template>) -> Envi
     environment
 }
 
-/// Writes a value as the kind of file asks, which the end of the template's name says.
+/// Writes a value, escaped for the file format that the template's extension determines.
 fn write(out: &mut Output, state: &mut State, value: &Value) -> Result<(), Error> {
     let text = match value.kind() {
         ValueKind::String => value.as_str().unwrap_or_default().to_owned(),
@@ -104,14 +103,14 @@ fn write(out: &mut Output, state: &mut State, value: &Value) -> Result<(), Error
         return Ok(out.write_str(&text)?);
     }
     let AutoEscape::Custom(end) = state.auto_escape() else {
-        return Err(Error::new(ErrorKind::InvalidOperation, "a template whose values are not escaped"));
+        return Err(Error::new(ErrorKind::InvalidOperation, "a template without escaping"));
     };
     let escaped = match &**end {
         "html" => escape::html(&text),
         "md" => escape::markdown(&text),
         "cff" | "yaml" => escape::quoted(&text),
         "bib" => escape::bibtex(&text),
-        end => return Err(Error::new(ErrorKind::InvalidOperation, format!("nothing says how to escape for .{end}"))),
+        end => return Err(Error::new(ErrorKind::InvalidOperation, format!("no escaping is defined for .{end}"))),
     };
     Ok(out.write_str(&escaped)?)
 }

@@ -1,4 +1,4 @@
-//! Facts of touch, by kind, over some samples of a dataset.
+//! Facts of touch by kind, over several samples of a dataset.
 
 use std::{collections::BTreeMap, fmt};
 
@@ -15,16 +15,16 @@ use format::{
 };
 use kernel::ids::SampleIndex;
 
-/// Facts of touch, over some of the stored samples.
+/// Facts of touch, over several stored samples.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TouchFacts {
     /// Samples evaluated, spread evenly over the dataset: all, or [`TouchFacts::MAX`].
     pub samples: u64,
-    /// One row a kind that is stored, in the order of their channels.
+    /// One row per stored kind, in the order of their channels.
     pub kinds: Vec<TouchKind>,
-    /// Cells that hold a contact of any kind.
+    /// Cells with a contact of any kind.
     pub cells: u64,
-    /// Touched cells that were seen, too.
+    /// Touched cells that are also observed.
     pub cells_in_partial: u64,
 }
 
@@ -37,19 +37,19 @@ pub struct TouchKind {
     pub probes: u64,
     /// Contacts of all samples.
     pub contacts: u64,
-    /// Contacts in sight of the camera.
+    /// Contacts visible to the camera.
     pub visible: u64,
     /// Contacts outside the grid.
     pub outside: u64,
-    /// Probes that something else stopped; `None` of lone objects.
+    /// Probes that something else stopped; `None` for single objects.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub blocked: Option<u64>,
-    /// Forces and gaps that a hand felt; `None` if no hand touched.
+    /// Forces and gaps at a hand's contacts; `None` without a hand.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub hand: Option<HandFacts>,
 }
 
-/// Forces and gaps that a hand felt.
+/// Forces and gaps at a hand's contacts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HandFacts {
     /// The hand's name.
@@ -58,11 +58,11 @@ pub struct HandFacts {
     pub force: Spread,
     /// Gaps between mesh and links at the contacts [m], negative where a link presses in.
     pub gap: Spread,
-    /// Approaches by what ended them.
+    /// Approaches by their end.
     pub ends: BTreeMap<String, u64>,
 }
 
-/// One kind of touch while samples go by.
+/// Sums of one kind of touch during the pass.
 #[derive(Default)]
 struct KindSums {
     facts: TouchKind,
@@ -88,7 +88,7 @@ impl KindSums {
         let Some(hand) = &touch.hand else { return };
         forces.extend(hand.felt.iter().map(|felt| f64::from(felt.force)));
         gaps.extend(hand.felt.iter().map(|felt| f64::from(felt.gap)));
-        // Nothing is in the way of a lone object.
+        // Nothing blocks the probes of a single object.
         let ends = ApproachEnd::ALL.into_iter().filter(|end| *end != ApproachEnd::Blocked || facts.blocked.is_some());
         let none = ends.map(|end| (end.name().to_owned(), 0)).collect();
         let of_hand = facts.hand.get_or_insert_with(|| HandFacts { ends: none, ..HandFacts::default() });
@@ -106,7 +106,7 @@ impl KindSums {
 }
 
 impl TouchFacts {
-    /// Samples evaluated, at most: they have to be read and decoded.
+    /// Maximum number of evaluated samples, which must be read and decoded.
     pub const MAX: u64 = 2000;
 
     /// Reads the samples of a dataset; `None` if no touch is stored.
@@ -173,16 +173,16 @@ impl fmt::Display for TouchFacts {
                 None => writeln!(f)?,
             }
             if let Some(blocked) = blocked {
-                writeln!(f, "    {:.1} per sample stopped by something else than the body", each(*blocked))?;
+                writeln!(f, "    {:.1} per sample stopped by something other than the body", each(*blocked))?;
             }
             let hidden = contacts - visible;
-            write!(f, "    {} of the contacts in sight of the camera, ", share(*visible, *contacts))?;
+            write!(f, "    {} of the contacts visible to the camera,  ", share(*visible, *contacts))?;
             writeln!(f, "{} hidden, {} outside the grid", share(hidden, *contacts), share(*outside, *contacts))?;
             hand.iter().try_for_each(|hand| hand.write(f))?;
         }
         write!(
             f,
-            "  {:.1} touched cells per sample, {} of them seen, too",
+            "  {:.1} touched cells per sample, {} of them also observed",
             each(*cells),
             share(*cells_in_partial, *cells)
         )
@@ -194,8 +194,8 @@ impl HandFacts {
         let Self { hand: _, force, gap, ends } = self;
         let millimetres = [gap.median, gap.min, gap.max].map(|gap| format!("{:.3}", 1e3 * gap));
         let [median, deepest, widest] = &millimetres;
-        write!(f, "    forces {:.2} N in the median, {:.2} at most; ", force.median, force.max)?;
-        writeln!(f, "gaps {median} mm in the median, from {deepest} to {widest}")?;
+        write!(f, "    forces: median {:.2} N, maximum {:.2} N;  ", force.median, force.max)?;
+        writeln!(f, "gaps: median {median} mm, from {deepest} to {widest}")?;
         // In the order of their numbers, not of their names.
         let ended = ApproachEnd::ALL.into_iter().filter_map(|end| {
             let none = (end != ApproachEnd::Blocked).then_some(0);

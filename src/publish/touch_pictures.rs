@@ -1,17 +1,17 @@
-//! Pictures of touch, from behind: touched cells beside the seen ones, and contacts on the whole solid.
+//! Pictures of touch, from behind: touched cells with the observed ones, and contacts on the whole solid.
 
 use crate::picture::{Colour, Picture, VoxelPainter};
 use format::{Channel, TactileContacts, TouchedPair};
 
-/// Pictures of the touch of a sample, each with words.
+/// Pictures of the touch of a sample, each with a caption.
 pub(crate) struct TouchPictures {
-    /// Touched cells over the seen ones.
+    /// Touched cells over the observed ones.
     pub cells: Picture,
-    /// Words on the touched cells.
+    /// Caption of the touched cells.
     pub cells_hint: String,
     /// The whole solid, a dot at each contact and at each probe that something else stopped.
     pub points: Picture,
-    /// Words on the contacts.
+    /// Caption of the contacts.
     pub points_hint: String,
 }
 
@@ -25,7 +25,7 @@ impl TouchPictures {
             kinds.push(format!("{} {word} ({colour})", contacts.len()));
         }
         let count: usize = touch.iter().map(|(_, contacts)| contacts.contacts.len()).sum();
-        // A lone kind needs no word for its colour.
+        // A single kind needs no name of its colour.
         let counts = if kinds.len() == 1 { format!("{count} contacts") } else { kinds.join(", ") };
         let blocked: usize = touch.iter().map(|(_, contacts)| contacts.blocked.len()).sum();
         let blocked = if blocked > 0 { format!(", {blocked} stopped by something else (grey)") } else { String::new() };
@@ -55,7 +55,7 @@ pub(crate) fn touch_points(touched: &TouchedPair, behind: &VoxelPainter) -> Pict
 struct DotMeaning {
     colour: Colour,
     colour_name: &'static str,
-    /// Origin of the contacts, in words.
+    /// Text about the origin of the contacts.
     word: &'static str,
 }
 

@@ -264,13 +264,16 @@ fn what_has_no_known_licence_is_not_shipped() {
     let stated = write_licences(&workspace, "\"fou*\" = \"CC-BY-4.0\"");
     let whole = workspace.path("whole");
     let said = release(&data, &whole, &stated).arg("--recipe").expect_code(2).text();
-    assert!(said.contains("leave --recipe away"), "{said}");
+    assert!(said.contains("leave out --recipe"), "{said}");
     release(&data, &whole, &stated).succeed();
     verify(&whole).succeed();
     // Not for sale, but the release would be.
     let unsold = write_licences(&workspace, "found = \"CC-BY-NC-4.0\"");
     let said = release(&data, &workspace.path("sold"), &unsold).expect_code(2).text();
-    assert!(said.contains("CC-BY-NC-4.0 forbids commercial use, the release's licence CC-BY-4.0 allows it"), "{said}");
+    assert!(
+        said.contains("CC-BY-NC-4.0 forbids commercial use, but the release's licence CC-BY-4.0 allows it"),
+        "{said}"
+    );
 }
 
 /// A pattern fills gaps: objects with a known licence, credit and source keep them. A name replaces a licence, keeps
@@ -294,7 +297,10 @@ fn a_pattern_of_licences_replaces_nothing_that_is_known() {
     };
     let all = "\"*\" = { licence = \"MIT\", attribution = \"Somebody else\", source = \"a drawer\" }";
     let (said, rows, _) = make("all", all);
-    assert!(said.contains("\"*\" fills gaps only") && said.contains("scan (CC-BY-4.0)"), "{said}");
+    assert!(
+        said.contains("\"*\" applies only to assets without a known licence") && said.contains("scan (CC-BY-4.0)"),
+        "{said}"
+    );
     let stated = |name: &str| ["licence", "licence_source", "attribution"].map(|key| rows[name][key].clone());
     assert_eq!(stated("scan"), ["CC-BY-4.0", "dataset", "Doe et al. 2020"]);
     assert_eq!(rows["scan"]["source"], "file scan.obj");
@@ -329,7 +335,10 @@ fn a_recipe_of_grasps_leaves_out_the_shapes_alone() {
     let said = release(&data, &out, &about).expect_code(2).text();
     assert!(said.contains("copies of its shape") && !said.contains("hand"), "the hand is graspmill's own: {said}");
     let said = release(&data, &out, &about).arg("--recipe").succeed().text();
-    assert!(said.contains("\"*\" fills gaps only") && said.contains("barrett_bh8_280"), "{said}");
+    assert!(
+        said.contains("\"*\" applies only to assets without a known licence") && said.contains("barrett_bh8_280"),
+        "{said}"
+    );
     let hand = &read_json(out.join("licences.json"))["assets"][1];
     assert!(hand["licence_source"] == "graspmill" && hand["licence"] != "MIT", "{hand}");
     let files = read_tree(&out);

@@ -165,7 +165,9 @@ fn threads_and_tasks_change_no_touch_and_touch_changes_nothing_else() {
     assert_eq!(read, counted);
     let kind = &Program::on("inspect", &two).read_json()["touch"]["kinds"][0];
     assert_eq!((&kind["channel"], &kind["blocked"]), (&Value::from("touch_rays"), &Value::from(counted[1])));
-    assert!(inspect(&Folder::at(&two)).expect("facts").to_string().contains("stopped by something else than the body"));
+    assert!(
+        inspect(&Folder::at(&two)).expect("facts").to_string().contains("stopped by something other than the body")
+    );
     Program::on("report", &two).succeed();
     let page = workspace.read("two/report.html");
     assert!(page.contains("Touch points, from behind") && page.contains("stopped by something else (grey)"));

@@ -1,4 +1,4 @@
-//! Every branch of every template is rendered, and no text of third parties changes what stands around it.
+//! Every branch of every template is rendered, and no text of third parties changes its surroundings.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -363,7 +363,7 @@ fn reachability_page(name: &str, is_directed: bool, is_full: bool) -> Page {
         let step = if periodic { std::f64::consts::TAU / count as f64 } else { 0.1 };
         Axis { name, unit, first: 0.0, step, count, periodic }
     };
-    // So many positions along x that marks stand at every second one.
+    // Number of positions along x for which every second one has a mark.
     let columns = if is_directed { 2 } else { 31 };
     let position_axes =
         [("x", columns), ("y", 2), ("z", 2)].map(|(name, count)| axis(name, AxisUnit::Metre, count, false));
@@ -425,7 +425,7 @@ const DOCUMENTS: [&str; 5] = [
     "release/citation.bib",
 ];
 
-/// Every page and document with and without what can be missing; `name` stands wherever third parties put text.
+/// Every page and document with and without optional parts; `name` is at every position of third-party text.
 fn pages(name: &str) -> Vec<Page> {
     let mut pages =
         vec![completion_page(name, 5, true), completion_page(name, 1, true), completion_page(name, 0, false)];
@@ -504,13 +504,13 @@ fn every_branch_of_every_template_is_rendered() {
     assert!(missing.is_empty(), "no page shows {missing:#?}");
 }
 
-/// Nothing but the text itself differs, escaped, wherever it stands.
+/// Only the escaped text differs, at every position.
 #[test]
 fn hostile_names_change_nothing_around_them() {
     let hostile = "mug<script>alert(1)</script><!-- \" ' & &lt; | [a](javascript:b) ![c](d) *e* _f_ ~~g~~ $h$ # {{ i }} {% j %} \\ \
         ]]> =cmd|' /C calc'!A0";
     let inner = |text: String| text[1..text.len() - 1].to_owned();
-    // An escaped text inside a longer one stands before its own parts.
+    // An escaped text inside a longer one comes before its own parts.
     let forms = [
         escape::html(hostile),
         // Reasons and the like are shown with spaces.

@@ -1,4 +1,4 @@
-//! Facts that only the authors of a release know: its about file (TOML), strict as a job file is.
+//! Facts that only the authors of a release know: its about file (TOML), as strict as a job file.
 
 use std::{cmp::Reverse, collections::BTreeMap, path::Path};
 
@@ -8,17 +8,17 @@ use serde::{Deserialize, Serialize};
 use super::rights;
 use form::{Checker, FormErrors, decode, did_you_mean, fits_name, schema_of};
 
-/// An about file: what a release says of itself beyond what can be measured.
+/// An about file: facts about a release that cannot be measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct About {
     /// Title of the release.
     #[schemars(length(min = 1), extend("examples" = ["YCB completion, small"]))]
     pub title: String,
-    /// Version of the release; a new one for any change of its data.
+    /// Version of the release; any change of its data requires a new version.
     #[schemars(length(min = 1), extend("examples" = ["1.0.0"]))]
     pub version: String,
-    /// Day of the release, `YYYY-MM-DD`. No date is ever taken from the clock.
+    /// Day of the release, `YYYY-MM-DD`. The clock is never used.
     #[schemars(extend("examples" = ["2026-11-22"]))]
     pub date: String,
     /// Content and purpose of the dataset, in a few sentences.
@@ -30,30 +30,30 @@ pub struct About {
     /// The authors.
     #[schemars(length(min = 1))]
     pub authors: Vec<Author>,
-    /// Where it can be found.
+    /// URLs of the release.
     #[schemars(extend("examples" = ["https://example.org/data"]))]
     pub url: Option<String>,
-    /// DOI, without a resolver before it.
+    /// DOI, without a resolver.
     #[schemars(extend("examples" = ["10.1234/abcd"]))]
     pub doi: Option<String>,
-    /// Words to find it by.
+    /// Keywords.
     #[serde(default)]
     pub keywords: Vec<String>,
-    /// Sources of money.
+    /// Funding.
     pub funding: Option<String>,
-    /// Whom to ask.
+    /// Contact.
     pub contact: Option<String>,
-    /// Keepers of the dataset, how errors are mended and reported, how long it stays.
+    /// Maintainers of the dataset, how errors are reported and corrected, how long it stays available.
     pub maintenance: Option<String>,
     /// Intended uses.
     #[serde(default)]
     pub intended_uses: Vec<String>,
-    /// Uses that it should not be put to.
+    /// Uses for which it is not suitable.
     #[serde(default)]
     pub out_of_scope_uses: Vec<String>,
-    /// Licences of objects, hands, containers and robots, by name or by pattern (`*` any part, `?` one letter). A pattern fills gaps:
-    /// it holds where the dataset knows no licence, or the same one. A name replaces what the dataset knows, and the release shows both.
-    /// A name counts before a pattern, a pattern of more letters before one of fewer.
+    /// Licences of objects, hands, containers and robots, by name or by pattern (`*` any part, `?` one letter). A pattern applies
+    /// only if the dataset knows no licence, or the same one. A name replaces the licence that the dataset knows, and the release
+    /// shows both. A name takes precedence over a pattern, and a longer pattern over a shorter one.
     #[serde(default)]
     pub licences: BTreeMap<String, LicenceStatement>,
 }
@@ -62,23 +62,23 @@ pub struct About {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Author {
-    /// `Family, Given` of a person; without a comma the name of an organisation.
+    /// `Family, Given` for a person; without a comma, the name of an organisation.
     #[schemars(length(min = 1), extend("examples" = ["Lovelace, Ada"]))]
     pub name: String,
     /// ORCID of a person, sixteen digits in four groups.
     #[schemars(extend("examples" = ["0000-0002-1825-0097"]))]
     pub orcid: Option<String>,
-    /// Where a person works.
+    /// Affiliation of a person.
     pub affiliation: Option<String>,
 }
 
 impl Author {
-    /// Family and given name of a person; `None` of an organisation.
+    /// Family and given name of a person; `None` for an organisation.
     pub fn person(&self) -> Option<(&str, &str)> {
         self.name.split_once(',').map(|(family, given)| (family.trim(), given.trim()))
     }
 
-    /// The name as people say it.
+    /// The name in natural order.
     pub fn spoken(&self) -> String {
         self.person().map_or_else(|| self.name.clone(), |(family, given)| format!("{given} {family}"))
     }
@@ -94,13 +94,13 @@ impl Author {
         }
         let is_organisation = self.person().is_none() && !checker.is_wrong(path.key("name"));
         if let Some(affiliation) = self.affiliation.as_ref().filter(|_| is_organisation) {
-            let report = checker.invalid(path.key("affiliation"), "none of an organisation", quoted(affiliation));
+            let report = checker.invalid(path.key("affiliation"), "no ORCID for an organisation", quoted(affiliation));
             report.help("write a person's name as `Family, Given`");
         }
     }
 }
 
-/// Statement of the authors about an asset's licence: its name alone, or more.
+/// Statement of the authors about an asset's licence: only its name, or more.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum LicenceStatement {
@@ -110,20 +110,20 @@ pub enum LicenceStatement {
     Terms(LicenceTerms),
 }
 
-/// A licence and what goes with it.
+/// A licence with source, credit and permissions.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LicenceTerms {
     /// SPDX expression, or the licence's name.
     #[schemars(length(min = 1))]
     pub licence: String,
-    /// Where the asset is from.
+    /// Source of the asset.
     pub source: Option<String>,
-    /// Whom to name, and how to cite it.
+    /// Attribution and citation.
     pub attribution: Option<String>,
-    /// Whether copies of its shape may be given on. Without it, as the licence says.
+    /// Whether copies of its shape may be shared. By default, the licence decides.
     pub redistribute: Option<bool>,
-    /// Whether data made of its shape (grids, depth, images) may be given on. Without it, as the licence says.
+    /// Whether data made from its shape (grids, depth, images) may be shared. By default, the licence decides.
     pub derived: Option<bool>,
 }
 
@@ -153,13 +153,13 @@ pub(super) struct Statement<'a> {
 }
 
 impl Statement<'_> {
-    /// Whether it names the asset, and not several by a pattern.
+    /// Whether the key is the asset's name instead of a pattern.
     pub fn is_name(&self) -> bool {
         let mut letters = self.pattern.chars();
         while let Some(letter) = letters.next() {
             match letter {
                 '*' | '?' => return false,
-                // What follows stands for itself.
+                // The next character is literal.
                 '\\' => _ = letters.next(),
                 _ => {}
             }
@@ -168,7 +168,7 @@ impl Statement<'_> {
     }
 }
 
-/// Letters of a pattern that stand for themselves.
+/// Number of literal letters of a pattern.
 fn count_letters(pattern: &str) -> usize {
     pattern.chars().filter(|letter| !['*', '?', '\\'].contains(letter)).count()
 }
@@ -204,17 +204,17 @@ impl About {
         }
         if !rights::is_spdx(&self.licence) {
             let report = checker.invalid("licence", "an SPDX expression", quoted(&self.licence));
-            report.help("https://spdx.org/licenses lists them; CC-BY-4.0 is usual for data");
+            report.help("https://spdx.org/licenses lists them; CC-BY-4.0 is common for data");
         }
         if let Some(url) = self.url.as_ref().filter(|url| !url.starts_with("https://") && !url.starts_with("http://")) {
-            checker.invalid("url", "an address that begins with https://", quoted(url));
+            checker.invalid("url", "a URL that starts with https://", quoted(url));
         }
         if let Some(doi) = self.doi.as_ref().filter(|doi| !(doi.starts_with("10.") && doi.contains('/'))) {
             checker.invalid("doi", "a DOI as 10.1234/abcd", quoted(doi));
         }
     }
 
-    /// Checks that each licence has a name and fits an asset; of patterns that fit none the first is reported.
+    /// Checks that each licence has a name and matches an asset; reports the first pattern that matches none.
     fn check_licences(&self, checker: &mut Checker, assets: &[&str]) {
         for (pattern, statement) in &self.licences {
             let path = form::Path::from("licences").key(pattern);
@@ -222,7 +222,7 @@ impl About {
                 checker.invalid(&path, "the name of a licence", quoted(""));
             }
             if !assets.iter().any(|name| fits_name(pattern, name)) {
-                let detail = format!("`{pattern}` fits none of {}", some_of(assets));
+                let detail = format!("`{pattern}` matches none of {}", some_of(assets));
                 let help = did_you_mean(pattern, assets.iter().copied());
                 checker.not_found(&path, "asset", detail).help_if(help);
                 break;
@@ -230,14 +230,15 @@ impl About {
         }
     }
 
-    /// The statement about the asset of this name: of the name itself, else of the pattern of most letters, of equals the first.
+    /// The statement about the asset of this name: that of the name, else that of the pattern with the most letters, and of equal
+    /// patterns the first.
     pub(super) fn statement_of(&self, name: &str) -> Option<Statement<'_>> {
         let fitting = self.licences.iter().filter(|(pattern, _)| fits_name(pattern, name));
         let statements = fitting.map(|(pattern, stated)| Statement { pattern, terms: stated.terms() });
         statements.min_by_key(|statement| Reverse((statement.is_name(), count_letters(statement.pattern))))
     }
 
-    /// All authors as people say their names.
+    /// All authors, with names in natural order.
     pub fn spoken_authors(&self) -> String {
         self.authors.iter().map(Author::spoken).collect::<Vec<_>>().join(", ")
     }
@@ -247,7 +248,7 @@ fn quoted(text: &str) -> String {
     format!("\"{text}\"")
 }
 
-/// The first few names and how many more there are.
+/// The first few names, and the number of further ones.
 pub(super) fn some_of(names: &[&str]) -> String {
     const SHOWN: usize = 8;
     let shown = names[..names.len().min(SHOWN)].join(", ");

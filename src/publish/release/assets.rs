@@ -1,4 +1,4 @@
-//! Assets that a dataset was made of, and the parts of them that a release may hold: one row per object, hand, container or robot.
+//! Assets of a dataset, and the parts of them that a release may contain: one row per object, hand, container or robot.
 
 use std::{collections::BTreeMap, path::Path, sync::LazyLock};
 
@@ -18,19 +18,19 @@ use crate::{
 use format::dataset::{AssetRow, DatasetError, DatasetReader, layout};
 use kernel::ids::ObjectId;
 
-/// Part of an asset that may stand in a release.
+/// Part of an asset that a release may contain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Allowed {
-    /// Nothing that shows it.
+    /// Nothing that shows the asset.
     Nothing,
-    /// Data made of it, but no copy of its shape.
+    /// Data made from it, but no copy of its shape.
     Derived,
     /// Everything.
     Everything,
 }
 
-/// Source of the name of a licence.
+/// Source of a licence's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum LicenceSource {
@@ -40,11 +40,11 @@ pub(super) enum LicenceSource {
     About,
     /// `scenes/licences.toml` of this program, by content.
     Graspmill,
-    /// Nobody.
+    /// No source: the licence is not known.
     Nobody,
 }
 
-/// Licence of an asset as it is known without the about file.
+/// Known licence of an asset without the about file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(super) struct Known {
     /// The licence.
@@ -56,7 +56,7 @@ pub(super) struct Known {
 }
 
 impl Known {
-    /// Licence by the asset table, else by this program; `None` if neither knows one.
+    /// Licence from the asset table, else from this program; `None` if neither knows one.
     fn of(kind: AssetKind, row: &AssetRow) -> Option<Self> {
         let word = |key: &str| row.facts.get(key).and_then(Value::as_str).map(str::to_owned);
         if let Some(licence) = word("licence") {
@@ -78,33 +78,33 @@ pub(super) struct Asset {
     /// Digest of the content, as graspmill counts it: of the prepared mesh, or of the description with all that it
     /// names.
     pub content: ObjectId,
-    /// BLAKE3 of the source file, of a mesh out of a file.
+    /// BLAKE3 of the source file, for meshes read from a file.
     pub file_blake3: Option<String>,
-    /// Where it is from.
+    /// Source of the asset.
     pub source: String,
-    /// Licence, where known.
+    /// Licence, if known.
     pub licence: Option<String>,
     /// Source of that name.
     pub licence_source: LicenceSource,
     /// Whom to name, and how to cite it.
     pub attribution: Option<String>,
-    /// Licence that was known and that the about file replaces.
+    /// Known licence that the about file replaces.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub replaces: Option<Known>,
-    /// Pattern of the about file that states another licence and fills gaps only.
+    /// Pattern of the about file that states a different licence but does not replace the known one.
     #[serde(skip)]
     pub passed_over: Option<String>,
-    /// Part of it that stands in the dataset.
+    /// Part of it that the dataset contains.
     #[serde(rename = "use")]
     pub used: AssetUse,
-    /// Part of it that may stand in this release.
+    /// Part of it that this release may contain.
     pub may_be_shipped: Allowed,
-    /// Why not all of it.
+    /// Reason if not all of it may be shipped.
     pub because: Option<String>,
 }
 
 impl Asset {
-    /// Whether what the dataset holds of it may be shipped whole.
+    /// Whether everything that the dataset contains of it may be shipped.
     pub fn is_free(&self) -> bool {
         match self.used {
             AssetUse::Copied => self.may_be_shipped == Allowed::Everything,
@@ -112,13 +112,13 @@ impl Asset {
         }
     }
 
-    /// Why not all of it may be shipped.
+    /// Reason why not all of it may be shipped.
     pub fn because(&self) -> &str {
         self.because.as_deref().unwrap_or("its licence forbids it")
     }
 }
 
-/// A robot, hand or container that comes with this program.
+/// A robot, hand or container that is part of this program.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Described {
@@ -152,7 +152,7 @@ pub(super) fn rows(reader: &DatasetReader) -> Result<Vec<(AssetKind, AssetRow)>,
     Ok(objects.chain(hands).chain(containers).collect())
 }
 
-/// The assets with what is known of their licences, sorted by kind and name; `job` is the dataset's.
+/// The assets with their licences, sorted by kind and name; `job` is the dataset's.
 pub(super) fn assets(
     reader: &DatasetReader,
     rows: &[(AssetKind, AssetRow)],
@@ -166,12 +166,13 @@ pub(super) fn assets(
     assets
 }
 
-/// A description or container that comes with this program, by its content.
+/// A description or container that is part of this program, identified by content.
 fn described(kind: AssetKind, row: &AssetRow) -> Option<&'static Described> {
     DESCRIBED.get(&row.object).filter(|_| kind != AssetKind::Object)
 }
 
-/// Whom to name: a credit that is known stays, a statement by name adds to it, one by pattern fills a gap.
+/// Attribution: a known credit stays, a statement by name adds to it, and a statement by pattern applies only without a known
+/// credit.
 fn attribution(row: &AssetRow, known: Option<&Known>, terms: Option<&LicenceTerms>, is_name: bool) -> Option<String> {
     let citation = row.facts.get("citation").and_then(Value::as_str);
     let credit = known.map_or(citation, |known| known.attribution.as_deref());
@@ -193,7 +194,7 @@ fn asset(product: &ProductAssets, kind: AssetKind, row: &AssetRow, sources: &Sou
         (Some(known), Some(statement)) => known.licence != statement.terms.licence,
         _ => false,
     };
-    // A pattern fills gaps: it states nothing about an asset that is known to have another licence.
+    // A pattern does not apply to an asset with a different known licence.
     let (statement, passed_over) = match statement {
         Some(statement) if contradicts && !statement.is_name() => (None, Some(statement.pattern.to_owned())),
         statement => (statement, None),
@@ -201,7 +202,7 @@ fn asset(product: &ProductAssets, kind: AssetKind, row: &AssetRow, sources: &Sou
     let is_name = statement.as_ref().is_some_and(Statement::is_name);
     let terms = statement.map(|statement| statement.terms);
     let attribution = attribution(row, known.as_ref(), terms.as_ref(), is_name);
-    // What is known holds, but for a licence that the about file replaces by name.
+    // The known licence applies unless the about file replaces it by name.
     let (known, replaces) = if contradicts && terms.is_some() { (None, known) } else { (known, None) };
     let (licence, licence_source) = match (&known, &terms) {
         (Some(known), _) => (Some(known.licence.clone()), known.licence_source),
@@ -244,34 +245,32 @@ fn asset(product: &ProductAssets, kind: AssetKind, row: &AssetRow, sources: &Sou
     }
 }
 
-/// Part of an asset that its licence lets a release hold, and why not all; `said` are the words of the authors on copies and
-/// on derived data.
+/// Part of an asset that its licence allows in a release, and the reason if not all; `said` is the authors' statement about
+/// copies and derived data.
 fn allowed(licence: &str, [copies, derived]: [Option<bool>; 2], of_release: &str) -> (Allowed, Option<String>) {
     let commercial = rights::is_commercial(of_release);
     let of = |derived| rights::allows(licence, Need { derived, commercial });
-    // `None`: it may.
+    // `None` if it is allowed.
     let forbidden = |derived: bool, said: Option<bool>, key: &str| match (said, of(derived)) {
         (Some(true), _) | (None, Some(true)) => None,
         (Some(false), _) => Some(format!("the about file forbids it (`{key} = false`)")),
-        (None, None) => {
-            Some(format!("{licence} is no licence whose terms are known; say `{key} = true` or `false` with it"))
-        }
+        (None, None) => Some(format!("the terms of {licence} are not known; state `{key} = true` or `false` with it")),
         (None, Some(false)) => {
             let unsold = commercial && rights::allows(licence, Need { derived, commercial: false }) == Some(true);
             Some(match unsold {
-                true => format!("{licence} forbids commercial use, the release's licence {of_release} allows it"),
+                true => format!("{licence} forbids commercial use, but the release's licence {of_release} allows it"),
                 false => format!("{licence} forbids it"),
             })
         }
     };
     match (forbidden(true, derived, "derived"), forbidden(false, copies, "redistribute")) {
-        (Some(why), _) => (Allowed::Nothing, Some(format!("data made of its shape: {why}"))),
+        (Some(why), _) => (Allowed::Nothing, Some(format!("data made from its shape: {why}"))),
         (None, Some(why)) => (Allowed::Derived, Some(format!("copies of its shape: {why}"))),
         (None, None) => (Allowed::Everything, None),
     }
 }
 
-/// Where objects are from, as the resolved job says.
+/// Sources of the objects, from the resolved job.
 struct Sources(BTreeMap<String, String>);
 
 impl Sources {
@@ -303,21 +302,21 @@ impl Sources {
     }
 }
 
-/// Files that a release must leave out: whole ones, by their paths, or all that show an asset.
+/// Files that a release must leave out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LeftOut {
     /// None.
     Nothing,
     /// Copies of shapes.
     Copies,
-    /// Everything that holds data of the samples.
+    /// Everything that contains data of the samples.
     Samples,
 }
 
 impl LeftOut {
-    /// The files that a release of these assets leaves out.
+    /// Files that a release of these assets leaves out.
     pub fn of(assets: &[Asset]) -> Self {
-        // Copies of a container stand in the samples themselves.
+        // The samples contain copies of a container.
         let hidden = |asset: &Asset| match asset.kind {
             AssetKind::Container => !asset.is_free(),
             AssetKind::Object | AssetKind::Hand | AssetKind::Robot => asset.may_be_shipped == Allowed::Nothing,

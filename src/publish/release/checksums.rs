@@ -15,13 +15,13 @@ pub(crate) const CHECKSUMS: &str = "manifest-sha256.txt";
 pub(crate) struct FileDigests {
     /// SHA-256, 64 hexadecimal digits.
     pub sha256: String,
-    /// BLAKE3, as manifests have it.
+    /// BLAKE3, as in manifests.
     pub blake3: Digest,
     /// Size [bytes].
     pub bytes: u64,
 }
 
-/// Reads a file of a folder once, in pieces.
+/// Reads a file of a folder once, in chunks.
 pub(crate) fn digests_of(folder: &Folder, name: &str) -> Result<FileDigests, DatasetError> {
     let failed = |source| DatasetError::Io { action: "reading", path: folder.path_of(name), source };
     let mut file = folder.open(name).map_err(failed)?;
@@ -42,14 +42,14 @@ pub(crate) fn digests_of(folder: &Folder, name: &str) -> Result<FileDigests, Dat
     Ok(FileDigests { sha256, blake3: Digest(*blake3.finalize().as_bytes()), bytes })
 }
 
-/// The list of files by path.
+/// Text of the list of files by path.
 pub(super) fn list(files: &BTreeMap<String, FileDigests>) -> String {
     files.iter().map(|(path, file)| format!("{}  {path}\n", file.sha256)).collect()
 }
 
-/// A line that is no digest and path.
+/// A line that is not a digest and a path.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("line {number}: `{line}` is no digest and path")]
+#[error("line {number}: `{line}` is not a digest and a path")]
 pub(crate) struct BadChecksumLine {
     /// Number of the line, from 1.
     pub number: usize,
@@ -60,7 +60,7 @@ pub(crate) struct BadChecksumLine {
 /// SHA-256 by path.
 ///
 /// # Errors
-/// The first line that is none of such a list.
+/// The first invalid line.
 pub(crate) fn parsed(text: &str) -> Result<BTreeMap<String, String>, BadChecksumLine> {
     let line = |(index, line): (usize, &str)| {
         let parts = line.split_once("  ").filter(|(digest, path)| {

@@ -1,4 +1,4 @@
-//! `croissant.json`: Croissant 1.1, metadata of the files and of the sample index that programs read.
+//! `croissant.json`: Croissant 1.1, machine-readable metadata of the files and of the sample index.
 
 use serde_json::{Value, json};
 
@@ -9,7 +9,7 @@ use format::{
     dataset::{ColumnKind, IndexColumn, index_columns, layout},
 };
 
-/// Terms of the format, as its specification gives them.
+/// Terms of the format, from its specification.
 const CONTEXT: &str = include_str!("croissant_context.json");
 
 /// The document; `cite_as` is a BibTeX entry.
@@ -43,7 +43,7 @@ pub(super) fn croissant(release: &Release, cite_as: &str) -> Value {
     document
 }
 
-/// An address where SPDX has one, else the expression.
+/// The URL of the licence if SPDX has one, else the expression.
 fn licence(expression: &str) -> Value {
     match rights::names(expression).as_slice() {
         [name] if expression == *name => json!(format!("https://spdx.org/licenses/{name}.html")),
@@ -88,7 +88,7 @@ fn distribution(release: &Release) -> Vec<Value> {
             "@type": "cr:FileSet",
             "@id": "shards",
             "name": "shards",
-            "description": "The samples: MCAP files of protobuf messages, their schema inside.",
+            "description": "The samples: MCAP files of protobuf messages with their schema.",
             "encodingFormat": "application/x-mcap",
             "includes": "shards/*.mcap",
         }));
@@ -99,12 +99,12 @@ fn distribution(release: &Release) -> Vec<Value> {
 /// Content of a file of the dataset, one sentence.
 fn description(product: Product, path: &str) -> &'static str {
     match path {
-        layout::ASSETS => "One row per object, robot or hand: what it is, by content.",
+        layout::ASSETS => "One row per object, robot or hand, identified by content.",
         layout::INDEX => "One row per sample, stored or rejected.",
         layout::JOB => "The job that makes the dataset again.",
         layout::MANIFEST => "Digests of all files, counts, the root digest.",
         layout::REJECTS => "One line per rejected sample.",
-        layout::RUN => "What the folder was begun for.",
+        layout::RUN => "The job for which the folder was created.",
         layout::SPLITS => "Splits of the objects and of their held-out items.",
         _ => product.files.iter().find(|file| file.name == path).map_or("Samples.", |file| file.meaning),
     }
@@ -167,7 +167,7 @@ fn field(column: &IndexColumn) -> Value {
         ColumnKind::U32 => "cr:UInt32",
         ColumnKind::U64 => "cr:UInt64",
         ColumnKind::F64 => "cr:Float64",
-        // The 32 bytes as they are; the format has no type for bytes.
+        // The 32 raw bytes; the format has no type for bytes.
         ColumnKind::Digest => "sc:Text",
     };
     let mut field = json!({

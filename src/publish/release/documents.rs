@@ -1,4 +1,4 @@
-//! The documents of a release for people: card, datasheet, licences and citation, as their templates take them.
+//! The documents of a release for people: card, datasheet, licences and citation, as input of their templates.
 
 use serde::Serialize;
 
@@ -32,11 +32,11 @@ pub(crate) static TEMPLATES: PageTemplates = PageTemplates::new(&[
     ("release/front_matter.yaml", include_str!("../templates/release/front_matter.yaml")),
 ]);
 
-/// Licences that Hugging Face knows by names of its own, besides Creative Commons'.
+/// Licences for which Hugging Face has its own names, besides Creative Commons licences.
 const HUB_LICENCES: [&str; 8] =
     ["apache-2.0", "bsd-2-clause", "bsd-3-clause", "cc0-1.0", "mit", "odbl", "odc-by", "pddl"];
 
-/// Everything that the documents show.
+/// Content of the documents.
 #[derive(Serialize)]
 pub(super) struct Documents<'a> {
     about: AboutView<'a>,
@@ -46,7 +46,7 @@ pub(super) struct Documents<'a> {
     counts: CountsView,
     licences: LicencesView,
     citation: CitationView<'a>,
-    /// `None` if nothing is left out.
+    /// Files left out; `None` if there are none.
     recipe: Option<RecipeView<'a>>,
     pictures: Vec<PictureView<'a>>,
     legend: &'static str,
@@ -57,7 +57,7 @@ pub(super) struct Documents<'a> {
     needs_packages: bool,
     /// Topic of the samples.
     topic: &'a str,
-    /// The licence as Hugging Face calls it; `None` if it has no name for it.
+    /// Hugging Face's name of the licence; `None` if it has none.
     hub_licence: Option<Markup>,
     tags: Vec<&'a str>,
     /// Hugging Face's category of size.
@@ -96,13 +96,13 @@ impl<'a> Documents<'a> {
         TEMPLATES.render("release/README.md", self)
     }
 
-    /// `DATASHEET.md`: answers to the questions of Gebru et al., "Datasheets for Datasets" (2021), by their seven sections;
-    /// numbers are measured, and what only the authors know is theirs.
+    /// `DATASHEET.md`: answers to the questions of Gebru et al., "Datasheets for Datasets" (2021), in their seven sections;
+    /// numbers are measured, and other answers come from the authors.
     pub fn datasheet(&self) -> String {
         TEMPLATES.render("release/DATASHEET.md", self)
     }
 
-    /// `LICENCES.md`: one row an asset.
+    /// `LICENCES.md`: one row per asset.
     pub fn licences(&self) -> String {
         TEMPLATES.render("release/LICENCES.md", self)
     }
@@ -118,7 +118,7 @@ impl<'a> Documents<'a> {
     }
 }
 
-/// Sentences of the release's authors.
+/// Texts of the release's authors.
 #[derive(Serialize)]
 struct AboutView<'a> {
     title: &'a str,
@@ -126,11 +126,11 @@ struct AboutView<'a> {
     date: &'a str,
     description: &'a str,
     licence: &'a str,
-    /// All authors as people say their names.
+    /// All authors, with names in natural order.
     authors: String,
     url: Option<&'a str>,
     doi: Option<&'a str>,
-    /// Addresses at which it is found.
+    /// URLs of the release.
     addresses: Option<String>,
     keywords: &'a [String],
     funding: Option<&'a str>,
@@ -169,9 +169,9 @@ impl<'a> AboutView<'a> {
 struct ProductView {
     labels: &'static str,
     acquisition: &'static str,
-    /// Further methods to read a dataset; `None` if there are none.
+    /// Further ways to read a dataset; `None` if there are none.
     reading: Option<&'static str>,
-    /// Samples that a reader is asked to make again.
+    /// Recommended number of samples to regenerate.
     regenerated: u32,
     /// Hugging Face's categories of tasks.
     tasks: Vec<Markup>,
@@ -193,7 +193,7 @@ impl ProductView {
 /// The dataset of the release.
 #[derive(Serialize)]
 struct DatasetView<'a> {
-    /// Headline: the first thing that a user wants to know.
+    /// Headline.
     headline: &'a str,
     root: String,
     job: String,
@@ -221,10 +221,10 @@ struct NumbersView<'a> {
     lead: &'static str,
     /// Name of the job.
     job: &'a str,
-    /// A sample, and the same at the beginning of a sentence.
+    /// Noun phrase of a sample, also capitalised.
     sample: &'static str,
     capital_sample: String,
-    /// Samples, in the plural.
+    /// Plural noun of the samples.
     samples: &'static str,
     channels: String,
     rows: &'a [NumberRow],
@@ -282,7 +282,7 @@ struct CountsView {
     rejected: String,
     /// Rejects by reason; `None` if none was rejected.
     reasons: Option<String>,
-    /// Stored samples by split; `None` if nothing is split.
+    /// Stored samples by split; `None` without splits.
     splits: Option<String>,
     classes: String,
     /// Whether all numbers are of class `exact`.
@@ -339,9 +339,9 @@ struct CitationView<'a> {
     key: String,
     year: &'a str,
     authors: Vec<AuthorView<'a>>,
-    /// The licence, where it is one alone.
+    /// The licence, if there is only one.
     licence: Option<&'static str>,
-    /// Licences to choose from; empty where two hold at once.
+    /// Licences to choose from; empty if two apply at once.
     licences: Vec<&'static str>,
 }
 
@@ -385,7 +385,7 @@ impl<'a> AuthorView<'a> {
     }
 }
 
-/// Files that are left out.
+/// Files left out.
 #[derive(Serialize)]
 struct RecipeView<'a> {
     files: String,
@@ -423,7 +423,7 @@ struct PictureView<'a> {
 #[derive(Serialize)]
 struct OutsideView<'a> {
     paths: Vec<OutsidePath<'a>>,
-    /// A key whose path can be given anew.
+    /// A key whose path can be replaced.
     setting: Option<&'a str>,
 }
 
@@ -450,14 +450,14 @@ impl<'a> OutsideView<'a> {
     }
 }
 
-/// A part of the platform that numbers depend on.
+/// A property of the platform that numbers depend on.
 #[derive(Serialize)]
 struct PlatformRow<'a> {
     name: &'a str,
     value: &'a str,
 }
 
-/// The site has names of its own for a few licences, and for no expression of several.
+/// The site has its own names for a few licences, and none for expressions of several.
 fn hub_licence(licence: &str) -> Option<String> {
     let lower = licence.to_lowercase();
     let is_creative_commons = lower.starts_with("cc-by") && rights::names(licence).len() == 1;

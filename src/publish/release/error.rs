@@ -7,27 +7,27 @@ use form::FormErrors;
 use format::dataset::DatasetError;
 use kernel::words::Show;
 
-/// Why a release was not made; nothing is left of it.
+/// Reason why a release was not made; no files are left.
 #[derive(Debug, thiserror::Error)]
 pub enum ReleaseError {
-    /// The dataset is not finished, the release's folder holds something, or a file can't be read or written.
+    /// The dataset is not finished, the release's folder is not empty, or a file can't be read or written.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// The preview cannot be drawn.
     #[error(transparent)]
     Preview(#[from] PreviewError),
-    /// There is no about file, or it can't be read.
-    #[error("{}: {source}; `--about` names the file that says title, licence and authors (docs/releases.md)", path.shown())]
+    /// The about file does not exist or can't be read.
+    #[error("{}: {source}; give the file with title, licence and authors with `--about` (docs/releases.md)", path.shown())]
     NoAbout {
         /// The path given.
         path: PathBuf,
-        /// Why not.
+        /// Cause.
         source: io::Error,
     },
     /// The about file has mistakes.
     #[error("\n{}", _0.render().trim_end())]
     About(FormErrors),
-    /// The dataset is not what its manifest says.
+    /// The dataset does not match its manifest.
     #[error("{}: not intact ({problems} problems): {first}", folder.shown())]
     NotIntact {
         /// The dataset's folder.
@@ -37,19 +37,18 @@ pub enum ReleaseError {
         /// The first of them, with its remedy.
         first: String,
     },
-    /// Something may not be given on.
+    /// A part of the release may not be shared.
     #[error(
-        "this release may not be shipped:\n{}\nstate what holds in {}, section [licences] (docs/releases.md), \
-         or leave out what may not be shipped with --recipe", assets.join("\n"), about.shown()
+        "this release may not be shipped:\n{}\nstate the permissions in {}, section [licences] (docs/releases.md), or leave these files out with --recipe", assets.join("\n"), about.shown()
     )]
     MayNotShip {
-        /// One line an asset: its name and why not.
+        /// One line per asset, with its name and the reason.
         assets: Vec<String>,
         /// The about file.
         about: PathBuf,
     },
-    /// A recipe was asked for, and everything may be shipped.
-    #[error("everything in {} may be shipped: leave --recipe away", folder.shown())]
+    /// A recipe was requested, but everything may be shipped.
+    #[error("everything in {} may be shipped: leave out --recipe", folder.shown())]
     NothingToLeaveOut {
         /// The dataset's folder.
         folder: PathBuf,

@@ -1,4 +1,4 @@
-//! Documents of releases that there are not, for the tests of their templates.
+//! Documents of invented releases, for the tests of their templates.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! `licences.json` and the rows of `LICENCES.md`: assets of the dataset, whose they are, and how much of each may be given on.
+//! `licences.json` and the rows of `LICENCES.md`: assets of the dataset, their licences, and the parts that may be shared.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use super::{
 };
 use crate::asset::AssetUse;
 
-/// For machines: one row an asset.
+/// JSON with one row per asset.
 pub(super) fn json(release: &Release) -> Value {
     json!({
         "root": release.manifest.root,
@@ -29,12 +29,12 @@ pub(super) struct LicenceRow {
     source: String,
     licence: String,
     licence_source: &'static str,
-    /// Licence that was known and that the authors replace, with who states it.
+    /// Known licence that the authors replace, with its source.
     replaces: Option<String>,
     r#use: &'static str,
     /// Part of it that may be shipped.
     may: &'static str,
-    /// Why not all of it.
+    /// Reason if not all of it may be shipped.
     because: Option<String>,
 }
 
@@ -54,12 +54,12 @@ impl LicenceRow {
     }
 }
 
-/// A licence that was known, in words.
+/// Text about a known licence.
 pub(super) fn replaced_in_words(known: &Known) -> String {
     format!("{} ({})", known.licence, source_name(known.licence_source))
 }
 
-/// Source of a licence, in words.
+/// Text about the source of a licence.
 pub(super) fn source_name(source: LicenceSource) -> &'static str {
     match source {
         LicenceSource::Dataset => "the dataset",
@@ -85,14 +85,14 @@ fn may(asset: &Asset) -> &'static str {
     }
 }
 
-/// A wording that assets ask for, with their names.
+/// An attribution with the names of its assets.
 #[derive(Serialize)]
 pub(super) struct AttributionView {
     words: String,
     names: String,
 }
 
-/// Each wording once, with the names of the assets that ask for it.
+/// Each attribution once, with the names of its assets.
 pub(super) fn attributions(assets: &[Asset]) -> Vec<AttributionView> {
     let mut named: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for asset in assets {
@@ -107,14 +107,14 @@ pub(super) fn attributions(assets: &[Asset]) -> Vec<AttributionView> {
     named.into_iter().map(view).collect()
 }
 
-/// A licence, with how many assets stand under it.
+/// A licence with its number of assets.
 #[derive(Serialize)]
 pub(super) struct CountView {
     licence: String,
     count: usize,
 }
 
-/// Each licence once, with how many assets stand under it.
+/// Each licence once, with its number of assets.
 pub(super) fn counts(assets: &[Asset]) -> Vec<CountView> {
     let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
     for asset in assets {
@@ -123,16 +123,16 @@ pub(super) fn counts(assets: &[Asset]) -> Vec<CountView> {
     counts.into_iter().map(|(licence, count)| CountView { licence: licence.to_owned(), count }).collect()
 }
 
-/// A licence that asks something of whoever uses the release, beyond naming.
+/// A licence with conditions beyond attribution.
 #[derive(Serialize)]
 pub(super) struct NoteView {
     name: String,
     licence: String,
-    /// Whether it asks for itself; else it is not known to allow commercial use.
+    /// Whether it requires the same licence for derived data; otherwise it is not known to allow commercial use.
     shares_alike: bool,
 }
 
-/// Licences that ask more than to be named.
+/// Licences with conditions beyond attribution.
 pub(super) fn notes(release: &Release) -> Vec<NoteView> {
     let mut notes = Vec::new();
     for asset in release.assets {

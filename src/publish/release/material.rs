@@ -12,11 +12,11 @@ pub(super) struct Release<'a> {
     pub manifest: &'a Manifest,
     pub assets: &'a [Asset],
     pub numbers: &'a Numbers,
-    /// Files that are there before the documents, by path.
+    /// Files written before the documents, by path.
     pub files: &'a BTreeMap<String, FileDigests>,
     pub left_out: &'a [LeftOutFile],
     /// Paths and captions.
     pub pictures: &'a [(String, String)],
-    /// Keys of the job and the paths that they lead out of the folder with, the first and how many more.
+    /// Keys of the job with paths outside the folder: the first path, and the number of further ones.
     pub outside: BTreeMap<String, (String, usize)>,
 }

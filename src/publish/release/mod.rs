@@ -1,8 +1,8 @@
-//! A release: a dataset's folder with what makes it a publication, in documents for people and for programs.
+//! A release: a dataset's folder with the documents for its publication, for people and for programs.
 //!
-//! A release stays a dataset. Beside it stand a card, a datasheet, licences, metadata (Croissant), citation, provenance,
-//! pictures, and a list of digests over all files (docs/releases.md). Two releases of one dataset with one about file have
-//! the same bytes: nothing is taken from clock or machine.
+//! A release is also a dataset. It adds a card, a datasheet, licences, metadata (Croissant), citation, provenance, pictures, and
+//! a list of digests of all files (docs/releases.md). Two releases of one dataset with one about file have the same bytes and do
+//! not depend on time or machine.
 
 mod about;
 mod assets;
@@ -58,11 +58,11 @@ pub(super) const CARD: &str = "README.md";
 pub(super) const CROISSANT: &str = "croissant.json";
 /// The citation.
 pub(super) const CITATION: &str = "CITATION.cff";
-/// Everything that went in.
+/// All inputs.
 pub(super) const PROVENANCE: &str = "provenance.intoto.json";
-/// Licences for programs.
+/// Machine-readable licences.
 pub(super) const LICENCES: &str = "licences.json";
-/// The recipe: files that were left out, and how to make them again.
+/// The recipe: files left out, and how to make them again.
 pub(super) const RECIPE: &str = "recipe.json";
 const ABOUT: &str = "about.toml";
 const DATASHEET: &str = "DATASHEET.md";
@@ -77,13 +77,13 @@ pub struct ReleaseOptions<'a> {
     pub out: &'a Path,
     /// The about file.
     pub about: &'a Path,
-    /// Leave out what may not be shipped, and say how to make it again.
+    /// Leave out files that may not be shipped, and describe how to make them again.
     pub recipe: bool,
-    /// Threads for checking the dataset first, at least 1.
+    /// Threads for the check of the dataset, at least 1.
     pub threads: usize,
 }
 
-/// A release that was made.
+/// A finished release.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Published {
     /// The folder.
@@ -92,20 +92,20 @@ pub struct Published {
     pub root: Digest,
     /// Files.
     pub files: usize,
-    /// Their size [bytes].
+    /// Total size of the files [bytes].
     pub bytes: u64,
-    /// Files of the dataset that are left out.
+    /// Files of the dataset left out.
     pub left_out: Vec<String>,
-    /// Things that its publisher should know.
+    /// Notes for the publisher.
     pub notes: Vec<String>,
 }
 
 /// Makes a release of a finished dataset.
 ///
-/// The dataset is checked whole first. The folder is filled under a temporary name and renamed at the end.
+/// The whole dataset is checked first. The folder is filled under a temporary name and renamed at the end.
 ///
 /// # Errors
-/// When the dataset is not finished or not intact, the about file has mistakes, the folder holds something, an asset may
+/// When the dataset is not finished or not intact, the about file has mistakes, the folder is not empty, an asset may
 /// not be shipped (without `recipe`), or a file can't be read or written.
 pub fn make_release(options: &ReleaseOptions) -> Result<Published, ReleaseError> {
     let reader = DatasetReader::open(options.folder)?;
@@ -125,7 +125,7 @@ pub fn make_release(options: &ReleaseOptions) -> Result<Published, ReleaseError>
     staging.write(ABOUT, about_text.as_bytes())?;
     let notes = RunNotes::read(options.folder)?;
     if !notes.leaks.is_empty() {
-        // Speed differs from run to run and does not belong in a release.
+        // Speed differs from run to run and is not part of a release.
         RunNotes { speed: None, ..notes }.write(staging.folder())?;
     }
     let drawn = draw(options.folder, &staging, left_out)?;
@@ -161,7 +161,7 @@ pub fn make_release(options: &ReleaseOptions) -> Result<Published, ReleaseError>
     })
 }
 
-/// The files that must be left out; an error where that is not as asked.
+/// Files that must be left out; an error if this contradicts the options.
 fn shipped(options: &ReleaseOptions, assets: &[Asset]) -> Result<LeftOut, ReleaseError> {
     let left_out = LeftOut::of(assets);
     match (left_out, options.recipe) {
@@ -180,7 +180,7 @@ fn shipped(options: &ReleaseOptions, assets: &[Asset]) -> Result<LeftOut, Releas
 /// Checks the whole dataset.
 fn check_dataset(options: &ReleaseOptions) -> Result<(), ReleaseError> {
     let level = VerifyLevel::Full;
-    // Rules are the job's business: whether its data obeys them, the run and `verify` say.
+    // The rules of the job are checked by the run and by `verify`, not here.
     let verification = VerifyOptions { level, rules: &[], index: Some(&ParquetIndex), threads: options.threads };
     let found = verify(options.folder, verification, |_| {})?;
     match found.problems.first() {
@@ -199,7 +199,7 @@ struct Drawn {
     pictures: Vec<(String, String)>,
 }
 
-/// Preview, report and pictures, as far as they may be shown; the numbers in any case.
+/// Preview, report and pictures, as far as they may be shown; numbers always.
 fn draw(folder: &Folder, staging: &Staging, left_out: LeftOut) -> Result<Drawn, ReleaseError> {
     let reader = DatasetReader::open(staging.folder())?;
     let pages = pages_of(reader.manifest().product);
@@ -218,7 +218,7 @@ fn draw(folder: &Folder, staging: &Staging, left_out: LeftOut) -> Result<Drawn, 
     Ok(Drawn { numbers, pictures: drawn.into_iter().map(|shown| (shown.path, shown.caption)).collect() })
 }
 
-/// The preview of the run where it shows more than the dataset stores; else one of what is stored.
+/// The preview of the run if it shows more than the dataset stores; else a preview of the stored data.
 fn preview(folder: &Folder, reader: &DatasetReader, staging: &Staging) -> Result<(), ReleaseError> {
     let pages = pages_of(reader.manifest().product);
     if pages.preview_shows_more && folder.contains(layout::PREVIEW) {
@@ -229,7 +229,7 @@ fn preview(folder: &Folder, reader: &DatasetReader, staging: &Staging) -> Result
     Ok(())
 }
 
-/// Removes what may not be shipped; of the dataset's own files it says what they were.
+/// Removes files that may not be shipped; returns the removed files of the dataset.
 fn leave_out(staging: &Staging, manifest: &Manifest, left_out: LeftOut) -> Result<Vec<LeftOutFile>, DatasetError> {
     let (mut files, mut entries) = (Vec::new(), manifest.entries());
     let product: &ProductAssets = &pages_of(manifest.product).assets;
@@ -247,7 +247,7 @@ fn hash_all(staging: &Staging) -> Result<BTreeMap<String, FileDigests>, DatasetE
     staging.files()?.into_iter().map(of).collect()
 }
 
-/// Whether what was copied is what was checked: somebody may have written to the dataset meanwhile.
+/// Checks that the copied files are the checked ones: the dataset may have changed meanwhile.
 fn check_copies(
     manifest: &Manifest,
     files: &BTreeMap<String, FileDigests>,
@@ -259,7 +259,7 @@ fn check_copies(
                 path: folder.path_of(path),
                 saved,
                 calculated: file.blake3,
-                remedy: "leave the dataset alone while it is released",
+                remedy: "do not change the dataset while it is released",
             });
         }
     }
@@ -292,13 +292,13 @@ fn pretty(value: &Value) -> String {
     serde_json::to_string_pretty(value).expect("documents are plain data with text keys") + "\n"
 }
 
-/// Things that the publisher should know before the release goes out.
+/// Notes for the publisher before the release is published.
 fn notes_of(release: &Release) -> Vec<String> {
     let mut notes = Vec::new();
     for (key, (path, more)) in &release.outside {
         let more = and_more(*more);
         notes.push(format!(
-            "job.toml names {key} = \"{path}\"{more}, from where the data was made; the card says what to do elsewhere"
+            "job.toml contains {key} = \"{path}\"{more}, a path on the machine where the data was made; the card describes what to do elsewhere"
         ));
     }
     notes.extend(licence_notes(release.assets));
@@ -312,12 +312,12 @@ fn notes_of(release: &Release) -> Vec<String> {
     ];
     let unsaid: Vec<&str> = said.iter().filter(|(_, said)| !said).map(|(key, _)| *key).collect();
     if !unsaid.is_empty() {
-        notes.push(format!("the about file does not say {}; the datasheet says so", unsaid.join(", ")));
+        notes.push(format!("the about file does not state {}; the datasheet marks this", unsaid.join(", ")));
     }
     notes
 }
 
-/// Licences that the about file replaces, and patterns of it that hold for less than they fit.
+/// Licences that the about file replaces, and patterns that do not apply to all matching assets.
 fn licence_notes(assets: &[Asset]) -> Vec<String> {
     let mut notes = Vec::new();
     let mut kept: BTreeMap<&str, Vec<String>> = BTreeMap::new();
@@ -326,7 +326,7 @@ fn licence_notes(assets: &[Asset]) -> Vec<String> {
         if let Some(known) = &asset.replaces {
             let (name, known) = (&asset.name, licences::replaced_in_words(known));
             notes.push(format!(
-                "the about file states {licence} for {name}, in place of {known}; LICENCES.md shows both"
+                "the about file states {licence} for {name}, instead of {known}; LICENCES.md shows both"
             ));
         }
         if let Some(pattern) = &asset.passed_over {
@@ -337,19 +337,18 @@ fn licence_notes(assets: &[Asset]) -> Vec<String> {
         let names: Vec<&str> = assets.iter().map(String::as_str).collect();
         let names = about::some_of(&names);
         notes.push(format!(
-            "[licences] \"{pattern}\" fills gaps only: these keep the licence that is known for them: {names}; give an \
-             asset's own name to replace its licence"
+            "[licences] \"{pattern}\" applies only to assets without a known licence; these keep their known licence: {names}; use an asset's name to replace its licence"
         ));
     }
     notes
 }
 
-/// Words for what is not written out.
+/// Text about further items.
 fn and_more(count: usize) -> String {
     if count > 0 { format!(" and {count} more") } else { String::new() }
 }
 
-/// Keys of a resolved job that hold a path out of its folder, and those paths.
+/// Keys of a resolved job with paths outside its folder, and these paths.
 fn outside(job: &toml::Table) -> BTreeMap<String, (String, usize)> {
     type Found = BTreeMap<String, (String, usize)>;
     fn walk_table(table: &toml::Table, key: &str, found: &mut Found) {

@@ -3,11 +3,11 @@
 use crate::{picture::Picture, product::Survey};
 use format::dataset::{DatasetError, DatasetReader};
 
-/// A picture and what it shows.
+/// A picture with its caption.
 pub(super) struct Shown {
     /// Path in the release's folder.
     pub path: String,
-    /// Words for what it shows, plain text.
+    /// Caption in plain text.
     pub caption: String,
     /// The picture.
     pub picture: Picture,

@@ -1,14 +1,14 @@
-//! `provenance.intoto.json`: an in-toto statement with SLSA's provenance predicate: what was made, out of what, by what.
+//! `provenance.intoto.json`: an in-toto statement with SLSA's provenance predicate: products, inputs and builder.
 //!
-//! It is not signed, and names no machine: whoever doubts it makes the dataset again.
+//! The statement is not signed and names no machine; to verify it, make the dataset again.
 
 use serde_json::{Map, Value, json};
 
 use super::material::Release;
 use format::dataset::layout;
 
-/// The statement. Digests that are no plain digests of bytes have names of their own: `graspmillRoot`, `graspmillJob`,
-/// `graspmillContent` (docs/format.md says how each is made).
+/// The statement. Digests that are not plain digests of bytes have their own names: `graspmillRoot`, `graspmillJob`,
+/// `graspmillContent` (defined in docs/format.md).
 pub(super) fn provenance(release: &Release) -> Value {
     let manifest = release.manifest;
     let shards = manifest.shards.iter().map(|shard| {
@@ -68,7 +68,7 @@ fn dependencies(release: &Release, name: &str, version: &str) -> Vec<Value> {
     found
 }
 
-/// The other files of the dataset that are shipped.
+/// The other shipped files of the dataset.
 fn byproducts(release: &Release) -> Vec<Value> {
     let others = release.manifest.files.keys().filter(|path| *path != layout::JOB);
     let file = |path: &String| {

@@ -1,10 +1,10 @@
-//! `recipe.json`: what a release leaves out, and how it is made again.
+//! `recipe.json`: files that a release leaves out, and how to make them again.
 
 use serde::{Deserialize, Serialize};
 
 use kernel::ids::{Digest, JobDigest};
 
-/// `recipe.json`: what was left out of a release.
+/// `recipe.json`: files left out of a release.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Recipe {
@@ -14,11 +14,11 @@ pub(crate) struct Recipe {
     pub job: JobDigest,
     /// Program that made it.
     pub generator: String,
-    /// Files that are not there.
+    /// Files left out.
     pub left_out: Vec<LeftOutFile>,
 }
 
-/// A file that was left out.
+/// A file left out.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LeftOutFile {

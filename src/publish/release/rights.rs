@@ -1,24 +1,24 @@
-//! Permissions of licences: give on copies of a shape, give on data made of it, let others earn with it.
+//! Permissions of licences: sharing copies of a shape, sharing data made from it, commercial use.
 
 use spdx::{Expression, LicenseReq};
 
-/// A permission that is needed.
+/// A required permission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Need {
-    /// To give on what was made of the work; copies alone otherwise.
+    /// Whether to share derived data; otherwise only copies.
     pub derived: bool,
-    /// To let others use it commercially.
+    /// Whether to allow commercial use.
     pub commercial: bool,
 }
 
-/// Permissions of one licence; copies may be given on under each of them.
+/// Permissions of one licence; all of these licences allow sharing copies.
 #[derive(Clone, Copy)]
 struct Terms {
     derived: bool,
     commercial: bool,
 }
 
-/// Licences for data that neither the Open Source Initiative nor the Free Software Foundation has judged.
+/// Licences for data that neither the Open Source Initiative nor the Free Software Foundation has reviewed.
 const OPEN_DATA: [&str; 8] = [
     "CC-PDDC",
     "CDLA-Permissive-1.0",
@@ -36,25 +36,25 @@ pub(super) fn is_spdx(text: &str) -> bool {
         .is_ok_and(|expression| expression.requirements().all(|requirement| requirement.req.license.id().is_some()))
 }
 
-/// Whether a licence allows what is needed; `None` if it is no SPDX expression of licences whose terms are known.
+/// Whether a licence gives a required permission; `None` if it is not an SPDX expression of licences with known terms.
 pub(super) fn allows(text: &str, need: Need) -> Option<bool> {
     let expression = Expression::parse(text).ok()?;
     if !expression.requirements().all(|requirement| terms_of(&requirement.req).is_some()) {
         return None;
     }
-    // One of several licences to choose from must allow all that is needed.
+    // One of several alternative licences must give all required permissions.
     Some(expression.evaluate(|licence| {
         terms_of(licence)
             .is_some_and(|terms| (terms.derived || !need.derived) && (terms.commercial || !need.commercial))
     }))
 }
 
-/// Whether a licence lets others earn with what stands under it; `false` where that is not known.
+/// Whether a licence allows commercial use; `false` if this is not known.
 pub(super) fn is_commercial(text: &str) -> bool {
     allows(text, Need { derived: false, commercial: true }) == Some(true)
 }
 
-/// Whether what is made of the work must stand under the same licence.
+/// Whether derived works must have the same licence.
 pub(super) fn shares_alike(text: &str) -> bool {
     Expression::parse(text).is_ok_and(|expression| {
         let free = |licence: &LicenseReq| {
@@ -82,7 +82,7 @@ pub(super) fn names(text: &str) -> Vec<&'static str> {
     expression.requirements().filter_map(|requirement| Some(requirement.req.license.id()?.name)).collect()
 }
 
-/// Whether an expression leaves a choice and asks for no two licences at once.
+/// Whether an expression offers a choice and does not require two licences at once.
 pub(super) fn is_choice(text: &str) -> bool {
     !text.split_whitespace().any(|word| word == "AND" || word == "WITH")
 }
@@ -103,7 +103,7 @@ mod tests {
             ("CC-BY-NC-4.0", [Some(false), Some(false), Some(true), Some(true)]),
             ("CC-BY-ND-4.0", [Some(true), Some(false), Some(true), Some(false)]),
             ("CC-BY-NC-SA-4.0 AND CC-BY-NC-ND-4.0", [Some(false), Some(false), Some(true), Some(false)]),
-            // Neither of the two lets others earn with what is made of it.
+            // Neither of the two allows commercial use of derived data.
             ("CC-BY-NC-4.0 OR CC-BY-ND-4.0", [Some(true), Some(false), Some(true), Some(true)]),
             ("LicenseRef-mine", [None; 4]),
             ("proprietary", [None; 4]),

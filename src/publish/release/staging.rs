@@ -1,4 +1,4 @@
-//! The folder of a release: there whole or not at all.
+//! The folder of a release, which appears only when it is complete.
 
 use std::{
     collections::BTreeSet,
@@ -9,11 +9,11 @@ use std::{
 use format::dataset::{DatasetError, NewFolder};
 use kernel::files::{Entry, Folder};
 
-/// A release in work.
+/// A release in progress.
 pub(super) struct Staging(NewFolder);
 
 impl Staging {
-    /// Begins a release that will stand in `out`, as [`NewFolder::begin`].
+    /// Starts a release in `out`, like [`NewFolder::begin`].
     pub fn begin(out: &Path) -> Result<Self, DatasetError> {
         NewFolder::begin(out).map(Self)
     }
@@ -23,9 +23,9 @@ impl Staging {
         self.0.folder()
     }
 
-    /// Copies a file of a folder to the same name; where the file system can, without a second copy of its blocks.
+    /// Copies a file of a folder to the same name, sharing its blocks if the file system supports this.
     pub fn copy(&self, from: &Folder, name: &str) -> Result<(), DatasetError> {
-        // A copy's error does not say which of the two files it is about.
+        // An error of a copy does not name the affected file.
         let mut source = from.open(name).map_err(DatasetError::io("reading", &from.path_of(name)))?;
         let copied = self.folder().create_new(name).and_then(|mut copy| io::copy(&mut source, &mut copy));
         copied.map_err(DatasetError::io("copying to", &self.folder().path_of(name))).map(|_| ())
@@ -37,7 +37,7 @@ impl Staging {
         written.map_err(DatasetError::io("writing", &self.folder().path_of(name)))
     }
 
-    /// Removes a file inside the folder, where it is there.
+    /// Removes a file inside the folder, if it exists.
     pub fn remove(&self, name: &str) -> Result<(), DatasetError> {
         match self.folder().remove_file(name) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => {
@@ -52,7 +52,7 @@ impl Staging {
         files_below(self.folder())
     }
 
-    /// Syncs every file and folder and gives the folder its name, as [`NewFolder::publish`].
+    /// Syncs every file and folder and renames the folder, like [`NewFolder::publish`].
     pub fn publish(self) -> Result<PathBuf, DatasetError> {
         let names = self.files()?;
         let folders: BTreeSet<&Path> = names.iter().filter_map(|name| Path::new(name).parent()).collect();
@@ -68,7 +68,7 @@ impl Staging {
     }
 }
 
-/// Paths of all files below a folder, sorted, with `/` between folders; a link is one of them.
+/// Paths of all files below a folder, including links, sorted, with `/` between folders.
 pub(crate) fn files_below(folder: &Folder) -> Result<Vec<String>, DatasetError> {
     let (mut files, mut folders) = (Vec::new(), vec![String::new()]);
     while let Some(below) = folders.pop() {
@@ -79,7 +79,7 @@ pub(crate) fn files_below(folder: &Folder) -> Result<Vec<String>, DatasetError> 
             match entry {
                 Some(Entry::Folder) => folders.push(format!("{path}/")),
                 Some(_) => files.push(path),
-                // It went meanwhile.
+                // It was removed meanwhile.
                 None => {}
             }
         }

@@ -1,4 +1,4 @@
-//! The first picture of a set: one scene as its datasets know it, or the first picture of each dataset where they know none.
+//! The first picture of a set: one scene from its datasets, or the first picture of each dataset if they have no scenes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,13 +7,13 @@ use crate::scene_samples::{ScenePanel, SceneSample};
 use format::dataset::DatasetError;
 use kernel::ids::{ItemId, ObjectId};
 
-/// A dataset that can show scenes, and the samples that it can show.
+/// A dataset with scenes, and its samples to show.
 struct Source<'a> {
     dataset: &'a SurveyedDataset,
     samples: Vec<SceneSample>,
 }
 
-/// Samples of one scene that go together, one of a source at most, by the index of the source.
+/// Matching samples of one scene, at most one per source, by the index of the source.
 type SceneChoice = BTreeMap<usize, SceneSample>;
 
 /// Draws the first picture of a set, panel by panel.
@@ -45,7 +45,7 @@ fn first_pictures(datasets: &[SurveyedDataset]) -> Result<Vec<ScenePanel>, Datas
     Ok(panels)
 }
 
-/// The datasets that can show scenes, in the order of the set: the first one of each product.
+/// Datasets with scenes, in the order of the set: the first one of each product.
 fn sources(datasets: &[SurveyedDataset]) -> Result<Vec<Source<'_>>, DatasetError> {
     let mut sources: Vec<Source<'_>> = Vec::new();
     let mut left_out = BTreeSet::new();
@@ -54,7 +54,7 @@ fn sources(datasets: &[SurveyedDataset]) -> Result<Vec<Source<'_>>, DatasetError
         if samples.is_empty() {
             continue;
         }
-        // A view is known by its number: what is made of the views of another dataset does not go with these.
+        // Views are identified by number, so samples made from the views of another dataset do not match.
         let is_of_others = dataset.inputs()?.iter().any(|input| left_out.contains(input));
         if is_of_others || sources.iter().any(|source| source.dataset.product() == dataset.product()) {
             left_out.insert(dataset.name.clone());
@@ -65,8 +65,8 @@ fn sources(datasets: &[SurveyedDataset]) -> Result<Vec<Source<'_>>, DatasetError
     Ok(sources)
 }
 
-/// Samples of the scene that the most sources can show, and of those scenes the one with the smallest distances; ties go to the
-/// first, in the order of the first source that knows them.
+/// Samples of the scene that the most sources can show and, among these, of the one with the smallest ratings; ties go to the
+/// first, in the order of the first source.
 fn choose<'a>(sources: impl Iterator<Item = &'a [SceneSample]>) -> SceneChoice {
     let mut scenes: Vec<ObjectId> = Vec::new();
     let mut samples: BTreeMap<ObjectId, Vec<(usize, SceneSample)>> = BTreeMap::new();
@@ -89,14 +89,14 @@ fn choose<'a>(sources: impl Iterator<Item = &'a [SceneSample]>) -> SceneChoice {
     chosen
 }
 
-/// Whether samples that go together show more than others do: of more sources, or of as many with smaller distances.
+/// Whether matching samples are better than others: more sources, or equally many with smaller ratings.
 fn shows_more(these: &SceneChoice, others: &SceneChoice) -> bool {
     let distance = |choice: &SceneChoice| choice.values().map(|sample| sample.distance).sum::<f64>();
     these.len() > others.len() || (these.len() == others.len() && distance(these) < distance(others))
 }
 
-/// The samples of one scene that go together: of one view, and of the scene as a whole. The view is that of which the most
-/// sources have a sample, and of those the one with the smallest distances; ties go to the first.
+/// The matching samples of one scene: those of one view and of the whole scene. The view is the one with samples of the most
+/// sources and, among these, the smallest ratings; ties go to the first.
 fn choose_of_scene(samples: &[(usize, SceneSample)]) -> SceneChoice {
     let views: BTreeSet<Option<ItemId>> = samples.iter().map(|(_, sample)| sample.view).collect();
     let mut best = SceneChoice::new();
@@ -135,10 +135,10 @@ mod tests {
         let views = [sample(0, "a", Some(0), 0.0), sample(1, "b", Some(0), 0.0), sample(2, "c", Some(0), 0.0)];
         let picks = [sample(4, "b", None, 0.0), sample(5, "b", None, 0.0), sample(6, "c", None, 0.0)];
         assert_eq!(chosen(&[&views, &picks]), [(0, 1), (1, 4)]);
-        // Where none has everything, the first that has the most.
+        // If no scene has everything, the first that has the most.
         assert_eq!(chosen(&[&views[..1], &picks[2..]]), [(0, 0)]);
         assert_eq!(chosen(&[]), []);
-        // Of those that all know, the one that shows most: here of more bodies.
+        // Among the scenes of all sources, the one that shows the most: here, more bodies.
         let views = [(0, "a", 0.5), (1, "b", 0.1), (2, "c", 0.2), (3, "d", 0.05)];
         let views = views.map(|(index, scene, distance)| sample(index, scene, Some(0), distance));
         let picks = ["a", "b", "c"].map(|scene| sample(9, scene, None, 0.0));

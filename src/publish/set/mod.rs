@@ -1,4 +1,4 @@
-//! Publication of sets: `report.html` beside the datasets, with one picture of what they hold together.
+//! Publication of sets: `report.html` next to the datasets, with one picture of their joint content.
 
 mod figure;
 mod page;

@@ -1,4 +1,4 @@
-//! The page of a set: one picture of what its datasets hold together, and what each of them is.
+//! The page of a set: one picture of the datasets' joint content, and a summary of each dataset.
 
 use std::collections::BTreeSet;
 
@@ -21,7 +21,7 @@ pub(crate) struct SetPage<'a> {
     numbers: HeaderNumbers,
     panels: Vec<PanelView>,
     rows: Vec<DatasetRow<'a>>,
-    /// Names that stand for several objects.
+    /// Names shared by several objects.
     differing: Vec<&'a str>,
 }
 
@@ -55,14 +55,14 @@ struct DatasetRow<'a> {
     size: String,
     /// The first digits of its root digest.
     root: String,
-    /// Path of the report from the set's folder; `None` if the page stands elsewhere.
+    /// Path of the report from the set's folder; `None` if the page is elsewhere.
     report: Option<String>,
-    /// Counts in words.
+    /// Counts as text.
     counts: Vec<String>,
 }
 
 impl<'a> SetPage<'a> {
-    /// The page of a set with these datasets and panels; with links to the reports of the datasets where `has_links`.
+    /// The page of a set with these datasets and panels; with links to the reports of the datasets if `has_links`.
     ///
     /// # Errors
     /// When a table of a dataset is missing or damaged.

@@ -10,19 +10,19 @@ use crate::{
 use format::dataset::{DatasetError, SetTable};
 use kernel::files::Folder;
 
-/// The reports of a set that were written.
+/// The written reports of a set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SetReportSummary {
-    /// The page of the set; it shows the panels of its first picture.
+    /// The page of the set; its items are the panels of the first picture.
     pub set: ReportSummary,
-    /// The pages of its datasets, in their order; none where the page of the set went elsewhere.
+    /// The pages of the datasets, in their order; empty if the page of the set was written elsewhere.
     pub datasets: Vec<ReportSummary>,
 }
 
-/// Writes the page of the finished set in `folder`, and the page of each dataset in the dataset's own folder; the former leads
-/// to the latter, and to nothing else. With `out` only the page of the set is written, there, and leads nowhere.
+/// Writes the page of the finished set in `folder`, and the page of each dataset in the dataset's own folder; the former links
+/// only to the latter. With `out`, only the page of the set is written, to that path and without links.
 ///
-/// The page depends on the data alone, not on clock, machine or path.
+/// The page depends only on the data, not on time, machine or path.
 ///
 /// # Errors
 /// When a dataset is not finished, a file is missing or damaged, or a page can't be written.

@@ -34,7 +34,7 @@ impl SurveyedDataset {
         self.reader.manifest().product
     }
 
-    /// Names of the folders beside its own that its job reads datasets from.
+    /// Names of the neighbouring folders from which its job reads datasets.
     ///
     /// # Errors
     /// When the job is missing or damaged.

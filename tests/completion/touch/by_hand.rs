@@ -60,7 +60,7 @@ fn each_kind_is_counted_and_drawn_and_all_are_exported_together() {
         &format!("\n  exact     {exact}\n  physics   {physics}\n"),
         "touch_exploration by claw",
         "of 3.0 approaches per sample",
-        "gaps -0.010 mm in the median, from -0.010 to -0.010",
+        "gaps: median -0.010 mm, from -0.010 to -0.010",
         &format!("approaches: {kept} at rest, 0 timed out, {kept} missed, {kept} unstable, 0 overloaded"),
     ] {
         assert!(text.contains(part), "{part} is missing in\n{text}");

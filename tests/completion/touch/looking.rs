@@ -68,7 +68,7 @@ fn touch_is_read_checked_exported_and_drawn() {
     assert_eq!(facts.touch, Some(sums));
     assert!(facts.to_string().contains("of 60.0 probes per sample"), "{facts}");
     let page = read_text(report(&Folder::at(&data), None).expect("a report").path);
-    for part in ["Touch points, from behind", "Partial and touch, from behind", "in sight of the camera", "tactile"] {
+    for part in ["Touch points, from behind", "Partial and touch, from behind", "visible to the camera", "tactile"] {
         assert!(page.contains(part), "{part} is missing");
     }
 
