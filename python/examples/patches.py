@@ -27,7 +27,7 @@ kinds, counts = np.unique([sample.type_index for sample in samples], return_coun
 for kind, count in zip(kinds, counts):
     print(f"type {samples[0].types[kind]}: {count} patches, best label {labels[..., 4 * kind].min():.3f}")
 if samples[0].has("trial"):
-    # A loss takes the numbers that trials know, and no others: the rest is untested, not bad.
+    # A loss takes the numbers that trials determine, and no others: the rest is untested, not bad.
     tested = np.stack([sample.tested for sample in samples])
     print(f"{tested.sum()} of {tested.size} numbers are known: {np.sum(labels[tested] < 0)} good, {np.sum(labels[tested] > 0)} bad")
 if samples[0].has("visibility"):

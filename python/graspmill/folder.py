@@ -153,10 +153,10 @@ def _check_manifest(path: Path, manifest: dict[str, Any]) -> None:
     topics, counts = manifest["topics"], manifest["counts"]
     whole = bool(topics) and all(isinstance(topic, str) for topic in topics) and len(set(topics)) == len(topics)
     _expect(path, whole, f"its topics are {topics!r}"[:200])
-    _expect(path, all(isinstance(warning, str) for warning in manifest["warnings"]), "a warning is no text")
-    _expect(path, _has(counts, _COUNTS), "its counts are no counts")
+    _expect(path, all(isinstance(warning, str) for warning in manifest["warnings"]), "a warning is not text")
+    _expect(path, _has(counts, _COUNTS), "its counts are not whole numbers")
     numbers = [number for key in ("rejected", "splits", "facts") for number in counts[key].values()]
-    _expect(path, _are_counts(numbers), "its counts are no counts")
+    _expect(path, _are_counts(numbers), "its counts are not whole numbers")
     name = re.compile(rf"{re.escape(manifest['product'])}-\d{{5,}}-of-\d{{5,}}-[0-9a-f]{{16}}\.mcap", re.ASCII)
     samples = kept = 0
     for number, shard in enumerate(manifest["shards"]):

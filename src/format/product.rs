@@ -88,7 +88,7 @@ impl serde::Serialize for Product {
 impl<'de> serde::Deserialize<'de> for Product {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let name = String::deserialize(deserializer)?;
-        Self::from_name(&name).ok_or_else(|| serde::de::Error::custom(format!("'{name}' is no product")))
+        Self::from_name(&name).ok_or_else(|| serde::de::Error::custom(format!("'{name}' is not a product")))
     }
 }
 

@@ -46,7 +46,7 @@ fn older_versions_are_refused_with_their_number_and_the_remedy() {
             let text = error.to_string();
             for part in [
                 format!("has format version {old}, this program reads 3"),
-                "make it anew from its job with `graspmill run`".to_owned(),
+                "make it again from its job with `graspmill run`".to_owned(),
                 format!("read it with a graspmill of format {old}"),
             ] {
                 assert!(text.contains(&part), "{part} is not in: {text}");

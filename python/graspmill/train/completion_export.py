@@ -34,7 +34,7 @@ from .sources import score
 
 FORMAT = "graspmill model 1"
 PLACEMENT = {"fill": 0.8, "anchor": [0.5, 0.5, 0.45]}
-"""Share of the grid that the longest side of the seen points' box fills, and where in the grid its centre lies."""
+"""Share of the grid that the longest side of the seen points' box fills, and the position of its centre in the grid."""
 SAMPLES_COMPARED = 64
 LEVELS = np.linspace(0.2, 0.8, 13)
 

@@ -92,7 +92,7 @@ def export(trainer: Trainer, task: Heatmaps) -> Path:
         channels=", ".join(PIXELS[recipe.pixels]),
         types=", ".join(str(kind) for kind in task.types),
         outputs=4 * len(task.types),
-        targets="every number of the labels" if recipe.targets == "all" else "numbers that trials know",
+        targets="every number of the labels" if recipe.targets == "all" else "numbers that trials determine",
         points="all points" if recipe.points == "all" else "points that nothing in the image hides",
         batch=recipe.training.batch,
         scores=rows_of_scores(facts["scores"]),

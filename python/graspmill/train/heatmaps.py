@@ -78,7 +78,7 @@ class Heatmaps:
         return found
 
     def intervals(self, network: nn.Module, device: torch.device) -> dict[str, dict[str, dict[str, float | int]]]:
-        """Squared error by split and stratum with its interval over objects; beside it, as `constant`, that of all
+        """Squared error by split and stratum with its interval over objects; also, as `constant`, that of all
         points by the mean labels of the training samples."""
         assert isinstance(network, OnImages)
         training = self.held["training"].arrays

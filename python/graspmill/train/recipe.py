@@ -130,7 +130,7 @@ class HeatmapRecipe:
     pixels: str = key("depth", choices=tuple(PIXELS))
     """Channels of the image: `rgbd` needs the colours of the dataset."""
     targets: str = key("tested", choices=("tested", "all"))
-    """Numbers of the label vectors that are learnt: those that trials know, or all, as in the thesis."""
+    """Numbers of the label vectors that are learnt: those that trials determine, or all, as in the thesis."""
     points: str = key("visible", choices=("visible", "all"))
     """Points that are learnt: those that nothing in the image hides, or all."""
     seed: int = key(0, low=0)

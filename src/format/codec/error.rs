@@ -3,7 +3,7 @@
 /// Why a payload is not a valid record.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RecordError {
-    /// The bytes are no protobuf message of that type.
+    /// The bytes are not a protobuf message of that type.
     #[error("{message}: not a protobuf message of this type: {problem}")]
     Protobuf {
         /// Message type.

@@ -288,7 +288,7 @@ fn version_remedy(found: u32, expected: u32) -> String {
     if found > expected {
         return "get a newer graspmill".to_owned();
     }
-    format!("make it anew from its job with `graspmill run`, or read it with a graspmill of format {found}")
+    format!("make it again from its job with `graspmill run`, or read it with a graspmill of format {found}")
 }
 
 /// At most eight ranges of numbers, `3-7`.

@@ -165,7 +165,7 @@ pub fn scan_some_shards(
 ) -> Result<ShardScan, DatasetError> {
     let shards = folder.subfolder(SHARDS);
     let mut scan = ShardScan::default();
-    // A run that was killed while it marked or closed the folder leaves its temporary files beside the shards' folder.
+    // A run that was killed while it marked or closed the folder leaves its temporary files next to the shards' folder.
     scan.leftovers.extend(sorted_names(folder)?.into_iter().filter(|name| files::is_leftover(folder, name)));
     for name in sorted_names(&shards)? {
         if files::is_temporary_name(&name) {

@@ -192,7 +192,7 @@ impl Ledger {
         proto::FactTable { columns: columns.collect() }
     }
 
-    /// Reads a ledger out of its three attachments.
+    /// Reads a ledger from its three attachments.
     pub(super) fn decode(bytes: &LedgerBytes) -> Result<Self, InvalidLedger> {
         let outline = LedgerOutline::decode(&bytes.ledger)?;
         let facts = outline.facts(&bytes.facts)?;

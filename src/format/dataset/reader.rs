@@ -56,7 +56,7 @@ impl Selection {
 }
 
 impl DatasetReader {
-    /// Opens a finished dataset: reads manifest, splits, and the identities out of the shards' ledgers.
+    /// Opens a finished dataset: reads manifest, splits, and the identities from the shards' ledgers.
     ///
     /// # Errors
     /// When the dataset is not finished, a table or shard is missing or damaged, or the format version is another one.

@@ -964,10 +964,10 @@ pub struct PickCandidates {
     /// u8 per candidate: 0 free, 1 pregrasp, 2 approach, 3 closing
     #[prost(bytes = "vec", tag = "17")]
     pub stages: ::prost::alloc::vec::Vec<u8>,
-    /// per candidate: number of the neighbour in the way; 0 where none is
+    /// per candidate: number of the neighbour that is the obstacle; 0 without one
     #[prost(uint32, repeated, tag = "18")]
     pub neighbours: ::prost::alloc::vec::Vec<u32>,
-    /// per candidate: distance from what is in the way, below 0 where they overlap, at
+    /// per candidate: distance from the obstacle, negative where they overlap, at
     #[prost(double, repeated, tag = "19")]
     pub clearances: ::prost::alloc::vec::Vec<f64>,
     /// least -0.001; where it is free the smallest from anything but the body on the
@@ -976,7 +976,7 @@ pub struct PickCandidates {
     /// names of the hand's joints, in the order of its tree
     #[prost(string, repeated, tag = "20")]
     pub joints: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
-    /// (candidates that are free on one way at least, joints), rad or m: all joints of the
+    /// (candidates that are free in at least one way, joints), rad or m: all joints of the
     #[prost(double, repeated, tag = "21")]
     pub closed_joints: ::prost::alloc::vec::Vec<f64>,
     /// hand that has closed
@@ -987,10 +987,10 @@ pub struct PickCandidates {
     /// mesh: (triangles, 3) u32, little-endian
     #[prost(bytes = "vec", tag = "23")]
     pub container_triangles: ::prost::alloc::vec::Vec<u8>,
-    /// as verdicts, of the hand that comes opened and takes on its posture where it closes
+    /// as verdicts, for the hand that approaches opened and takes its posture where it closes
     #[prost(bytes = "vec", tag = "24")]
     pub verdicts_opened: ::prost::alloc::vec::Vec<u8>,
-    /// as stages, or 4 shaping: while it takes on its posture
+    /// as stages, or 4 shaping: while it takes its posture
     #[prost(bytes = "vec", tag = "25")]
     pub stages_opened: ::prost::alloc::vec::Vec<u8>,
     /// as neighbours
@@ -1000,8 +1000,8 @@ pub struct PickCandidates {
     #[prost(double, repeated, tag = "27")]
     pub clearances_opened: ::prost::alloc::vec::Vec<f64>,
 }
-/// Topic /picks/trials. Some of the free candidates, tried in MuJoCo: the hand comes along its approach, closes, lifts, and keeps
-/// what it has, with the bodies near it free to move. Times in s, masses in kg, forces in N, angles in rad.
+/// Topic /picks/trials. Some of the free candidates, tried in MuJoCo: the hand moves along its approach, closes, lifts, and holds
+/// the body, with the bodies near it free to move. Times in s, masses in kg, forces in N, angles in rad.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct PickTrials {
     #[prost(message, optional, tag = "1")]

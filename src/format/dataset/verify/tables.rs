@@ -32,7 +32,7 @@ use kernel::{
 pub(super) fn check_files(folder: &Folder, manifest: &Manifest) -> Vec<Problem> {
     let mut problems = Vec::new();
     for (name, entry) in &manifest.files {
-        // A file that has grown is another one, whatever its digest.
+        // A file that has grown is another one, regardless of its digest.
         match hash_grown(folder, name, entry.bytes) {
             Ok(Hashed::Grown(bytes)) => {
                 let what = format!("its content has changed: saved {} bytes, found {bytes} bytes", entry.bytes);
@@ -157,7 +157,7 @@ impl Write for DigestSink {
 }
 
 impl<'a> RowChecks<'a> {
-    /// Opens the rejects, and begins the index anew.
+    /// Opens the rejects, and begins to write the index again.
     pub fn open(
         folder: &Folder,
         manifest: &'a Manifest,

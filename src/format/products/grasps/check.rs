@@ -1,4 +1,4 @@
-//! Checks of runs, of their trials, and of the shapes beside them.
+//! Checks of runs, of their trials, and of their shapes.
 
 use super::{
     GraspRun, GraspTrials, SHAPES_CHECK,

@@ -126,7 +126,7 @@ pub struct GraspTrial {
     pub grasp: u32,
     /// Outcome under the given conditions.
     pub outcome: TrialOutcome,
-    /// The closed hand, if the trial came so far.
+    /// The closed hand, if the hand closed.
     pub closed: Option<ClosedHand>,
     /// Under other conditions.
     pub perturbed: Vec<PerturbedTrial>,

@@ -1,4 +1,4 @@
-//! Checks of heatmaps, and of the depth beside them.
+//! Checks of heatmaps, and of their depth.
 
 use super::{HeatmapFacts, SceneHeatmap};
 use crate::{Channel, CheckSample, CheckedRecord, Depth, Facts, Product, ProductChecks, RecordError};

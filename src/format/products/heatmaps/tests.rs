@@ -97,7 +97,7 @@ fn a_heatmap_comes_back_as_it_was_with_its_counts() {
     let bytes = payload(&heatmap);
     assert_eq!(proto::SceneHeatmap::decode(bytes.as_slice()).expect("protobuf").encode_to_vec(), bytes);
     let again = SceneHeatmap::decode(&bytes).expect("a record");
-    // Equal but for NaN, which no number equals.
+    // Equal except for NaN, which does not equal itself.
     assert_eq!(payload(&again), bytes);
     assert_eq!((&again.evaluated, &again.forbidden), (&heatmap.evaluated, &heatmap.forbidden));
     let facts = HeatmapFacts::of(&again);

@@ -1,4 +1,4 @@
-//! Checks of patches, of the images beside them, and of the table of grasp types.
+//! Checks of patches, of their images, and of the table of grasp types.
 
 use std::collections::BTreeMap;
 

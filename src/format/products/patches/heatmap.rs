@@ -84,7 +84,7 @@ impl PatchHeatmap {
     /// Reads and checks a payload.
     ///
     /// # Errors
-    /// When lengths do not fit each other, a number is out of range, a point lies outside the image, or points are out of
+    /// When lengths do not fit each other, a number is out of range, a point is outside the image, or points are out of
     /// order.
     pub fn decode(payload: &[u8]) -> Result<Self, RecordError> {
         let raw = proto::PatchHeatmap::decode(payload).map_err(broken(MESSAGE))?;

@@ -140,7 +140,7 @@ fn marks_come_back_and_are_bytes_of_the_generated_encoder() {
     refused!(bytes, PatchTable, "camera_from_table": |raw| raw.camera_from_table[0] = 3.0;);
 }
 
-/// Checks the patches, then a mark beside them.
+/// Checks the patches, then one of their marks.
 fn beside(patch: &HeatmapPatch, channel: crate::Channel, mark: &[u8]) -> Result<Vec<(usize, f64)>, RecordError> {
     let mut checks = (checks_of(crate::Product::PATCHES).samples)();
     let mut bytes = Vec::new();

@@ -94,7 +94,7 @@ impl HeatmapPatch {
     /// The type of the grasp.
     ///
     /// # Panics
-    /// When `type_index` is no index in `types`; a decoded record has one.
+    /// When `type_index` is not an index into `types`; a decoded record has one.
     pub fn kind(&self) -> u32 {
         self.types[self.type_index as usize]
     }

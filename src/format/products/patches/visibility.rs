@@ -51,7 +51,7 @@ impl PatchVisibility {
     pub fn check_beside(&self, patch: &HeatmapPatch, heatmap: Option<&PatchHeatmap>) -> Result<(), RecordError> {
         for (index, point) in patch.points.iter().enumerate() {
             let surface = self.surfaces[index];
-            // A pixel on the border of a patch may be rounded out of it.
+            // Rounding can move a pixel on the border of a patch out of it.
             let [column, row] = [0, 1]
                 .map(|axis| (point.pixel[axis].floor() as u32).saturating_sub(point.corner[axis]).min(patch.side - 1));
             let seen = patch.depth_of(index)[(row * patch.side + column) as usize];

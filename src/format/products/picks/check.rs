@@ -1,4 +1,4 @@
-//! Checks of picks, and of the shapes beside them.
+//! Checks of picks, and of their shapes.
 
 use super::{
     PickCandidates, PickFacts, PickTrials,

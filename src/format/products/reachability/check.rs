@@ -54,7 +54,7 @@ fn check_field(context: &FileContext<'_>) -> Vec<String> {
     }
 }
 
-/// Labels against the blocks', distances against those computed anew.
+/// Labels against the blocks', distances against recomputed ones.
 fn compare_field(field: &ReachabilityField, labels: &[PoseLabel]) -> Option<String> {
     let others = field.labels.iter().zip(labels).filter(|(field, block)| field != block).count();
     if others > 0 {

@@ -5,7 +5,7 @@ use crate::{
     Channel, CheckSample, CheckedRecord, Facts, Product, ProductChecks, RecordError, products::grasps::SHAPES_CHECK,
 };
 
-/// The checks of scenes, and of the meshes beside them.
+/// The checks of scenes, and of their meshes.
 pub(crate) static CHECKS: ProductChecks =
     ProductChecks { product: Product::SCENES, samples: || Box::new(SceneCheck), files: &[SHAPES_CHECK] };
 

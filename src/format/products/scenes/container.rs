@@ -152,7 +152,7 @@ impl SceneContainer {
         }
     }
 
-    /// Pose of the container's own frame, whose z is out of its floor.
+    /// Pose of the container's own frame, whose z points upward from its floor.
     pub fn world_from_container(&self) -> IsometryMatrix3<f64> {
         IsometryMatrix3::rotation(Vector3::x() * self.tilt_deg().to_radians())
     }

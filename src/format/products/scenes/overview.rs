@@ -55,7 +55,7 @@ impl SceneOverview {
     /// Depth of a pixel [m]; NaN where nothing is.
     ///
     /// # Panics
-    /// When it lies outside the image.
+    /// When it is outside the image.
     pub fn depth(&self, column: u32, row: u32) -> f32 {
         match self.depths[(row * self.size[0] + column) as usize] {
             0 => f32::NAN,

@@ -1,4 +1,4 @@
-//! Checks of views, and of the meshes beside them.
+//! Checks of views, and of their meshes.
 
 use super::{SceneColour, SceneImage};
 use crate::{

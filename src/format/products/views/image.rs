@@ -96,7 +96,7 @@ impl SceneImage {
     /// Number of pixels that see nothing.
     pub const NOTHING: u8 = 0;
 
-    /// Number of depths that lie between those of two bodies.
+    /// Number of depths between those of two bodies.
     pub const BETWEEN: u8 = 253;
 
     /// Number of pixels that see the container.
