@@ -115,7 +115,7 @@ pub enum RunError {
         missing: Vec<u32>,
         /// Number of shards in all.
         shards: u32,
-        /// Files that claim to be shards and are none.
+        /// Files with the names of shards that are not shards.
         bad: Vec<BadShard>,
     },
     /// The threads could not be started.

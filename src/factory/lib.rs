@@ -4,8 +4,8 @@
 //! jobs/*.toml -> job -> plan -> run( products ) -> format::dataset
 //! ```
 //!
-//! A product is one row of [`PRODUCTS`](products::PRODUCTS): its keys, defaults and checks, and the [`Work`](work::Work)
-//! that they become. The job reader, the plan and the scheduler know no product.
+//! A product is one row of [`PRODUCTS`](products::PRODUCTS): its keys, defaults and checks, and the
+//! [`Work`](work::Work) that they become. The job reader, the plan and the scheduler are independent of products.
 
 // Tests compare with what the C library computes.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]

@@ -32,7 +32,7 @@ pub fn prepared(object: &JobObject) -> Result<PreparedObject, ProduceError> {
     Err(ProduceError::Changed { name: object.source.name.clone(), found, expected })
 }
 
-/// Conditions of a job's trials that hold for every object.
+/// Conditions of a job's trials that apply to every object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialObject {
     /// Mass of every object [kg]; `None`: each has its own.
@@ -95,7 +95,7 @@ pub fn bytes_of_row(row: Map<String, Value>) -> f64 {
 /// Objects whose facts an estimate measures.
 const MEASURED_OBJECTS: usize = 12;
 
-/// Some of these objects, spread evenly over them: facts of one are found in a hundred times the time of another's.
+/// Some of these objects, spread evenly over them: the time to compute facts differs a hundredfold between objects.
 pub fn measured<T: Copy>(all: &[T]) -> Vec<T> {
     let count = all.len().min(MEASURED_OBJECTS);
     (0..count).map(|index| all[index * all.len() / count]).collect()

@@ -1,4 +1,4 @@
-//! Products as the factory makes them: rows of a table. The job reader knows the rows alone.
+//! Products as the factory makes them: rows of a table. The job reader depends only on the rows.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Work of a job behind a few traits: the scheduler, the estimate and the command line know these alone.
+//! Work of a job behind a few traits, the only interface of the scheduler, the estimate and the command line.
 
 use std::{any::Any, collections::BTreeMap, fmt, ops::Add, path::Path};
 
@@ -29,11 +29,11 @@ pub trait Work: Any + fmt::Debug + Send + Sync {
     /// Subjects in the order of the plan, with their counts of items.
     fn subjects(&self) -> Vec<SubjectItems>;
 
-    /// Keys of the job file beside its head, resolved: every default filled in, files relative to `folder` and pinned by
-    /// content.
+    /// Keys of the job file other than its head, resolved: every default filled in, files relative to `folder` and
+    /// pinned by content.
     fn resolved(&self, folder: &Path, shard_samples: u32) -> toml::Table;
 
-    /// Keys that samples depend on beside their subject and the seed, files by content alone.
+    /// Keys that samples depend on in addition to their subject and the seed, files by content alone.
     fn sample_keys(&self) -> toml::Table;
 
     /// The subjects by content, and everything that decides their splits.
@@ -44,7 +44,7 @@ pub trait Work: Any + fmt::Debug + Send + Sync {
         None
     }
 
-    /// Objects to be split; `None` when there are none, or another dataset has split them.
+    /// Objects to be split; `None` without objects, or if another dataset has split them.
     fn divided(&self) -> Option<SplitInput<'_>> {
         None
     }
@@ -109,10 +109,10 @@ pub struct WorkTables {
     pub splits: Option<SplitTable>,
 }
 
-/// Cost of what a product writes beside its samples, at the end.
+/// Cost of files that a product writes in addition to its samples, at the end.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SideCost {
-    /// Bytes of its own files, and of what it adds to the tables.
+    /// Bytes of its own files, and of its additions to the tables.
     pub bytes: f64,
     /// Processor time [s].
     pub seconds: f64,
@@ -134,8 +134,9 @@ pub trait OpenWork: Sync {
     /// When the job's renderer is not available, or its hand cannot be read.
     fn producer(&self) -> Result<Box<dyn Producer + '_>, ProduceError>;
 
-    /// Expected cost of the files that only this product has and of what it adds to the dataset's tables, from a few of the
-    /// job's subjects, given by their indices. `folder` is of no dataset: files may be tried there.
+    /// Expected cost of the files that only this product has and of its additions to the dataset's tables, from a few
+    /// of the job's subjects, given by their indices. `folder` is not a dataset: files can be written there for
+    /// measurement.
     ///
     /// # Errors
     /// When a subject is gone or another one than when the job was resolved.

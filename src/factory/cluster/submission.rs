@@ -57,7 +57,7 @@ pub struct Container {
     pub image: String,
     /// The claim of a volume that many pods may write to.
     pub claim: String,
-    /// Where pods see it: job file, meshes and dataset lie below.
+    /// Path of the folder of job file, meshes and dataset, as pods see it.
     pub mount: PathBuf,
 }
 
@@ -136,8 +136,8 @@ impl fmt::Display for Backend {
 }
 
 impl TaskPlan {
-    /// Time that a task should take, less where there is little to do [s]: starting costs little beside it, a lost
-    /// one is soon made again, and schedulers are spared thousands of short ones.
+    /// Time that a task should take, less for small jobs [s]: starting costs little in comparison, a lost task is soon
+    /// made again, and schedulers are spared thousands of short ones.
     const TASK_SECONDS: f64 = 1800.0;
 
     /// Tasks of about half an hour for this work [s of one processor], each with `cpus` processors.
@@ -330,7 +330,7 @@ mod tests {
         }
     }
 
-    /// Whatever a text holds, a shell and a reader of YAML find it as one word, unchanged.
+    /// Any text is one unchanged word to a shell and to a reader of YAML.
     #[test]
     fn hostile_texts_stay_one_word() {
         let hostile = [

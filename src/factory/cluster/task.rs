@@ -153,7 +153,7 @@ struct Engine {
 enum Count {
     /// Not stated.
     Untold,
-    /// A variable of its own; numbers begin at `first`.
+    /// A separate variable; numbers begin at `first`.
     Variable(&'static str),
     /// Variables of the first number, the last and the step: all numbers in between exist.
     Span { first: &'static str, last: &'static str, step: &'static str },

@@ -1,5 +1,5 @@
-//! Cameras by name: pinhole cameras of depth sensors, by published figures. Pixels are square, the principal point is in the
-//! middle; a device of one's own has figures of its own, a few per cent off these.
+//! Cameras by name: pinhole cameras of depth sensors, by published figures. Pixels are square, the principal point is
+//! in the middle; the figures of an individual device differ by a few per cent.
 
 use serde_json::{Value, json};
 

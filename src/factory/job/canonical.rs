@@ -68,8 +68,8 @@ impl Job {
         JobDigest(self.canonical(&self.work.sample_keys(), Some(&subjects)).digest())
     }
 
-    /// Names what a sample depends on beside its subject and its item: seed and settings of the product. Equal in two jobs
-    /// whose common subjects make the same samples.
+    /// Digest of everything that a sample depends on except its subject and its item: seed and settings of the product.
+    /// Equal in two jobs whose common subjects make the same samples.
     pub fn sample_settings(&self) -> Digest {
         self.canonical(&self.work.sample_keys(), None).digest()
     }
@@ -79,7 +79,7 @@ impl Job {
     }
 }
 
-/// Keys of a part of a job, out of the type that also reads them.
+/// Keys of a part of a job, from the type that also reads them.
 ///
 /// # Panics
 /// When it does not become a table.
@@ -92,8 +92,8 @@ pub fn shards_section(word: &str, shard_samples: u32) -> (String, toml::Value) {
     ("shards".to_owned(), toml::Table::from_iter([(word.to_owned(), shard_samples.into())]).into())
 }
 
-/// Keys that a job's digest has beside those of its samples, where the subjects come from another dataset: their splits, and
-/// their names by content. The root of that dataset depends on neither.
+/// Keys that the digest of a job covers in addition to those of its samples, where the subjects come from another
+/// dataset: their splits, and their names by content. The root of that dataset depends on neither.
 pub fn subjects_section(splits: &impl Serialize, names: impl Iterator<Item = (Digest, String)>) -> toml::Table {
     let splits = toml::Value::try_from(splits).expect("splits are plain data");
     let names: toml::Table = names.map(|(content, name)| (content.hex(), name.into())).collect();
@@ -190,7 +190,7 @@ fn entry(origin: Origin<'_>, objects: &[&JobObject], folder: &Path) -> ObjectsSp
     spec
 }
 
-/// Everything that a job knows of one mesh.
+/// All data of a job about one mesh.
 fn row(object: &JobObject) -> MeshRow {
     let source = &object.source;
     let (scale, size) = match (&source.origin, source.scale) {

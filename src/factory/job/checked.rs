@@ -29,7 +29,7 @@ pub struct Job {
     pub work: Arc<dyn Work>,
 }
 
-/// A named set of defaults; every quirk is a switch of its own.
+/// A named set of defaults; every quirk is a separate switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Profile {
@@ -45,7 +45,7 @@ impl Job {
         self.work.product()
     }
 
-    /// The work as that of one product; `None` when it is another's.
+    /// The work as that of one product; `None` for another product.
     pub fn work_of<W: Work>(&self) -> Option<&W> {
         let work: &dyn Any = self.work.as_ref();
         work.downcast_ref()
@@ -56,7 +56,7 @@ impl Job {
         self.work.objects().map_or(&[], |objects| &objects.list)
     }
 
-    /// Meshes that cannot be used; the run goes on without them and ends with exit code 3.
+    /// Meshes that cannot be used; the run continues without them and ends with exit code 3.
     pub fn refused(&self) -> &[MeshRefusal] {
         self.work.objects().map_or(&[], |objects| &objects.refused)
     }

@@ -272,7 +272,7 @@ fn rows(
                 let (read, errors) = mesh_table::read(&target.display().to_string(), &text);
                 checker.add_errors(errors);
                 for (name, (row, location)) in read {
-                    // A list may take a few meshes out of a table for many.
+                    // A list can use a few meshes of a table with many.
                     if entry.list.is_none() && !known.is_empty() && !known.contains(name.as_str()) {
                         let problem = not_in_entry(&name);
                         let help = did_you_mean(&name, known.iter().copied());

@@ -74,7 +74,7 @@ impl JobDraft {
         self.work.objects.iter().flat_map(ObjectsDraft::sources)
     }
 
-    /// The job, out of the results of preparing [`JobDraft::sources`].
+    /// The job from the results of preparing [`JobDraft::sources`].
     ///
     /// Meshes that could not be prepared, whose content is not the pinned one, or whose content or geometry another
     /// mesh (earlier by name) has already, are refused with a reason; the others make the job.

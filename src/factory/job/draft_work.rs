@@ -27,8 +27,8 @@ pub struct DraftWork {
     pub make: MakeWork,
 }
 
-/// Makes the work of a job out of its prepared objects and the notes for the user, to which it may add. Objects are `None` for
-/// a product without.
+/// Makes the work of a job from its prepared objects and the notes for the user, to which it can add. Objects are
+/// `None` for a product without objects.
 pub type MakeWork = Box<dyn FnOnce(Option<JobObjects>, &mut Vec<String>) -> Arc<dyn Work> + Send>;
 
 impl DraftWork {

@@ -9,13 +9,13 @@ pub struct FoundMesh {
     pub source: MeshSource,
     /// The package that holds it, if one does.
     pub package: Option<PackageFile>,
-    /// Knowledge of the object beside its mesh.
+    /// Data about the object other than its mesh.
     pub known: KnownObject,
     /// The content that it must have, when the job pins it.
     pub pinned: Option<ObjectId>,
 }
 
-/// Knowledge that a job has of an object beside its mesh.
+/// Data of a job about an object other than its mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct KnownObject {
     /// Mass.

@@ -14,7 +14,7 @@ use sim::{HandError, HandModel, RobotError};
 /// A hand that a job names.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobHand {
-    /// Description of the hand, MJCF or URDF; its table is beside it.
+    /// Description of the hand, MJCF or URDF; its table is next to it.
     pub scene: PathBuf,
     /// Name in the description, for people.
     pub name: String,

@@ -23,7 +23,7 @@ pub struct JobObject {
     pub package: Option<PackageFile>,
     /// Row of the object in the asset table.
     pub asset: AssetRecord,
-    /// Knowledge that the job has of the object beside its mesh.
+    /// Data of the job about the object other than its mesh.
     pub known: KnownObject,
 }
 
@@ -66,7 +66,7 @@ impl JobObject {
 pub struct JobObjects {
     /// The objects, sorted by name; no two have the same content.
     pub list: Vec<JobObject>,
-    /// Meshes that cannot be used; the run goes on without them and ends with exit code 3.
+    /// Meshes that cannot be used; the run continues without them and ends with exit code 3.
     pub refused: Vec<MeshRefusal>,
     /// Rules of the split.
     pub split: SplitSettings,
@@ -161,8 +161,8 @@ impl ObjectsDraft {
         self.meshes.iter().map(|mesh| &mesh.source)
     }
 
-    /// The objects, out of the results of preparing [`Self::sources`], in the same order. `with_masses`: whether samples
-    /// depend on what each object weighs; `of_one_body`: whether each object must hang together.
+    /// The objects from the results of preparing [`Self::sources`], in the same order. `with_masses`: whether samples
+    /// depend on the mass of each object; `of_one_body`: whether each object must be in one part.
     ///
     /// Meshes that could not be prepared, whose content is not the pinned one, whose parts are loose where they must not be,
     /// or whose content or geometry another mesh (earlier by name) has already, are refused with a reason; the others make

@@ -56,8 +56,8 @@ pub fn package(name: &str) -> Option<&'static MeshPackage> {
     PACKAGES.iter().find(|package| package.name == name)
 }
 
-/// The folder of the packages beside this program, never in the current folder: `.deps` of the checkout that the program was built
-/// in, where `make setup` puts them, or `share/graspmill` beside the `bin` that it was copied to.
+/// The folder of the packages of this program, never in the current folder: `.deps` of the checkout that the program
+/// was built in, where `make setup` puts them, or `share/graspmill` next to the `bin` that contains the program.
 pub(super) fn packages_of_program() -> PathBuf {
     env::current_exe()
         .map_or_else(|_| packages_beside(Path::new("/usr/local/bin/graspmill")), |program| packages_beside(&program))

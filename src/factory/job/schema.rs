@@ -76,7 +76,7 @@ fn build(factory: &ProductFactory) -> Schema {
     schema.insert_defaults(&standard, "default", None);
     schema.insert_defaults(&defaults(factory, Profile::Thesis), "x-default-thesis", Some(&standard));
     if factory.product != PRODUCTS[0].product {
-        // Only the first product may be left unsaid.
+        // Only the first product can be omitted.
         let root = schema.value_mut();
         if let Some(name) = root["properties"]["product"].as_object_mut() {
             name.remove("default");

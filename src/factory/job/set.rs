@@ -1,4 +1,4 @@
-//! Sets: several jobs in one folder, each a dataset of its own.
+//! Sets: several jobs in one folder, each with a separate dataset.
 
 use std::{collections::BTreeMap, path::Path as FilePath};
 
@@ -85,7 +85,7 @@ fn members(checker: &mut Checker, spec: &SetSpec, text: &JobText) -> Vec<SetMemb
             }
         };
         let Some(product) = product_of(checker, &path, &job) else { continue };
-        // A job that has a mistake of its own is there all the same.
+        // A job with a mistake is still in the list.
         let is_wrong = |(index, job): (usize, &MemberSpec)| {
             member.inputs.values().any(|input| *input == job.name) && checker.is_wrong(Path::from("jobs").index(index))
         };

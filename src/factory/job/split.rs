@@ -16,7 +16,7 @@ pub struct SplitSettings {
     pub by_group: bool,
     /// Objects whose shapes coincide stay on one side; `false` allows twins to straddle.
     pub keep_twins_together: bool,
-    /// Twins that straddle are what the job is about, and no leak.
+    /// Twins in several splits are intended, and not a leak.
     pub twins_intended: bool,
     /// Views of one object with equal rotations stay on one side; `false` (`thesis`) only counts those that straddle.
     pub keep_equal_views_together: bool,

@@ -62,7 +62,7 @@ impl JobText {
 pub struct JobContext {
     /// The folder that holds the packages of meshes.
     pub packages: PathBuf,
-    /// The default set of built-in shapes, which patterns with `*` and `?` choose from, beside the half-shapes. Full names
+    /// The default set of built-in shapes and the half-shapes, which patterns with `*` and `?` choose from. Full names
     /// reach every shape.
     pub built_in: Vec<String>,
 }

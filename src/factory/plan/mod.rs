@@ -1,10 +1,10 @@
 //! From a job to an ordered list of work units and shards; pure, no I/O.
 //!
-//! Sample indices count the samples of one subject after the other, in the job's order: views of objects, positions of a
-//! robot's grid, search runs, grasps. An item makes one sample or, in scenes, one per body and camera. A shard is a run of
-//! consecutive sample indices that ends where an item ends; a work unit is the part of one subject's items that lies in one
-//! shard. Sample ids name the subject by content and the item by its number, so shard size, threads and the other subjects
-//! change none of them.
+//! Sample indices count the samples of one subject after the other, in the job's order: views of objects, positions of
+//! a robot's grid, search runs, grasps. An item makes one sample or, in scenes, one per body and camera. A shard is a
+//! run of consecutive sample indices that ends where an item ends; a work unit is the part of one subject's items that
+//! is in one shard. Sample ids name the subject by content and the item by its number, so shard size, threads and the
+//! other subjects change none of them.
 
 use std::ops::Range;
 

@@ -68,14 +68,14 @@ pub struct LeakReport {
     pub twin_groups: u32,
     /// Groups of twins with members on more than one side.
     pub twin_groups_straddling: u32,
-    /// Whether the job is about such twins.
+    /// Whether the job intends such twins.
     pub twins_intended: bool,
     /// Groups named by the job in more than one split.
     pub groups_straddling: u32,
 }
 
 impl LeakReport {
-    /// Overlaps that a user should know of, in words.
+    /// Overlaps to report to the user, in words.
     pub fn warnings(&self) -> impl Iterator<Item = String> {
         let leaks = [
             (self.straddling_views, "holdout views have the rotation of a training view of the same object"),
@@ -104,7 +104,7 @@ impl LeakReport {
         ]
     }
 
-    /// Names of the counts of overlaps that the job is about.
+    /// Names of the counts of overlaps that the job intends.
     pub fn intended(&self) -> Option<&'static str> {
         self.twins_intended.then_some("twin_groups_straddling")
     }
@@ -279,8 +279,8 @@ fn chosen(
     taken
 }
 
-/// The cluster's key as a number in [0, 1), uniform although the key is the least of `members`: if u is the least of n
-/// uniform numbers, 1 - (1 - u)^n is uniform.
+/// The cluster's key as a number in [0, 1), uniform although the key is the smallest of `members`: if u is the smallest
+/// of n uniform numbers, 1 - (1 - u)^n is uniform.
 fn cluster_unit(key: &Digest, members: usize) -> f64 {
     1.0 - (0..members).fold(1.0, |product, _| product * (1.0 - unit(key)))
 }

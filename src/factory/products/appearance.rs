@@ -17,14 +17,14 @@ use sim::{Appearance, Light, gl_facts};
 pub struct RenderSpec {
     /// Colours besides depth, drawn by MuJoCo. Needs EGL (`make deps-gl`); nothing else does.
     pub colour: bool,
-    /// With `colour`: lights and the colours of everything in the image are drawn anew for each sample, by the job's seed.
+    /// With `colour`: lights and the colours of everything in the image are drawn for each sample, by the job's seed.
     pub randomise: bool,
 }
 
 /// Settings of colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Colours {
-    /// Whether lights and colours are drawn anew for each sample.
+    /// Whether lights and colours are drawn for each sample.
     pub randomise: bool,
 }
 

@@ -27,7 +27,7 @@ pub enum InvalidInput {
         folder: PathBuf,
         /// Product of the dataset.
         found: Product,
-        /// Product that the job is about.
+        /// Product of the job.
         wanted: Product,
     },
     /// The dataset has no digest of a class of numbers.
@@ -75,7 +75,7 @@ pub fn open_input(
 pub struct InputSection {
     /// The section, which is the word for what the dataset holds.
     pub name: &'static str,
-    /// Remedy where there is none.
+    /// Remedy if the dataset is missing.
     pub make: &'static str,
 }
 

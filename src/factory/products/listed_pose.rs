@@ -3,7 +3,7 @@
 /// Deviation of a quaternion's length from 1 that is rounding.
 const UNIT_TOLERANCE: f64 = 1e-3;
 
-/// Checks a pose of position and quaternion, in whatever order the quaternion has: the problem, for people.
+/// Checks a pose of position and quaternion, in any order of the quaternion: the problem, in words.
 pub fn check_pose(pose: &[f64; 7]) -> Result<(), String> {
     if let Some(number) = pose.iter().find(|number| !number.is_finite()) {
         return Err(format!("{number} is not finite"));

@@ -31,7 +31,7 @@ use tables::ParquetIndex;
 /// Milliseconds between two progress events.
 const PROGRESS_PAUSE: u64 = 100;
 
-/// A dataset to make: the job, its plan, and the tables beside the samples.
+/// A dataset to make: the job, its plan, and the tables in addition to the samples.
 pub struct RunTask<'a> {
     /// The job.
     pub job: &'a Job,
@@ -116,7 +116,7 @@ pub fn run_share(task: &RunTask, share: Share, context: &RunContext<'_>) -> Resu
         write_pending(task.folder, task.header)?;
     }
     let mut scan = scan_some_shards(task.folder, &mark, &|shard| share.holds(shard))?;
-    // On some file systems a lock is seen on one machine only: a temporary file may be another task's, at work.
+    // On some file systems a lock is visible on one machine only: a temporary file can belong to another running task.
     scan.leftovers.clear();
     clear_away(task.folder, &scan)?;
     let own: Vec<&ShardPlan> = task.plan.shards.iter().filter(|shard| share.holds(shard.id)).collect();
@@ -139,7 +139,7 @@ pub fn merge(task: &RunTask, context: &RunContext<'_>) -> Result<RunSummary, Run
     let scan = scan_shards(task.folder, &mark)?;
     let missing = scan.missing(mark.shards);
     if !missing.is_empty() {
-        // Nothing is cleared away: tasks may be at work.
+        // Nothing is removed: other tasks can be running.
         return Err(RunError::Gap { missing, shards: mark.shards, bad: scan.bad });
     }
     clear_away(task.folder, &scan)?;

@@ -49,7 +49,7 @@ impl OpenJob {
         Self::resolve(JobDraft::read(text, context)?, run)
     }
 
-    /// Goes on from a job that has been read.
+    /// Continues from a job that has been read.
     ///
     /// # Errors
     /// When no usable object is left, the split names objects that the job does not have, or the work is interrupted.
@@ -80,7 +80,7 @@ impl OpenJob {
         self.job.notes.iter().cloned().chain(of_objects).chain(of_splits).collect()
     }
 
-    /// Tables of the job's dataset beside the samples; files in its job are named relative to `folder`.
+    /// Tables of the job's dataset other than the samples; files in its job are named relative to `folder`.
     pub fn header(&self, folder: &Path) -> DatasetHeader {
         let WorkTables { class, channel_classes, platform, assets, subjects, hands, containers, splits } =
             self.job.work.tables(self.splits.as_ref());

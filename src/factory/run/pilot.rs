@@ -37,7 +37,7 @@ const VISITED_SUBJECTS: usize = 32;
 /// Items that follow each other, so that chunks hold samples as much alike as those of the dataset.
 const BLOCK_ITEMS: u32 = 4;
 
-/// Limits of a pilot: it ends at whichever is met first. Each visited subject is given at least one item.
+/// Limits of a pilot: it ends at the first one reached. Each visited subject gets at least one item.
 #[derive(Clone, Copy, Debug)]
 pub struct PilotLimits {
     /// Samples in all.
@@ -65,11 +65,12 @@ pub struct PilotRate {
     pub bytes_per_row: f64,
     /// Bytes that do not depend on the samples: tables of objects and splits, the job, files that only its product has.
     pub bytes_beside: f64,
-    /// Processor time of what is written beside the samples at the end, such as facts of every object [s].
+    /// Processor time to write the files at the end, such as facts of every object [s].
     pub seconds_of_closing: f64,
 }
 
-/// Makes samples spread over the plan, on all threads, and stores them in shards in a folder of its own, which goes in the end.
+/// Makes samples spread over the plan, on all threads, and stores them in shards in a separate folder, which is removed
+/// at the end.
 ///
 /// # Errors
 /// Errors of [`run`](super::run).
@@ -109,7 +110,7 @@ pub fn pilot(open: &OpenJob, limits: PilotLimits, context: &RunContext<'_>) -> R
     })
 }
 
-/// A pilot that goes on.
+/// A pilot in progress.
 struct Pilot<'a> {
     job: &'a Job,
     plan: &'a Plan,
@@ -152,7 +153,7 @@ impl Tally {
 }
 
 impl Pilot<'_> {
-    /// Visits to subjects at even steps through the job, at least one for each thread. Where several go to one subject, they
+    /// Visits to subjects at even steps through the job, at least one for each thread. Several visits to one subject
     /// share its items.
     fn visits(&self) -> Vec<Visit> {
         let subjects = self.job.work.subjects();
@@ -280,7 +281,7 @@ enum StoredFate {
     Rejected { reason: &'static str, detail: String },
 }
 
-/// A finished sample with payloads of its own.
+/// A finished sample with its payloads.
 struct StoredSample {
     sample: SampleId,
     facts: Facts,

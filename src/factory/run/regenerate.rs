@@ -49,7 +49,7 @@ impl Regeneration {
 }
 
 /// Makes `count` samples of the dataset again, chosen by `seed`, and compares the digests of every channel, or the
-/// reason of a reject. `job` is the dataset's own resolved job, resolved anew.
+/// reason of a reject. `job` is the dataset's own resolved job, resolved again.
 ///
 /// # Errors
 /// When the dataset cannot be read, a mesh is missing, or the work is interrupted; differences are no errors.

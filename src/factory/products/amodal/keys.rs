@@ -12,7 +12,8 @@ use crate::{
 };
 
 impl AmodalJob {
-    /// Keys of the job file beside shards. With a folder the dataset is named relative to it, otherwise by content alone.
+    /// Keys of the job file other than shards. With a folder the dataset is named relative to it, otherwise by content
+    /// alone.
     pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
         let AmodalSettings { points, min_visible_share, rules, solid_with_surface, channels, touch } = &self.settings;
         let mut spec = AmodalSpec::standard();
@@ -24,7 +25,7 @@ impl AmodalJob {
         (spec.gate.min_visible_share, spec.gate.min_partial_cells) = (*min_visible_share, rules.min_partial_cells);
         channels.write_keys(&mut spec.channels);
         spec.touch.write(touch, folder);
-        // Digests of jobs without touch do not know its section.
+        // Digests of jobs without touch do not contain its section.
         let unknown: &[&str] = match (touch.is_asked(), folder) {
             (false, _) => &["shards", "touch"],
             (true, None) => &["shards", "touch.hand.scene"],

@@ -1,4 +1,4 @@
-//! Objects of amodal pairs, out of the meshes beside the views, kept by all threads.
+//! Objects of amodal pairs, from the meshes of the views, shared by all threads.
 
 use std::sync::Arc;
 
@@ -39,10 +39,10 @@ pub(super) struct LoadedObjects {
 }
 
 impl LoadedObjects {
-    /// Opens the meshes beside the views.
+    /// Opens the meshes of the views.
     ///
     /// # Errors
-    /// When they are missing, or a row of the table of assets is none.
+    /// When they are missing, or a row of the table of assets is invalid.
     pub fn open(job: &AmodalJob) -> Result<Self, ProduceError> {
         Ok(Self { meshes: ViewMeshes::open(&job.dataset, &job.views)?, recent: Recent::new(KEPT) })
     }

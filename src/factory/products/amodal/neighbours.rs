@@ -62,8 +62,8 @@ impl Neighbours {
     }
 }
 
-/// The pixels through which a grid is seen: first column and row, past-the-end column and row; the whole image where the grid
-/// reaches beside the camera.
+/// The pixels through which a grid is visible: first column and row, past-the-end column and row; the whole image where
+/// the grid extends behind the camera's plane.
 pub(super) fn window_of(grid: &GridPlacement, camera: &Intrinsics) -> [u32; 4] {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     let side = f64::from(grid.resolution) * grid.cell_size;
@@ -85,7 +85,7 @@ pub(super) fn window_of(grid: &GridPlacement, camera: &Intrinsics) -> [u32; 4] {
     [first(0), first(1), end(0).max(first(0)), end(1).max(first(1))]
 }
 
-/// Whether the box of a mesh may reach into a grid: the two lie apart along no axis of either.
+/// Whether the box of a mesh can reach into a grid: no axis of either separates the two.
 fn reaches(mesh: &RenderMesh, pose: &Pose<CameraCv, Object>, grid: &GridPlacement) -> bool {
     let corners = |centre: Point3<f64>, half: Vector3<f64>| {
         (0..8u32).map(move |corner| {

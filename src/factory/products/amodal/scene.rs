@@ -12,7 +12,7 @@ use kernel::{
 
 /// Container and table of a scene.
 pub(super) struct StillSolid {
-    /// Container and sides of the table that it was made of.
+    /// Container and sides of the table of the shapes.
     made_of: (SceneContainer, [f64; 2]),
     /// The container's walls and floor; `None` for a plane.
     pub container: Option<SolidObject>,
@@ -47,7 +47,7 @@ impl StillSolid {
         }
     }
 
-    /// Whether it was made of this container on this table.
+    /// Whether the shapes are those of this container on this table.
     pub fn is_of(&self, container: &SceneContainer, table_size: [f64; 2]) -> bool {
         self.made_of.0 == *container && self.made_of.1 == table_size
     }

@@ -32,7 +32,7 @@ pub struct AmodalSettings {
     pub rules: PairRules,
     /// `thesis` quirk: the 256^3 solid also holds every cell that the surface crosses, as binvox does.
     pub solid_with_surface: bool,
-    /// Channels beside the pair.
+    /// Channels in addition to the pair.
     pub channels: Channels,
     /// Kinds of touch that go with each pair.
     pub touch: Touch,
@@ -44,7 +44,7 @@ pub struct AmodalSettings {
 pub enum PointSource {
     /// Depths that were measured on the body's own surface: no other's point is among them.
     Surface,
-    /// Depths of the pixels that see the body in the true image, as a perfect segmentation of a colour image would hand them out.
-    /// At its outline a sensor measures there what lies behind or beside the body, too.
+    /// Depths of the pixels that see the body in the noise-free image, as a perfect segmentation of a colour image
+    /// would select them. At its outline a sensor also measures surfaces behind or next to the body there.
     Pixels,
 }

@@ -34,7 +34,7 @@ use kernel::{
 /// Reason of a body whose view was rejected.
 const NO_VIEW: &str = "no_view";
 
-/// Reason of a body of which no pixel of the silhouette lies in the image.
+/// Reason of a body without a pixel of its silhouette in the image.
 const OUTSIDE_VIEW: &str = "outside_view";
 
 /// Reason of a body that is seen by too small a share.
@@ -123,7 +123,7 @@ fn load_scene<'w>(
     Ok(LoadedScene { bodies, still })
 }
 
-/// Why a body is left out before anything is made of it, with numbers.
+/// Why a body is rejected before any computation, with numbers.
 fn unseen(body: &SceneInstance, settings: &AmodalSettings) -> Option<(&'static str, String)> {
     let (share, least) = (body.visible_share(), settings.min_visible_share);
     if body.mask.count() == 0 {

@@ -17,8 +17,8 @@ use crate::{
 use kernel::geom::ViewSet;
 
 impl CompletionJob {
-    /// Keys of the job file beside objects, split and shards. Keys that do not matter have the standard values. With a folder
-    /// the hand's file is named relative to it, otherwise by content alone.
+    /// Keys of the job file other than objects, split and shards. Keys that do not matter have the standard values.
+    /// With a folder the hand's file is named relative to it, otherwise by content alone.
     pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
         let spec = spec(&self.settings, folder);
         let keys = without(keys_of(&spec), &["objects", "split", "shards"]);

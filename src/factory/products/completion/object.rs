@@ -22,7 +22,7 @@ pub struct CompletionObject {
     pub(super) kernel: SolidObject,
     pub(super) sim: SimObject,
     pub(super) channels: ObjectChannels,
-    /// For touch, where the job wants it.
+    /// For touch, if the job has touch.
     pub(super) touch: Option<TouchSurface>,
 }
 

@@ -68,7 +68,7 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobConte
 /// A warning about objects that come nearer to the camera than the sensor measures: a part of their depth is lost.
 fn nearer_than_sensor(objects: &JobObjects, settings: &CompletionSettings) -> Option<String> {
     let [measures_from, _] = settings.sensor.as_ref()?.range();
-    // Nearest depth of each object, whatever its rotation, and by how much the sensor misses it.
+    // Nearest depth of each object over all rotations, and by how much the sensor misses it.
     let depth = |object: &JobObject| {
         let (min, extents) = (Point3::from(object.asset.lower), Vector3::from(object.asset.extents));
         let bounds = Aabb { min, max: min + extents };

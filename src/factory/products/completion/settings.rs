@@ -68,7 +68,7 @@ pub struct CompletionSettings {
     pub truth: Truth,
     /// Conditions under which a pair is kept.
     pub gate: Gate,
-    /// Channels beside the pair.
+    /// Channels in addition to the pair.
     pub channels: Channels,
     /// Kinds of touch that go with each pair.
     pub touch: Touch,

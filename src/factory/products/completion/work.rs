@@ -101,7 +101,7 @@ impl Work for CompletionJob {
 /// Channels of touch by a hand.
 const TOUCH_BY_HAND: [Channel; 2] = [Channel::TOUCH_EXPLORATION, Channel::TOUCH_GRASP];
 
-/// Facts of the machine that the numbers depend on beside our own code; none for class `exact`.
+/// Facts of the machine that the numbers depend on in addition to our own code; none for class `exact`.
 fn platform(settings: &CompletionSettings) -> BTreeMap<String, String> {
     match settings.renderer {
         Renderer::Raster if settings.touch.by_hand.is_none() => BTreeMap::new(),

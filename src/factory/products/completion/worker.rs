@@ -40,7 +40,7 @@ pub enum RejectReason {
     HiddenShare,
     /// The occluder leaves too little of the object.
     LittleRemains,
-    /// Too small a share of the partial grid lies in the complete one.
+    /// Too small a share of the partial grid is in the complete one.
     LowOverlap,
 }
 
@@ -85,7 +85,7 @@ pub struct CompletionWorker<'j> {
     loaded: Option<(usize, LoadedObject)>,
 }
 
-/// An object, and the job's hand beside it.
+/// An object, and the job's hand.
 struct LoadedObject {
     object: CompletionObject,
     hand: Option<HandOnObject>,

@@ -29,8 +29,8 @@ pub(super) const SEARCH_KEYS: [&str; 7] = [
 ];
 
 impl GraspJob {
-    /// Keys of the job file beside objects, split and shards, without those that the other keys make idle. With a folder the
-    /// hand's file is named relative to it, otherwise by content alone.
+    /// Keys of the job file other than objects, split and shards, without those that the other keys make idle. With a
+    /// folder the hand's file is named relative to it, otherwise by content alone.
     pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
         let GraspSettings { sampler, annealing, physics, .. } = &self.settings;
         let mut spec = spec(&self.settings);

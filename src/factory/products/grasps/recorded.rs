@@ -61,7 +61,8 @@ pub(super) fn names(hand: &Hand, id: ObjectId) -> HandNames {
     }
 }
 
-/// The record of a run but for what is in the way of its grasps; `record` is one of the same hand and settings, to be filled.
+/// The record of a run except for the obstacles of its grasps; `record` is one of the same hand and settings, to be
+/// filled.
 pub(super) fn recorded(run: &grasp::GraspRun, sample: SampleId, hand: &Hand, record: &mut GraspRun) {
     record.sample = sample;
     record.object_from_seed = Pose::from_isometry(run.object_from_seed);

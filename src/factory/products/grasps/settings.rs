@@ -45,7 +45,7 @@ pub struct Physics {
     pub tried: TriedStates,
     /// Coefficient of friction.
     pub friction: f64,
-    /// Mass of every object [kg]; `None`: as the job knows it, otherwise by its volume.
+    /// Mass of every object [kg]; `None`: that of the job, otherwise by its convex hull.
     pub mass: Option<f64>,
     /// Perturbed runs of each grasp.
     pub perturbed: u32,

@@ -209,8 +209,8 @@ struct Tries<'a> {
 }
 
 impl Tries<'_> {
-    /// Tries a grasp in the air, and further as long as it holds; one whose probability of success is measured on the table
-    /// and perturbed whatever comes of it.
+    /// Tries a grasp in the air, and further as long as it holds; one whose probability of success is measured is also
+    /// tried on the table and perturbed, regardless of the outcome.
     fn first(&mut self, index: u32, grasp: &Grasp, draws: &mut Draws) -> Result<GraspTrial, HandError> {
         let (settings, conditions) = (self.settings, self.object.conditions);
         let has_series = draws.chosen_for_series.unit() < settings.series_share;
@@ -275,8 +275,8 @@ impl Tries<'_> {
         self.object.worker.run(&grasp.posture, &grasp.object_from_base.isometry().inverse(), conditions)
     }
 
-    /// The trial on the table of the most likely pose of the object in which the hand stays above it; `None` where there is
-    /// none.
+    /// The trial on the table of the most likely pose of the object in which the hand stays above it; `None` without
+    /// such a pose.
     fn on_table(&mut self, grasp: &Grasp, has_series: bool) -> Result<Option<TableTrial>, HandError> {
         let support = |pose: usize| Some((pose, *self.object.tables.get(pose)?));
         let Some((pose, support)) = grasp.likeliest_table().and_then(support) else { return Ok(None) };

@@ -139,7 +139,8 @@ impl MarkedHand {
     }
 }
 
-/// The patches around the points of a grasp, as in jobs for patches; `None` where a square of one of them reaches out of the image.
+/// The patches around the points of a grasp, as in jobs for patches; `None` where a square of one of them exceeds the
+/// image.
 fn squares(
     settings: &HeatmapSettings,
     camera: &Intrinsics,

@@ -9,8 +9,8 @@ use super::{
 use crate::job::{keys_of, relative_to, with_slashes, without};
 
 impl HeatmapJob {
-    /// Keys of the job file beside shards. With a folder, datasets and the hand's file are named relative to it, otherwise by content
-    /// alone.
+    /// Keys of the job file other than shards. With a folder, datasets and the hand's file are named relative to it,
+    /// otherwise by content alone.
     pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
         let HeatmapSettings { label, types, tips, angle, depth_step, side, size } = &self.settings;
         let mut spec = HeatmapsSpec::standard();

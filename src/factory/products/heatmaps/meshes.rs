@@ -20,7 +20,7 @@ pub(super) struct LoadedMeshes {
 }
 
 impl LoadedMeshes {
-    /// The meshes beside the views.
+    /// The meshes of the views.
     pub fn new(meshes: ViewMeshes) -> Self {
         Self { meshes, recent: Recent::new(KEPT) }
     }

@@ -1,4 +1,4 @@
-//! Channels stored beside the partial and the complete grid, from their keys in a job file to their payloads.
+//! Channels stored in addition to the partial and the complete grid, from their keys in a job file to their payloads.
 //!
 //! One more channel of this kind is one more field of [`ChannelsSpec`] and of [`Channels`], with its default in
 //! `profiles/standard.toml`, and one more line in each of the functions below; no other file of the factory names it.
@@ -31,7 +31,7 @@ fn payload<'w>(out: &'w mut SampleWriter<'_>, product: Product, channel: Channel
     out.payload(own_channel(product, channel)?)
 }
 
-/// Channels stored beside the partial and the complete grid.
+/// Channels stored in addition to the partial and the complete grid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChannelsSpec {
@@ -73,7 +73,7 @@ pub enum DepthSpec {
     U16,
 }
 
-/// Channels beside the pair, checked.
+/// Channels in addition to the pair, checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channels {
     /// One more bit plane: cells that the camera sees to be free.
@@ -178,14 +178,14 @@ impl Channels {
     }
 }
 
-/// An object's parts that its channels are made of; only those that the job stores are made.
+/// Parts of an object that its channels use; only those that the job stores are made.
 pub struct ObjectChannels {
     coverage: Option<CoverageBlocks>,
     surface: Option<Arc<Surface>>,
 }
 
 impl ObjectChannels {
-    /// The parts of an object that these channels are made of.
+    /// The parts of an object that these channels use.
     pub fn new(channels: &Channels, prepared: &PreparedObject, solid: &SolidGrid, level: SimdLevel) -> Self {
         let wants_surface = channels.tsdf.is_some() || channels.implicit.is_some();
         Self {
@@ -213,11 +213,11 @@ pub struct ChannelView<'a> {
     pub ends_at_image: bool,
     /// The object's solid.
     pub solid: &'a SolidGrid,
-    /// Parts of the object that its channels are made of.
+    /// Parts of the object that its channels use.
     pub object: &'a ObjectChannels,
 }
 
-/// Buffers in which a thread makes the channels beside the pair.
+/// Buffers in which a thread makes the channels of a pair.
 #[derive(Default)]
 pub struct ChannelScratch {
     free: OccupancyGrid,
@@ -228,7 +228,7 @@ pub struct ChannelScratch {
 }
 
 impl ChannelScratch {
-    /// Fills the payload of every channel beside the pair that the job stores, touch apart.
+    /// Fills the payload of every channel of a pair that the job stores, except touch.
     pub fn encode(
         &mut self,
         channels: &Channels,

@@ -1,4 +1,4 @@
-//! The grids of a pair, out of the depth of its object.
+//! The grids of a pair, from the depth of its object.
 
 use nalgebra::Point3;
 

@@ -93,7 +93,7 @@ impl ColourView {
             false => TablePaint::default(),
         };
         if let Some(table) = table {
-            // Lights shine down on the table, whatever lies on it.
+            // Lights shine down on the table and everything on it.
             let object_from_table = patch.camera_from_object.inverse() * table.camera_from_table;
             for light in &mut appearance.lights {
                 light.direction = object_from_table.rotation() * light.direction;

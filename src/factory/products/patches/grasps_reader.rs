@@ -19,7 +19,7 @@ use kernel::{
 };
 use robot::grasp::kind_in_frame;
 
-/// Reason why a folder is no dataset of grasps that patches can be made of.
+/// Reason why patches cannot be made from a folder.
 #[derive(Debug, thiserror::Error)]
 pub enum InvalidGrasps {
     /// The folder holds no finished dataset of grasps.
@@ -44,7 +44,8 @@ pub enum InvalidGrasps {
 pub struct WantedGrasps {
     /// Number of grasp types: the most common ones.
     pub max_types: u32,
-    /// Whether they are the grasps that were tried, of the most common types among the ones that held, not the kept ones.
+    /// Whether they are the grasps that were tried, of the most common types among the ones that held, instead of the
+    /// kept ones.
     pub by_trials: bool,
     /// Whether the object stands on a table, against whose normal the roll in a type is then measured.
     pub on_table: bool,
@@ -118,13 +119,13 @@ struct CandidateRun {
 
 impl CandidateRun {
     fn of(sample: &Sample, by_trials: bool) -> Result<Self, DatasetError> {
-        // A dataset with a root of physics has trials beside every run; without them nothing of the run was tried.
+        // A dataset with a root of physics has trials for every run; without them nothing of the run was tried.
         let stored = if by_trials { sample.grasp_trials()? } else { None };
         let trials = by_trials.then(|| stored.map_or_else(Vec::new, |stored| stored.trials));
         Ok(Self { run: sample.grasp_run()?, trials })
     }
 
-    /// The states that may become samples, with their ranks and trials: the kept ones, or all that were tried.
+    /// The states that can become samples, with their ranks and trials: the kept ones, or all that were tried.
     fn candidates(&self) -> Box<dyn Iterator<Item = (u32, &Grasp, Option<&GraspTrial>)> + '_> {
         let ranked = (0..).zip(&self.run.grasps);
         match &self.trials {

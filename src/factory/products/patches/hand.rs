@@ -1,4 +1,4 @@
-//! The points of a closed hand that patches lie around.
+//! The points of a closed hand at which patches are centred.
 
 use std::sync::Arc;
 

@@ -37,7 +37,7 @@ struct SeenGrasp {
 }
 
 impl HeatView {
-    /// `angle` [rad]: how far an approach may be from the camera's axis.
+    /// `angle` [rad]: largest angle between an approach and the camera's axis.
     pub fn new(angle: f64, sample: SampleId, job: &PatchJob) -> Self {
         let Intrinsics { width, height, .. } = job.settings.camera;
         let types = job.grasps.types.chosen.len() as u32;

@@ -12,8 +12,8 @@ use crate::{
 };
 
 impl PatchJob {
-    /// Keys of the job file beside shards. With a folder, the dataset and the hand's file are named relative to it, otherwise
-    /// by content alone. Keys that do not matter have the standard values.
+    /// Keys of the job file other than shards. With a folder, the dataset and the hand's file are named relative to it,
+    /// otherwise by content alone. Keys that do not matter have the standard values.
     pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
         let PatchSettings {
             types,

@@ -1,4 +1,4 @@
-//! Marks beside the patches of a grasp: its trials, which points are hidden, and patches of one size in metres.
+//! Marks stored with the patches of a grasp: its trials, which points are hidden, and patches of one size in metres.
 
 use super::{
     settings::{ChosenGrasp, GraspTable, PatchSettings},
@@ -61,7 +61,7 @@ impl PatchMarks {
         camera_from_table.inverse().translation().z
     }
 
-    /// Places the square of a point in metres at this depth [m] and pixel; `None` where it reaches out of the image.
+    /// Square in metres around a point at this depth [m] and pixel; `None` where it exceeds the image.
     pub fn place(&mut self, index: usize, depth: f64, pixel: [f64; 2], settings: &PatchSettings) -> Option<()> {
         let Some(metric) = &mut self.metric else { return Some(()) };
         let camera = &settings.camera;

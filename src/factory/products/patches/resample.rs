@@ -1,8 +1,8 @@
 //! Squares of a colour image, resampled to the pixels of a patch.
 
-/// Pixel of a patch of `side` x `side` pixels that shows a square of `window` x `window` pixels: the mean over the area that it
-/// covers, in which each pixel of the square weighs as much as of it lies there. In whole numbers, halves rounded up. `pixel` gives
-/// the colour at a column and a row of the square.
+/// Pixel of a patch of `side` x `side` pixels that shows a square of `window` x `window` pixels: the mean over the area
+/// that it covers, in which each pixel of the square has the weight of its covered area. In whole numbers, halves
+/// rounded up. `pixel` gives the colour at a column and a row of the square.
 pub fn area_mean([column, row]: [u32; 2], window: u32, side: u32, pixel: impl Fn(u32, u32) -> [u8; 3]) -> [u8; 3] {
     let mut sums = [0_u64; 3];
     for (y, high) in covered(row, window, side) {

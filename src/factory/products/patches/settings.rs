@@ -117,7 +117,7 @@ pub struct PatchSettings {
     pub types: u32,
     /// Side of a patch [px].
     pub side: u32,
-    /// Side of the squares that patches beside those in pixels show [m]; `None` without.
+    /// Side of the squares of patches in metres [m]; `None` without such patches.
     pub metric: Option<f64>,
     /// Whether the object stands on a table.
     pub table: bool,
@@ -135,9 +135,9 @@ pub struct PatchSettings {
     pub distance: f64,
     /// Quirk of the thesis: the focal length that points are projected with [px]; `None`: the camera's.
     pub point_focal_length: Option<f64>,
-    /// Colours beside depth; `None` without.
+    /// Colours in addition to depth; `None` without.
     pub colour: Option<Colours>,
-    /// Whether the whole image is stored beside its patches.
+    /// Whether the whole image is stored in addition to its patches.
     pub image: bool,
     /// Truth for heatmaps over the whole image: largest angle between an approach and the camera's axis [rad]; `None` without.
     pub heatmap_angle: Option<f64>,
@@ -166,7 +166,8 @@ impl PatchSettings {
 pub enum PatchLabel {
     /// -epsilon of the closed hand: below 0, so that a grasp is better than none.
     Epsilon,
-    /// Quirk of the thesis: the energy that annealing minimised. It may be above 0, where no grasp is labelled better than one.
+    /// Quirk of the thesis: the energy that annealing minimised. It can be above 0, where no grasp is labelled better
+    /// than one.
     Energy,
     /// Label by physics: -1 for a grasp that held in all its trials, 1 for one that failed in all, 0 where they
     /// disagree or have no result. Samples are the grasps that were tried, regardless of the analytic criteria.

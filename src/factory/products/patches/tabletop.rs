@@ -9,7 +9,8 @@ use kernel::{
 };
 use sim::Appearance;
 
-/// Half the side of the square tabletop [m]; its middle lies below the object's centre of mass, nothing is behind its edges.
+/// Half the side of the square tabletop [m]; its middle is below the object's centre of mass, nothing is behind its
+/// edges.
 const HALF_SIDE: f64 = 0.6;
 
 /// A tabletop before a camera.
@@ -41,7 +42,7 @@ impl<'a> Tabletop<'a> {
         image.depth.clear();
         image.depth.extend(pixels.map(|(column, row)| {
             let under = self.hit(column, row).map_or(f32::NAN, |(depth, _)| depth as f32);
-            // The lower of two numbers, and the number beside a NaN.
+            // The lower of two numbers, or the number if the other one is NaN.
             object.at(column, row).min(under)
         }));
         *image = image.trimmed();

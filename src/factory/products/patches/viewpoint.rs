@@ -1,4 +1,4 @@
-//! The viewpoint of a grasp, and where its patches lie.
+//! The viewpoint of a grasp, and the positions of its patches.
 
 use nalgebra::{Matrix3, Point3, Rotation3};
 
@@ -34,8 +34,8 @@ fn camera_along<F: Frame>(approach: &Pose<F, Approach>, middle: &Point3<f64>, di
     Pose::<F, CameraCv>::new(rotation, middle.coords - sight * distance).inverse()
 }
 
-/// The left or top pixel of a patch of `side` pixels around a pixel coordinate: its middle is half a pixel away at most.
-/// `None` where it reaches out of an image of `length` pixels.
+/// The left or top pixel of a patch of `side` pixels around a pixel coordinate: its middle is at most half a pixel
+/// away. `None` where it exceeds an image of `length` pixels.
 pub fn corner(pixel: f64, side: u32, length: u32) -> Option<u32> {
     let first = (pixel - f64::from(side) / 2.0 + 0.5).floor();
     (first >= 0.0 && first + f64::from(side) <= f64::from(length)).then_some(first as u32)

@@ -23,11 +23,11 @@ use kernel::{
     render::Rasteriser,
 };
 
-/// Reason why a grasp makes no sample: the patch of this point reaches out of the image.
+/// Reason why a grasp makes no sample: the patch of this point exceeds the image.
 const OUT_OF_FRAME: [&str; PATCH_POINTS] =
     ["palm_out_of_frame", "f0_out_of_frame", "f1_out_of_frame", "f2_out_of_frame"];
 
-/// Reasons why a grasp makes no sample on a table: there is none for it, or the camera would not see its top.
+/// Reasons why a grasp makes no sample on a table: no table allows it, or the camera would not see its top.
 const NO_TABLE: &str = "no_table";
 const BELOW_TABLE: &str = "camera_below_table";
 /// Lowest camera above a table [m].
@@ -118,7 +118,7 @@ impl<'j> PatchWorker<'j> {
         Ok(RenderMesh::new(&mesh, false))
     }
 
-    /// Fills the record but for depth; `Err` is why there is none.
+    /// Fills the record except for depth; `Err` is why there is none.
     fn fill(
         &mut self,
         object: &GraspedObject,
@@ -167,7 +167,7 @@ impl<'j> PatchWorker<'j> {
         Ok(())
     }
 
-    /// The depth of the patches, cut out of the image.
+    /// The depth of the patches, cut from the image.
     fn render(&mut self, mesh: &RenderMesh, image: Option<&mut Vec<u8>>) {
         let record = &mut self.record;
         let alone = self.rasteriser.render(mesh, &record.camera, &record.camera_from_object);

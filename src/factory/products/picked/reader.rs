@@ -16,7 +16,7 @@ use kernel::{
     words::{NumberClass, Show},
 };
 
-/// Reason why a folder is no dataset of picks that samples can be made of.
+/// Reason why samples cannot be made from a folder as a dataset of picks.
 #[derive(Debug, thiserror::Error)]
 pub enum InvalidPicks {
     /// The folder holds no finished dataset of picks.

@@ -35,8 +35,8 @@ pub enum InvalidPickGrasps {
     NoHand(PathBuf),
 }
 
-/// The grasps of a dataset that are taken, of these objects alone; one chunk of a shard is in memory at a time. Without a choice the
-/// grasps that held are, or where nothing was tried the kept ones.
+/// The selected grasps of a dataset, for these objects only; one chunk of a shard is in memory at a time. By default
+/// those that held, or without trials the kept ones.
 ///
 /// # Errors
 /// When the folder holds no finished dataset of grasps of a known hand, or none with trials where they are required.

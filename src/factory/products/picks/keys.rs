@@ -9,8 +9,8 @@ use super::{
 use crate::job::{keys_of, relative_to, with_slashes, without};
 
 impl PickJob {
-    /// Keys of the job file beside shards. With a folder, datasets and the hand's file are named relative to it, otherwise by content
-    /// alone.
+    /// Keys of the job file other than shards. With a folder, datasets and the hand's file are named relative to it,
+    /// otherwise by content alone.
     pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
         let PickSettings { rolls, candidates, margin, trials, awake } = self.settings;
         let named = |dataset: &Path| folder.map(|folder| with_slashes(&relative_to(dataset, folder)).into());

@@ -62,7 +62,7 @@ impl LoadedScene {
         Self { index, record, objects, surroundings, clutter }
     }
 
-    /// Whether each body touches another one, or touches a body that does, beside the one itself.
+    /// Whether each body touches another one, or touches a body that does, in addition to the one itself.
     pub fn two_contacts_away(&self, body: usize) -> Vec<bool> {
         let pairs: Vec<[u32; 2]> = self.record.contacts.iter().map(|contact| contact.pair).collect();
         reached(&pairs, self.record.bodies.len(), body)
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn two_contacts_reach_the_neighbours_of_neighbours_and_not_through_the_container() {
-        // A chain of 2, 1, 3 and 5; 4 lies apart, and all but 1 lie on the container.
+        // A chain of 2, 1, 3 and 5; 4 is separate, and all but 1 rest on the container.
         let pairs = [[1, 2], [0, 2], [0, 3], [1, 3], [3, 5], [0, 4], [0, 5], [3, 5]];
         assert_eq!(reached(&pairs, 5, 1), [true, false, true, false, false]);
         assert_eq!(reached(&pairs, 5, 0), [false, true, true, false, true]);

@@ -106,7 +106,7 @@ impl Trials {
         })
     }
 
-    /// Whether each body is awake beside the target.
+    /// Whether each body can move, in addition to the target.
     fn awake_beside(
         &self,
         scene: &LoadedScene,

@@ -82,7 +82,7 @@ fn orientations(checker: &mut Checker, spec: &PosesSpec) -> Option<Orientations>
         let directions = HealPix::new(healpix).expect("the schema requires a resolution from 1 to 16");
         return (pitch.is_none() && yaw.is_none()).then_some(Orientations::Sphere(directions, roll));
     }
-    // Directions that are none were reported: pitch and yaw are not what is missing.
+    // Invalid directions were reported: pitch and yaw are not missing.
     if checker.is_wrong("poses.directions") {
         return None;
     }
@@ -155,7 +155,7 @@ fn cells_of(span: &SpanSpec) -> usize {
     (if (steps - whole).abs() < 1e-6 { whole } else { libm::ceil(steps) }) as usize
 }
 
-/// The key at fault for a grid that is none, and its requirement.
+/// The key at fault for an invalid grid, and its requirement.
 fn fault_of(error: &InvalidPoseGrid) -> (String, &'static str) {
     match error {
         InvalidPoseGrid::StepNotPositive { name, .. } => (format!("poses.{name}.step"), "a step above zero"),

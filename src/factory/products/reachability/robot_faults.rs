@@ -71,7 +71,7 @@ pub(super) fn robot_faults(robot: &Robot) -> Vec<RobotFault> {
     }
 }
 
-/// The key that an error is about.
+/// The key of an error.
 fn fault(robot: &Robot, error: &RobotError) -> RobotFault {
     let joint = |name: &str| match robot.joints.iter().position(|joint| joint == name) {
         Some(index) => RobotKey::Joints(Some(index)),

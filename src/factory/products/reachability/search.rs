@@ -26,7 +26,7 @@ const FAR_STARTS: usize = 20;
 /// Where no descent ended nearer than this [m, rad together], no more are tried. Of some 60 poses of random arms whose first
 /// solution came later than that, none had its best end farther than 0.064.
 const HOPELESS: f64 = 0.15;
-/// Starts beside the best ends: how many ends, how often, and how far away [rad or m].
+/// Starts near the best ends: how many ends, how often, and how far away [rad or m].
 const ENDS: usize = 4;
 const BESIDE_STARTS: usize = 24;
 const BESIDE: f64 = 0.4;
@@ -52,7 +52,7 @@ pub(super) struct SearchedArm {
     begins: Vec<usize>,
     /// Starts of the descent for every pose.
     starts: Vec<Vec<f64>>,
-    /// Offsets from an end of a descent to a start beside it.
+    /// Offsets from an end of a descent to a start near it.
     beside: Vec<Vec<f64>>,
     /// From the first joint to the end effector, at most [m].
     length: f64,
@@ -90,7 +90,7 @@ impl SearchedArm {
                 Known { position, rotation, q: begins }
             })
             .collect();
-        // Offsets from an end of a descent to a start beside it, from a stream of their own.
+        // Offsets from an end of a descent to a start near it, from a separate stream.
         let mut stream = Stream::of_job(seed, b"", "inverse kinematics, beside");
         let mut beside = || (0..group.len()).map(|_| stream.uniform(-BESIDE, BESIDE)).collect();
         let beside = (0..BESIDE_STARTS).map(|_| beside()).collect();
@@ -197,8 +197,8 @@ fn single(pose: &Pose<World, EndEffector>) -> ([f32; 3], [f32; 4]) {
     ((*pose.translation()).map(|value| value as f32).into(), rotation.map(|value| value as f32).into())
 }
 
-/// The solutions of one pose, one descent after the other. How long it goes on depends on what it has seen: not long where no
-/// descent ended near the pose.
+/// The solutions of one pose, one descent after the other. The number of descents depends on the previous ones: it is
+/// small where no descent ended near the pose.
 struct Search<'a> {
     arm: &'a SearchedArm,
     target: &'a Pose<World, EndEffector>,

@@ -20,7 +20,7 @@ const SHORTEST: f64 = 1e-3;
 const SHALLOW: f64 = 0.05;
 /// Number of vain careful searches for a depth before they are left off for the pose.
 const PATIENCE: u32 = 32;
-/// Least interval to both sides that counts as ruled out [rad].
+/// Smallest interval to both sides that counts as ruled out [rad].
 const NOTHING: f64 = 1e-5;
 /// Configurations that are evaluated for one pose, at most; what is left by then is not proved.
 const MAX_CHECKS: usize = 1_200;
@@ -167,8 +167,8 @@ impl RedundantArm {
         (PoseLabel::Colliding, if proved { Proof::Swept } else { Proof::Searched })
     }
 
-    /// [`RedundantArm::solve`] by a verdict that knows no depth: nothing is proved between the configurations that are
-    /// evaluated, one every [`STEP`] of the first joint on every branch, and one at least in each of its intervals.
+    /// [`RedundantArm::solve`] by a verdict without depth: nothing is proved between the configurations that are
+    /// evaluated, one every [`STEP`] of the first joint on every branch, and at least one in each of its intervals.
     pub fn solve_in_steps(
         &self,
         target: &Pose<World, EndEffector>,

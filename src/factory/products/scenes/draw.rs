@@ -1,5 +1,5 @@
-//! Objects of a scene, drawn by rendezvous: each object has a number of its own for each scene, and the lowest numbers are in
-//! it. One more object changes only the scenes that draw it.
+//! Objects of a scene, drawn by rendezvous hashing: each object has a number in each scene, and the scene contains the
+//! objects with the lowest numbers. One more object changes only the scenes that draw it.
 
 use kernel::{
     ids::{Digest, ObjectId, SampleId},
@@ -7,8 +7,8 @@ use kernel::{
     words::Split,
 };
 
-/// Indices of the `count` objects of a scene, in the order in which they are let go. Where objects may repeat, each has a second
-/// number: a scene has it twice at most.
+/// Indices of the `count` objects of a scene, in the order of their release. Where objects can repeat, each has a
+/// second number: a scene contains it at most twice.
 pub(super) fn drawn(
     seed: u64,
     split: Split,

@@ -39,7 +39,7 @@ impl SceneJob {
         } = &self.settings;
         let mut spec = ScenesSpec::standard();
         let idle = idle_keys(*mode, self.settings.is_contained()).into_iter().map(|(key, _)| key);
-        // Without repeats the keys are those of jobs that know none.
+        // Without repeats the keys are those of jobs that do not have `repeats`.
         let idle = idle.chain((!repeats).then_some("repeats"));
         let of_box = ["container.inner", "container.wall"].into_iter().filter(|_| vessel.is_some());
         let idle: Vec<&str> = ["objects", "split", "shards"].into_iter().chain(idle).chain(of_box).collect();
@@ -114,7 +114,7 @@ fn container_keys(spec: &mut ScenesSpec, container: &SceneContainer, file: Optio
     }
 }
 
-/// The arrangements one by one, whatever file they came from.
+/// The list of arrangements, from any kind of file.
 fn import_spec(import: &Import, name: impl Fn(&str) -> String) -> ImportSpec {
     let Import { scenes, split, frame } = import;
     let body = |ImportedBody { object, pose }: &ImportedBody| ImportedBodySpec { object: name(object), pose: *pose };

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use format::{CONTAINER, SceneContact, SceneFacts, SceneSupport};
 use sim::{Fault, SceneTouch, SettledScene};
 
-/// Reason and detail of a scene that is none. Bodies are counted from 1, in the order of their first release.
+/// Reason and detail of a rejected scene. Bodies are counted from 1, in the order of their first release.
 pub(super) fn reject_words(fault: &Fault) -> (&'static str, String) {
     let of =
         |body: &Option<usize>| body.map_or_else(|| "the container".to_owned(), |index| format!("body {}", index + 1));

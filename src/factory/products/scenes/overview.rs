@@ -106,7 +106,7 @@ mod tests {
         assert_eq!(overview.instances[index], 2);
         let expected = overview.camera_z - (0.1 + bounds.max.z - bounds.min.z);
         assert!((f64::from(overview.depth(column, row)) - expected).abs() < 2e-4, "{expected}");
-        // The floor of the bin beside it, the walls at the border, and all of the picture inside the frame.
+        // The floor of the bin, the walls at the border, and the whole picture inside the frame.
         assert_eq!(overview.instances[(row * width + 20) as usize], SceneOverview::WALLS);
         assert!(overview.instances.iter().filter(|instance| **instance == 0).count() > 0);
         assert_eq!(painter.paint(sample, std::iter::empty()).instances.iter().filter(|own| **own == 2).count(), 0);

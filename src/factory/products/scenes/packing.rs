@@ -10,7 +10,8 @@ use std::{array, f64::consts::FRAC_PI_2};
 
 use nalgebra::{Point3, Rotation3};
 
-/// Sides of an outline, a multiple of four. More would bring round bodies of 10 cm closer by less than half a millimetre.
+/// Sides of an outline, a multiple of four. More would move round bodies of 10 cm closer together by less than half a
+/// millimetre.
 const SIDES: usize = 32;
 
 /// Room between two outlines, at least [m].
@@ -37,7 +38,7 @@ pub(super) struct PackedTable {
     taken: Vec<([f64; 2], Outline)>,
 }
 
-/// A side of a polygon that no middle may be inside of: the half-plane `normal . position < offset` [m] belongs to it.
+/// A side of a polygon that contains no middle: the half-plane `normal . position < offset` [m] belongs to it.
 #[derive(Clone, Copy)]
 struct Side {
     normal: [f64; 2],
@@ -109,7 +110,7 @@ impl PackedTable {
 
     /// Free position of an outline's middle that is closest to the table's.
     fn closest(&self, outline: &Outline) -> Option<[f64; 2]> {
-        // The outline lies on the table as a whole.
+        // The whole outline is on the table.
         let limits = [0, 1].map(|axis| self.size[axis] / 2.0 - outline.sides[axis * SIDES / 4]);
         if limits.iter().any(|limit| *limit < 0.0) {
             return None;
@@ -187,7 +188,7 @@ mod tests {
     #[test]
     fn the_first_body_stands_in_the_middle_and_the_next_beside_it() {
         let mut table = PackedTable::new([0.6, 0.6]);
-        // Corners lie 2 cm off the origin of the body.
+        // Corners are 2 cm off the origin of the body.
         let first = table.take(&cuboid([0.1, 0.1], 0.0)).expect("room");
         assert!((first[0] + 0.02).abs() < 1e-12 && first[1].abs() < 1e-12, "{first:?}");
         for _ in 0..4 {

@@ -12,7 +12,7 @@ use super::{
 use kernel::{geom::RestingPose, seed::Stream};
 use sim::Placement;
 
-/// Height above the table from which a body in a resting pose is let go [m].
+/// Height above the table from which a body in a resting pose is released [m].
 const LIFTED: f64 = 0.002;
 
 /// Room between two bodies on a table, at least [m].
@@ -21,8 +21,8 @@ const APART: f64 = 0.005;
 /// Positions that are tried for a body in one rotation, at most.
 const TRIES: u32 = 200;
 
-/// Rotations about the vertical that are tried for a body, at most: a long one fits beside others along an edge of the table,
-/// within some degrees of four directions.
+/// Largest number of rotations about the vertical that are tried for a body: a long one fits next to others along an
+/// edge of the table, within some degrees of four directions.
 const ROTATIONS: u32 = 50;
 
 /// Room that a body takes on a table.
@@ -85,7 +85,7 @@ pub(super) fn standing(
         let rotation = resting(pose, stream);
         let [low, high] = bounds(object, &rotation);
         let footprint = Footprint { low: [low.x, low.y], high: [high.x, high.y] };
-        // Positions at which the outline lies on the table; along a side that is shorter than the body there is none.
+        // Positions at which the outline is on the table; none along a side that is shorter than the body.
         let ends = [0, 1].map(|axis| [-size[axis] / 2.0 - low[axis], size[axis] / 2.0 - high[axis]]);
         for _ in 0..TRIES {
             let position = match place {
@@ -112,9 +112,10 @@ pub(super) fn standing(
     None
 }
 
-/// Starts of bodies that are packed on a table [m], those of the largest outlines first: each in the resting pose whose up is nearest
-/// to z of its mesh, at the free position closest to the middle. While no position is free, a body is rotated about the vertical
-/// anew; `Err` with the index of a body whom that does not help. `stream` is of the body of an index.
+/// Starts of bodies that are packed on a table [m], those with the largest outlines first: each in the resting pose
+/// whose up direction is nearest to z of its mesh, at the free position closest to the middle. While no position is
+/// free, a body gets a new rotation about the vertical; `Err` with the index of a body for which that does not help.
+/// `stream` is the stream of the body with an index.
 pub(super) fn packed(
     objects: &[&LoadedObject],
     size: [f64; 2],

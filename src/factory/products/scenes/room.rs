@@ -1,4 +1,4 @@
-//! Room over the floor of a container: how wide an upright box may be that meets no wall.
+//! Room over the floor of a container: the widest upright box that meets no wall.
 
 use kernel::geom::TriMesh;
 use nalgebra::Point3;
@@ -47,7 +47,8 @@ impl Slab {
     }
 }
 
-/// Least of max(|x|, |y|) over a convex polygon: at a corner, where an edge crosses a diagonal or an axis, or 0 above the foot.
+/// Smallest max(|x|, |y|) over a convex polygon: at a corner, where an edge crosses a diagonal or an axis, or 0 above
+/// the foot.
 fn nearest(polygon: &[[f64; 3]]) -> f64 {
     let edges =
         || polygon.iter().enumerate().map(|(index, to)| (polygon[(index + polygon.len() - 1) % polygon.len()], *to));

@@ -76,7 +76,7 @@ impl Region {
         }
     }
 
-    /// Whether part of it lies on a table of these sides [m].
+    /// Whether part of it is on a table of these sides [m].
     pub(super) fn meets(&self, size: [f64; 2]) -> bool {
         match *self {
             Self::Rectangle(sides) => {
@@ -187,7 +187,8 @@ mod tests {
             let [x, y] = rectangle.point(&mut stream);
             assert!((-1.0..=-0.5).contains(&x) && (0.0..=2.0).contains(&y), "{x}, {y}");
         }
-        // By area (0.4^2 - 0.3^2) / (0.5^2 - 0.3^2) of the points lie in the inner half of the ring: five standard deviations.
+        // By area (0.4^2 - 0.3^2) / (0.5^2 - 0.3^2) of the points are in the inner half of the ring: five standard
+        // deviations.
         let (share, expected) = (f64::from(inner) / f64::from(count), 0.07 / 0.16);
         assert!((share - expected).abs() < 5.0 * (expected * (1.0 - expected) / f64::from(count)).sqrt(), "{share}");
     }

@@ -1,4 +1,4 @@
-//! Containers out of mesh files, and out of the boxes and meshes of MJCF files.
+//! Containers from mesh files, and from the boxes and meshes of MJCF files.
 
 use std::{
     collections::BTreeMap,
@@ -23,7 +23,7 @@ use sim::RobotModel;
 /// Longest sides that pass [m].
 const SIZES: SizeRule = SizeRule { min: 0.05, max: 10.0 };
 
-/// Least room inside: sides along x and y, and height [m].
+/// Smallest room inside: sides along x and y, and height [m].
 const LEAST_ROOM: [f64; 2] = [0.05, 0.01];
 
 /// Heights at which walls are looked for, and directions at each.
@@ -267,7 +267,7 @@ mod tests {
         // A post of a millimetre, at an angle that no search at steps of 5.6 degrees would meet.
         let post = inner(with_box(bin.clone(), [0.1, 0.0125, -0.01], [0.101, 0.0135, 0.1])).expect("a container");
         assert!((post[0] - 0.2).abs() < 1e-6 && (post[1] - 0.2 * 0.34 / 0.44).abs() < 1e-6, "{post:?}");
-        // A rib of the floor is none.
+        // A rib of the floor is not a wall.
         let rib = inner(with_box(bin.clone(), [0.1, -0.1, -0.01], [0.101, 0.1, 0.001])).expect("a container");
         assert_eq!(rib, whole);
         let narrow = inner(with_box(bin, [0.02, 0.0, -0.01], [0.021, 0.001, 0.1]));

@@ -64,7 +64,7 @@ impl Work for SceneJob {
         Some(self.objects.divided(vec![0]))
     }
 
-    /// Objects and scenes are split: a scene as a whole, with objects of its own side.
+    /// Objects and scenes are split: a whole scene has one split, and so do its objects.
     fn tables(&self, splits: Option<&JobSplits>) -> WorkTables {
         let mut table = splits.map(|splits| splits.table.clone()).unwrap_or_default();
         let mut subjects = Vec::new();
@@ -192,7 +192,7 @@ impl OpenWork for OpenScenes<'_> {
         Ok(cost_of_descriptions(objects, &all)? + cost_of_meshes(objects, write)?)
     }
 
-    /// Writes into the row of every object what it weighs and is, and the meshes beside.
+    /// Writes mass and metadata of every object into its row, and the meshes.
     fn finish(&self, closing: &mut Closing<'_>) -> Result<(), RunError> {
         describe_all(&self.0.job.objects, closing)?;
         write_meshes(&by_content(&self.0.job.objects), closing.folder, &closing.job, Product::SCENES)?;

@@ -97,7 +97,7 @@ impl<'s> SceneWorker<'s> {
         bodies.iter().enumerate().map(start).collect()
     }
 
-    /// Random numbers of an object in a scene, of its own for each copy from 0.
+    /// Random numbers of an object in a scene, a separate stream for each copy from 0.
     fn stream(&self, sample: &SampleId, purpose: &str, id: ObjectId, copy: usize) -> Stream {
         let name = if copy == 0 { format!("scene {purpose} {id}") } else { format!("scene {purpose} {id} {copy}") };
         Stream::of_sample(self.shared.seed, sample, &name)
@@ -140,7 +140,7 @@ impl<'s> SceneWorker<'s> {
         )
     }
 
-    /// Stores a scene, or why it is none.
+    /// Stores a scene, or its rejection.
     fn store(
         &mut self,
         sample: SampleId,
@@ -251,7 +251,7 @@ impl Producer for SceneWorker<'_> {
                 return out.reject(sample, SceneFacts::default(), NO_ROOM, &detail);
             }
         };
-        // Physics, and what came of it.
+        // Physics, and the outcome.
         let scene = self.settler.settle(&scene_bodies(&bodies), &placements, settings.count[0] as usize);
         self.store(sample, &bodies, &scene, None, out)
     }

@@ -61,8 +61,8 @@ impl SettledScene {
 }
 
 impl FoundScenes {
-    /// The scenes by name and content, with the splits: the root of the scenes does not depend on those. `items` is the count of
-    /// samples that are made of each.
+    /// The scenes by name and content, with the splits: the root of the scenes does not depend on those. `items` is the
+    /// number of samples of each scene.
     pub fn subject_keys(&self, items: impl Fn(&SettledScene) -> u32) -> toml::Table {
         let names = self.list.iter().map(|scene| (scene.id.0, scene.name()));
         subjects_section(&self.split_table(items), names)

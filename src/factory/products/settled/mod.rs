@@ -1,5 +1,5 @@
-//! A dataset of settled scenes as every job that is made of one reads it: which scenes and bodies it has, and the meshes of their
-//! objects, which its own job names.
+//! A dataset of settled scenes for the jobs that read one: its scenes and bodies, and the meshes of their objects,
+//! which its own job names.
 
 mod found;
 mod objects;

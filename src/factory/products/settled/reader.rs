@@ -34,7 +34,7 @@ pub fn read_scenes(folder: &Path) -> Result<FoundScenes, InvalidScenes> {
     for sample in reader.iter(Selection::default()) {
         let sample = sample?;
         let mut scene = sample.scene()?;
-        // Scenes of one job share a container, which may be a mesh.
+        // Scenes of one job share a container, which can be a mesh.
         if let Some(last) = list.last().filter(|last| last.container == scene.container) {
             scene.container.clone_from(&last.container);
         }

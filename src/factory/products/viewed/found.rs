@@ -50,7 +50,7 @@ impl FoundViews {
         subjects_section(&self.splits, names)
     }
 
-    /// Tables of a dataset of exact numbers that is made of the views: scenes, objects and splits are theirs.
+    /// Tables of a dataset of exact numbers from the views, which has their scenes, objects and splits.
     pub fn tables(&self) -> WorkTables {
         WorkTables {
             class: NumberClass::Exact,

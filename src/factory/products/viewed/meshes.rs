@@ -1,4 +1,4 @@
-//! Meshes beside views, by the objects that they are of.
+//! Meshes of views, by object.
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -14,7 +14,7 @@ use kernel::{
     object::PreparedObject,
 };
 
-/// Meshes beside views.
+/// Meshes of views.
 pub struct ViewMeshes {
     shapes: Shapes,
     /// Index in the file of meshes of each object, and its row in the table of assets.
@@ -22,10 +22,10 @@ pub struct ViewMeshes {
 }
 
 impl ViewMeshes {
-    /// Opens the meshes beside the views in a folder.
+    /// Opens the meshes of the views in a folder.
     ///
     /// # Errors
-    /// When they are missing, or a row of the table of assets is none.
+    /// When they are missing, or a row of the table of assets is invalid.
     pub fn open(dataset: &Path, views: &FoundViews) -> Result<Self, ProduceError> {
         let shapes = Shapes::open(&Folder::at(dataset))?;
         let mut records = Vec::new();

@@ -19,7 +19,7 @@ use kernel::{
     words::{NumberClass, Show},
 };
 
-/// Reason why a folder is no dataset of views that samples can be made of.
+/// Reason why samples cannot be made from a folder as a dataset of views.
 #[derive(Debug, thiserror::Error)]
 pub enum InvalidViews {
     /// The folder holds no finished dataset of views.

@@ -72,12 +72,12 @@ mod tests {
             let matrix = pose.rotation().matrix();
             assert!((matrix.transpose() * matrix - Matrix3::identity()).amax() < 1e-12);
             assert!((matrix.determinant() - 1.0).abs() < 1e-12);
-            // What lies above the target is above it in the image; from straight above, what lies along x is.
+            // Points above the target are above it in the image; from straight above, points along x are.
             let is_above = (eye - target).xy().norm() < 1e-9;
             let higher = target + if is_above { Vector3::x() } else { Vector3::z() } * 0.05;
             let above = pose.inverse().point(&higher);
             assert!(above.y < -1e-3 && above.x.abs() < 1e-12, "{above}");
-            // A quarter turn to the right brings up to the right.
+            // A quarter turn to the right rotates up to the right.
             let rolled = camera_at(&eye, &target, std::f64::consts::FRAC_PI_2).inverse().point(&higher);
             assert!(rolled.y.abs() < 1e-12 && rolled.x.abs() > 1e-3);
         }

@@ -80,7 +80,7 @@ impl ColourView {
     }
 }
 
-/// Paint of an object: one of its own, the same in every scene.
+/// Paint of an object, the same in every scene.
 fn own_paint(object: ObjectId) -> [f32; 3] {
     [0, 1, 2].map(|channel| 0.2 + 0.7 * f32::from(object.0.0[channel]) / 255.0)
 }

@@ -12,7 +12,8 @@ use crate::{
 };
 
 impl ViewJob {
-    /// Keys of the job file beside shards. With a folder the dataset is named relative to it, otherwise by content alone.
+    /// Keys of the job file other than shards. With a folder the dataset is named relative to it, otherwise by content
+    /// alone.
     pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
         let ViewSettings { cameras, clearance, min_pixels, table, depth_step, sensor, colour } = &self.settings;
         let mut spec = ViewsSpec::standard();

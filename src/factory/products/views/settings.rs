@@ -39,7 +39,7 @@ pub struct ViewSettings {
     pub depth_step: f64,
     /// The sensor; `None` for a perfect one.
     pub sensor: Option<SensorModel>,
-    /// Colours beside depth; `None` without.
+    /// Colours in addition to depth; `None` without.
     pub colour: Option<Colours>,
 }
 
@@ -104,7 +104,7 @@ impl ViewSettings {
     }
 }
 
-/// The pose of a rigid body out of position and quaternion of unit length.
+/// The pose of a rigid body from position and quaternion of unit length.
 pub(super) fn pose_of([x, y, z, qw, qx, qy, qz]: &[f64; 7]) -> Pose<World, CameraCv> {
     Pose::new(kernel::geom::rotation_from_quaternion([*qw, *qx, *qy, *qz]), nalgebra::Vector3::new(*x, *y, *z))
 }

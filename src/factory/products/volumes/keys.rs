@@ -10,7 +10,8 @@ use crate::job::{keys_of, relative_to, with_slashes, without};
 use kernel::voxel::VolumeGrid;
 
 impl VolumeJob {
-    /// Keys of the job file beside shards. With a folder the dataset is named relative to it, otherwise by content alone.
+    /// Keys of the job file other than shards. With a folder the dataset is named relative to it, otherwise by content
+    /// alone.
     pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
         let VolumeSettings { grid: VolumeGrid { resolution, size }, truncation_voxels, below, views, fusions } =
             self.settings;

@@ -29,7 +29,7 @@ const KEPT: usize = 256;
 /// Reason of a scene with fewer kept views than are to be fused.
 const FEW_VIEWS: &str = "few_views";
 
-/// Reason of a scene whose container reaches out of the cube.
+/// Reason of a scene whose container extends beyond the cube.
 const CONTAINER_OUTSIDE: &str = "container_outside";
 
 /// Reason of a scene of which no body holds the centre of a voxel.

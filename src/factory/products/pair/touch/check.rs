@@ -1,4 +1,4 @@
-//! Settings of touch beside pairs.
+//! Settings of touch stored with pairs.
 
 use std::path::Path as FilePath;
 

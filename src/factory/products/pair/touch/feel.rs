@@ -1,11 +1,12 @@
 //! Touch by a hand (thesis ch. 6): it explores what the camera did not see, or takes hold once from the side.
 //!
-//! An exploration goes to cells of the surface that the camera did not see and that its partial grid does not hold: of many
-//! approaches those are taken that are [forecast](Forecast) to touch most of such cells and least of what is in sight. The hand
-//! stops where it touches first; then each finger curls until it has its own contact or its limit. With [`ExplorationTarget::FacingAway`],
-//! as in the thesis, it goes to points that face away from the camera, along their inward normals, opened. The tactile grasp comes
-//! along the image plane to the middle of the object's box, the fingers closing across the optical axis. Fingers give way to a
-//! contact that presses with more than a fingertip bears.
+//! An exploration goes to cells of the surface that the camera did not see and that its partial grid does not contain:
+//! of many approaches those are made that are [predicted](Forecast) to touch the most of such cells and the fewest in
+//! sight. The hand stops at its first contact; then each finger curls until it has a contact or reaches its limit. With
+//! [`ExplorationTarget::FacingAway`], as in the thesis, the opened hand goes to points that face away from the camera,
+//! along their inward normals. The tactile grasp moves along the image plane to the middle of the object's box, the
+//! fingers closing across the optical axis. Fingers give way to a contact that presses with more than a fingertip can
+//! hold.
 //!
 //! Among fixed obstacles, a hand that meets one of these on its path is blocked, and a finger that meets one stops
 //! there.
@@ -34,8 +35,8 @@ use sim::{ApproachEnd, Effort, HandApproach, HandModel, HandSim, HandWorker, Thi
 /// Points of the surface that are drawn to choose from.
 const DRAWN: u32 = 256;
 
-/// Movements to unseen cells that are forecast, and how far closed the hand comes in them, as shares of the way to the posture in
-/// which its fingertips are foremost.
+/// Number of predicted movements to unseen cells, and how far closed the hand is in them, as shares of the path to the
+/// posture in which its fingertips are foremost.
 const CANDIDATES: usize = 240;
 const POSTURES: [f64; 3] = [0.0, 0.5, 1.0];
 
@@ -280,7 +281,7 @@ impl HandOnObject {
                 (touches.iter().filter_map(unknown).collect(), in_sight as f64)
             })
             .collect();
-        // The best one after another, by cells that are not beside those that are forecast already.
+        // The best one after another, by cells that are not adjacent to those that are predicted already.
         let mut found: BTreeSet<[u32; 3]> = BTreeSet::new();
         let mut left: Vec<usize> = (0..candidates.len()).collect();
         let mut taken = Vec::new();

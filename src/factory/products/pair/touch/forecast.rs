@@ -9,7 +9,7 @@ use robot::hand::Hand;
 /// Steps from the opened to the closed hand.
 const STEPS: usize = 64;
 
-/// Distance at which a point of the hand touches [m], as the lattice of distances knows it.
+/// Distance at which a point of the hand touches [m], at the resolution of the lattice of distances.
 const TOUCHES: f64 = 0.0025;
 
 /// Shortest step of the coming hand [m], and how many steps it may take.

@@ -1,5 +1,5 @@
-//! Touch beside pairs: rays from an object's far side (`rays`), with or without other things around it, and hands that feel
-//! their way over it or take hold (`feel`).
+//! Touch stored with pairs: rays from an object's far side (`rays`), with or without other things around it, and hands
+//! that explore or grasp it (`feel`).
 
 mod check;
 mod feel;

@@ -30,7 +30,7 @@ struct Table<'a> {
     world_from_camera: &'a Pose<World, CameraCv>,
 }
 
-/// Something in the way of a ray.
+/// Obstacle of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Met {
     /// Number of the thing.

@@ -6,9 +6,9 @@
 //! complete grid, drawn with equal chance and with replacement, from the last cell towards the camera, and stops at the
 //! lower corner of the first occupied cell.
 //!
-//! Among other things a ray with [`RayTarget::Mesh`] ends at whatever it meets first. It starts a little behind the box, so that there is room
-//! for what touches: of a side that lies on a table or against a neighbour nothing is touched. In front of the box it has
-//! missed.
+//! Among other things a ray with [`RayTarget::Mesh`] ends at its first hit. It starts slightly behind the box, where a
+//! touching surface leaves no room: a side of the object that rests on a table or against a neighbour is not touched. A
+//! ray that leaves the box at the front has missed.
 
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -57,7 +57,7 @@ impl SeenSurface<'_> {
     ) {
         let reach = self.render.reach(self.surface.level(), self.camera_from_object);
         let [[left, right], [top, bottom], [near, far]] = reach;
-        // Clear of the box: a flat back lies on the very plane that rays are counted from.
+        // Clear of the box: a flat back is in the plane that rays are measured from.
         let margin = far - near + 1e-3;
         let towards_camera = Unit::new_unchecked(-Vector3::z());
         let direction = Unit::new_normalize(self.object_from_camera.rotation() * towards_camera.into_inner());

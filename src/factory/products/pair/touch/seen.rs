@@ -31,7 +31,7 @@ impl<'a> SeenSurface<'a> {
 
     /// Whether the camera sees a point of the surface, both in `CameraCv`: it does not see what faces away on a closed surface.
     pub(super) fn sees(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> bool {
-        // A ray that enters a closed surface has to leave it before it comes to the camera.
+        // A ray that enters a closed surface has to leave it before it reaches the camera.
         let faces_away = self.render.culls_back_faces() && normal.dot(&point.coords) > 0.0;
         !faces_away && self.is_visible(point)
     }

@@ -16,7 +16,7 @@ pub struct Import {
 /// Where the world of a scene is in the world of the files.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SourceFrame {
-    /// On a table: its normal becomes z, its plane z = 0, and the middle of all bodies lies above the origin.
+    /// On a table: its normal becomes z, its plane z = 0, and the middle of all bodies is above the origin.
     Table {
         /// Direction of the table's normal in the world of the files, of any length above 0.
         up: [f64; 3],

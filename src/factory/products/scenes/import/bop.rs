@@ -1,6 +1,6 @@
-//! Arrangements out of folders of the BOP challenge: `scene_gt.json` with the poses of models in the frames of cameras, and
-//! `scene_camera.json` with the cameras in the world. Fields by the format description of BOP (bop.felk.cvut.cz, "BOP format"):
-//! rotations by rows, translations in millimetres.
+//! Arrangements from folders of the BOP challenge: `scene_gt.json` with the poses of models in the frames of cameras,
+//! and `scene_camera.json` with the cameras in the world. Fields by the format description of BOP (bop.felk.cvut.cz,
+//! "BOP format"): rotations by rows, translations in millimetres.
 
 use std::{collections::BTreeMap, fmt, marker::PhantomData};
 
@@ -248,7 +248,7 @@ impl ModelPose {
     }
 }
 
-/// A pose out of nine numbers by rows and three in millimetres.
+/// A pose from nine numbers by rows and three in millimetres.
 fn pose_of<To: kernel::geom::Frame, From: kernel::geom::Frame>(
     field: &str,
     rows: &[f64; 9],

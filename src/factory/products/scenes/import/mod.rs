@@ -1,5 +1,5 @@
-//! Arrangements of others: poses of the job's objects out of files. Nothing is stepped to rest; what the checks of settled scenes
-//! measure is stored and decides nothing.
+//! Imported arrangements: poses of the job's objects from files. Nothing is stepped to rest; the measures that the
+//! gates of settled scenes use are stored and decide nothing.
 //!
 //! ```text
 //! folders of BOP, a table of poses, or the job itself --read--> Import --place--> poses on the table or in the container

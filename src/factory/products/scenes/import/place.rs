@@ -8,8 +8,8 @@ use kernel::geom::{Frame, Object, Pose, SourceWorld, World, rotation_from_quater
 
 /// The world of the files in the scene's, and the bodies in the scene. `corners` are those of each body's convex hull [m].
 ///
-/// A table's normal becomes z by the smallest rotation. The origin lies on the table, below the middle of the box around all
-/// bodies. In a container bodies stay where the files have them.
+/// A table's normal becomes z by the smallest rotation. The origin is on the table, below the middle of the box around
+/// all bodies. In a container bodies stay at the poses of the files.
 pub(in super::super) fn place(
     import: &Import,
     scene: &ImportedScene,

@@ -1,4 +1,4 @@
-//! Arrangements out of a CSV table of poses.
+//! Arrangements from a CSV table of poses.
 
 use std::collections::BTreeMap;
 
