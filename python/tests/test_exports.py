@@ -288,7 +288,7 @@ def test_the_table_of_poses_is_the_map(data: Path, name: str) -> None:
     poses = np.array([[row[axis] for axis in ("x", "y", "z", "roll", "pitch", "yaw")] for row in rows])
     nearest = field.nearest(poses)
     assert [row["cell"] for row in rows] == list(range(len(rows)))
-    # Every row stands at the centre of its own cell, by the package's own grid.
+    # Every row is at the centre of its own cell, by the package's own grid.
     assert np.array_equal(nearest.cells, np.arange(len(rows))) and np.allclose(nearest.poses, poses, atol=1e-12)
     assert [row["label"] for row in rows] == [LABELS[label] for label in nearest.labels]
     distance = field.distance_and_gradient(poses)[0]

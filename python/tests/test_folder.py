@@ -1,4 +1,4 @@
-"""Refused folders, and whether the error says what to do."""
+"""Refused folders, and whether the error names the remedy."""
 
 from __future__ import annotations
 
@@ -161,14 +161,14 @@ def test_info_says_what_a_folder_holds(data: Path, capsys: pytest.CaptureFixture
 
 OUTSIDE = ("/etc/passwd", "../../../../etc/passwd", "..", "", "a\0b")
 OUTSIDE += ("completion-00000-of-00001-0123456789abcdef.mcap/../x",)
-"""Names of shards that lead out of the folder, or are none."""
+"""Names of shards that point outside the folder, or are invalid."""
 
 
 @pytest.mark.parametrize("name", OUTSIDE)
 def test_names_that_lead_out_of_the_folder_are_refused_untouched(
     copy: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A name of another form is refused before anything is asked about its path."""
+    """A name of another form is refused before its path is accessed."""
     path = copy / "manifest.json"
     manifest = json.loads(path.read_text(encoding="utf-8"))
     manifest["shards"][0]["file"] = name

@@ -192,7 +192,7 @@ def test_trials_are_counted_as_the_index_does(runs: Dataset[GraspSample]) -> Non
             # A grasp that fails in the air may be left at that.
             is_left = trial["verdict"] != TRIAL_VERDICTS.index("held") and trial["table_pose"] == -1
             assert is_left or trial["table_pose"] == likeliest
-        # No label of a grasp that was not perturbed says that it held or failed.
+        # A grasp that was not perturbed has no label held or failed.
         labels = np.array([trial["label"] for trial in run.message("trials")["trials"]], int)
         assert (trials["perturbed"][np.isin(labels, [2, 3])] == 1).all()
         contacts = run.trial_contacts
@@ -244,7 +244,7 @@ def test_hands_come_close_and_lift(data: Path, runs: Dataset[GraspSample]) -> No
         assert all(np.isnan(way[field][~is_free]).all() for field in way.dtype.names)
         grasps, way, opened = grasps[is_free], way[is_free], opened[is_free]
         bases = way["object_from_base"]
-        # Seen from the approach frame the hand stands straight back, and moves by nothing else.
+        # In the approach frame the hand is straight back, without any other motion.
         back = np.linalg.inv(grasps["object_from_approach"]) @ bases[:, 0] @ np.linalg.inv(grasps["object_from_base"])
         back = back @ grasps["object_from_approach"]
         straight = np.eye(4)

@@ -200,7 +200,7 @@ def test_interrupted_it_ends_with_the_same_weights(
 
 
 def test_it_learns_more_than_the_mean(data: Path, tmp_path: Path) -> None:
-    """Said of the points that it is trained on: three objects are too few to judge others by."""
+    """Checked on the points that it is trained on: three objects are too few to judge others by."""
     text = SMALL.replace("steps = 12", "steps = 300").replace("every = 5", "every = 100").replace("noise = 0.1", "")
     text = 'points = "all"\n' + text.replace("width = 4", "width = 8").replace("batch = 8", "batch = 16")
     run = tmp_path / "run"

@@ -56,7 +56,7 @@ def test_seed_and_epoch_draw_the_order(pairs: Dataset[CompletionSample]) -> None
 
 
 def test_a_buffer_parts_the_samples_of_a_chunk(pairs: Dataset[CompletionSample]) -> None:
-    """Samples of one object stand side by side in the shards; after shuffling neighbours tell little of each other."""
+    """Samples of one object are adjacent in the shards; after shuffling, neighbours are nearly independent."""
     kinds = dict(zip(pairs.indices.tolist(), pairs.index.subject_number[pairs.indices].tolist()))
     found = [kinds[index] for index in order(ShuffledChunks(pairs, seed=3))]
     alike = np.mean(np.array(found[1:]) == np.array(found[:-1]))

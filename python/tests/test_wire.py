@@ -95,7 +95,7 @@ def message_of(*fields: bytes) -> memoryview:
 
 
 def test_numbers_are_of_their_field_and_no_longer(data: Path) -> None:
-    """Numbers count by the lower bits of their type; a field of another kind than the schema says is refused."""
+    """Only the lower bits of a number count, by its type; a field of another kind than in the schema is refused."""
     file = McapFile(next((data / "pairs" / "shards").glob("*.mcap")))
     schema = next(channel.schema for channel in file.channels.values() if channel.topic == "/completion/pair")
     grid = lambda *fields: schema.decode("graspmill.Grid", message_of(*fields))  # noqa: E731
