@@ -63,7 +63,7 @@ impl Neighbours {
 }
 
 /// The pixels through which a grid is visible: first column and row, past-the-end column and row; the whole image where
-/// the grid extends behind the camera's plane.
+/// the grid extends nearer than `near`.
 pub(super) fn window_of(grid: &GridPlacement, camera: &Intrinsics) -> [u32; 4] {
     let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     let side = f64::from(grid.resolution) * grid.cell_size;
