@@ -156,10 +156,10 @@ impl TableRow for PairRow<'_> {
                 "pose of the object in camera axes, 12 numbers [m]",
                 |row: &Self| rows(&row.pair().camera_from_object),
             ),
-            RowColumn::new("world_from_object", F64s, "pose of the object in the room, 12 numbers [m]", |row| {
+            RowColumn::new("world_from_object", F64s, "pose of the object in the world, 12 numbers [m]", |row| {
                 rows(&row.pair().world_from_object)
             }),
-            RowColumn::new("world_from_camera", F64s, "pose of the camera in the room, 12 numbers [m]", |row| {
+            RowColumn::new("world_from_camera", F64s, "pose of the camera in the world, 12 numbers [m]", |row| {
                 rows(&row.pair().world_from_camera)
             }),
             RowColumn::new("partial", Bytes, "bits of the cells that hold a point the camera saw", |row| {

@@ -144,7 +144,7 @@ fn every_product_has_tables_whose_columns_have_names_of_their_own() {
         let count = names.len();
         names.sort_unstable();
         names.dedup();
-        assert_eq!(names.len(), count, "{}: a column stands twice", table.name);
+        assert_eq!(names.len(), count, "{}: a column is listed twice", table.name);
     }
 }
 
