@@ -7,7 +7,7 @@ use kernel::remedy;
 use crate::sample::InputName;
 use kernel::words::Show;
 
-/// Why a folder is no model that this program runs.
+/// Reason why a folder is not a usable model.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {problem}", file.shown())]
 pub struct ModelError {
@@ -24,35 +24,35 @@ pub enum ModelProblem {
     /// A file cannot be read.
     #[error("it cannot be read{}", io_remedy(.0))]
     Io(#[from] io::Error),
-    /// `model.json` is not what the format says.
+    /// `model.json` does not match the format.
     #[error("line {line}, column {column}: {found}; docs/models.md lists the keys")]
     Json {
         /// Line, from 1.
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// Words of the JSON reader.
+        /// Message of the JSON reader.
         found: String,
     },
-    /// A value of `model.json` that this program cannot serve.
-    #[error("{key} = {found}; this program takes {wanted}")]
+    /// A value of `model.json` that this program does not support.
+    #[error("{key} = {found}; this program supports {wanted}")]
     Value {
         /// The key.
         key: &'static str,
         /// Value of the key.
         found: String,
-        /// Values that would do.
+        /// Supported values.
         wanted: String,
     },
-    /// A file is not listed in `model.json`, or under a name that leads elsewhere.
-    #[error("{found} in `files` of model.json; every file of the folder is listed there by its plain name")]
+    /// A file is not listed in `model.json`, or its name points outside the folder.
+    #[error("{found} in `files` of model.json; list every file of the folder there by its plain name")]
     Files {
         /// Name and fault.
         found: String,
     },
-    /// A file has other bytes than `model.json` says.
+    /// The digest of a file differs from that in `model.json`.
     #[error(
-        "its SHA-256 is {calculated}, model.json says {stated}: the file was changed or cut short; fetch the model again"
+        "its SHA-256 is {calculated}, but model.json states {stated}: the file was changed or cut short; fetch the model again"
     )]
     Digest {
         /// SHA-256 of the file, in hexadecimal digits.
@@ -60,38 +60,38 @@ pub enum ModelProblem {
         /// SHA-256 in `model.json`.
         stated: String,
     },
-    /// The file is no ONNX.
-    #[error("it is no ONNX model ({found}); export it again")]
+    /// The file is not ONNX.
+    #[error("it is not an ONNX model ({found}); export it again")]
     NotOnnx {
-        /// Words of the library.
+        /// Message of the library.
         found: String,
     },
-    /// The network was exported with another set of operators.
+    /// The network was exported with an unsupported operator set.
     #[error("operator set {found}; export the network with operator set {wanted}")]
     OperatorSet {
         /// Version in the file.
         found: String,
-        /// The version that is read.
+        /// Supported version.
         wanted: i64,
     },
-    /// The network has an operator that is not run.
-    #[error("operator {operator} at node '{node}' is not run; networks may use {allowed}")]
+    /// The network has an unsupported operator.
+    #[error("operator {operator} at node '{node}' is not supported; networks may use {allowed}")]
     Operator {
-        /// Name of the operator, with its domain where that is not ONNX's own.
+        /// Name of the operator, with its domain if that is not ONNX's own.
         operator: String,
         /// Name of the node.
         node: String,
-        /// Names of all operators that are run.
+        /// Names of all supported operators.
         allowed: String,
     },
-    /// A part that is not run, such as subgraphs and functions.
-    #[error("it has {part}, which this program does not run; export the network without it")]
+    /// An unsupported part, such as subgraphs and functions.
+    #[error("it has {part}, which this program does not support; export the network without it")]
     Part {
         /// The part.
         part: &'static str,
     },
-    /// A node that is not run, or that does not fit what it takes.
-    #[error("{operator} at node '{node}' is not run: {found}; docs/models.md says what is run, export the network so")]
+    /// A node that is not supported or does not fit its inputs.
+    #[error("{operator} at node '{node}' is not supported: {found}; export the network as docs/models.md requires")]
     Node {
         /// Name of the operator.
         operator: String,
@@ -101,23 +101,21 @@ pub enum ModelProblem {
         found: String,
     },
     /// A network beyond the bounds.
-    #[error(
-        "it has more than {most} {what}, the most that is run; docs/models.md lists the bounds, use a smaller network"
-    )]
+    #[error("it has more than {most} {what}, which is the bound (docs/models.md); use a smaller network")]
     Bound {
-        /// Noun of what is too many.
+        /// Noun of the counted items.
         what: &'static str,
         /// The bound.
         most: u64,
     },
     /// Weights in another file.
-    #[error("weights '{tensor}' lie in another file; export the network with its weights inside (external_data=False)")]
+    #[error("weights '{tensor}' are in another file; export the network with its weights inside (external_data=False)")]
     ExternalData {
         /// Name of the tensor.
         tensor: String,
     },
-    /// Inputs or outputs are not those of `model.json`.
-    #[error("{what} are {found}; model.json says {stated}")]
+    /// Inputs or outputs differ from those of `model.json`.
+    #[error("{what} are {found}, but model.json states {stated}")]
     Ends {
         /// `inputs` or `outputs`.
         what: &'static str,
@@ -136,14 +134,14 @@ pub enum ModelProblem {
         /// Cells along each axis.
         resolution: u32,
     },
-    /// The library could not make a program of the network.
+    /// The library could not prepare the network.
     #[error("the network cannot be run ({found}); export it again")]
     Network {
-        /// Words of the library.
+        /// Message of the library.
         found: String,
     },
-    /// `golden.npz` is not what the format says.
-    #[error("{found}; it holds the network's inputs and outputs by name, float32, as numpy.savez writes them")]
+    /// `golden.npz` does not match the format.
+    #[error("{found}; it must contain the network's inputs and outputs by name, float32, as numpy.savez writes them")]
     Golden {
         /// Fault.
         found: String,
@@ -154,20 +152,20 @@ pub enum ModelProblem {
 fn io_remedy(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => {
-            ": is it a model's folder, with model.json, model.onnx, golden.npz and card.md?".to_owned()
+            ": a model folder must contain model.json, model.onnx, golden.npz and card.md".to_owned()
         }
         _ => format!(" ({error}); {}", remedy::for_reading(error)),
     }
 }
 
-/// Why a network gives no prediction.
+/// Reason why a network makes no prediction.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PredictError {
-    /// The network needs an input that was not given.
-    #[error("the network needs the input `{0}`; give it, or use a model without it")]
+    /// A required input is missing.
+    #[error("the network requires the input `{0}`; give it, or use a model without it")]
     MissingInput(InputName),
-    /// A grid of another resolution.
-    #[error("the input `{input}` has {found} cells along each axis, the network {wanted}")]
+    /// A grid with a different resolution.
+    #[error("the input `{input}` has {found} cells along each axis, but the network requires {wanted}")]
     Resolution {
         /// The input.
         input: InputName,
@@ -176,15 +174,15 @@ pub enum PredictError {
         /// Cells along each axis of the network.
         wanted: u32,
     },
-    /// An input holds a number that is none.
+    /// An input contains NaN or infinity.
     #[error("the input `{0}` has a value that is NaN or infinite")]
     NotFinite(InputName),
-    /// The network gave something that is no probability.
-    #[error("the network's output `{output}` has the value {value}, which is no probability: the model is damaged")]
+    /// The network returned a value that is not a probability.
+    #[error("the network's output `{output}` has the value {value}, which is not a probability: the model is damaged")]
     NoProbability {
         /// The output.
         output: &'static str,
-        /// The first value that is none, as text.
+        /// The first invalid value, as text.
         value: String,
     },
     /// The library failed.

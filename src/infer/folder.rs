@@ -1,4 +1,4 @@
-//! `model.json`: what a model says of itself, and the digests of its files.
+//! `model.json`: facts about a model, and the digests of its files.
 
 use std::{
     collections::BTreeMap,
@@ -19,7 +19,7 @@ use crate::{
 
 /// Version of the format.
 const FORMAT: &str = "graspmill model 1";
-/// Names of the outputs, in order; the second may be missing.
+/// Names of the outputs, in order; the second is optional.
 pub(crate) const OUTPUTS: [&str; 2] = ["occupancy", "coverage"];
 /// Cells along each axis of every network.
 pub(crate) const RESOLUTION: u32 = 40;
@@ -27,7 +27,7 @@ pub(crate) const MODEL_JSON: &str = "model.json";
 pub(crate) const MODEL_ONNX: &str = "model.onnx";
 pub(crate) const GOLDEN_NPZ: &str = "golden.npz";
 const CARD: &str = "card.md";
-/// Most files of a model.
+/// Maximum number of files of a model.
 const MAX_FILES: usize = 32;
 
 /// Content of `model.json`.
@@ -52,19 +52,19 @@ pub struct ModelFacts {
     pub seed: u64,
     /// Steps of the training.
     pub steps: u64,
-    /// Datasets that it was trained on.
+    /// Training datasets.
     pub data: Vec<DataSource>,
-    /// Split of the objects: its digest, or what else names it.
+    /// Split of the objects: its digest or another identifier.
     pub split: serde_json::Value,
-    /// Versions of what trained and exported it.
+    /// Versions of the software that trained and exported the model.
     pub versions: serde_json::Value,
     /// Scores on validation objects.
     pub scores: serde_json::Value,
-    /// SHA-256 of every file beside `model.json`, by name.
+    /// SHA-256 of every file other than `model.json`, by name.
     pub files: BTreeMap<String, String>,
 }
 
-/// The version of a format, whatever other keys that format has.
+/// Version of a format, without its other keys.
 #[derive(Deserialize)]
 struct FormatVersion {
     format: String,
@@ -74,7 +74,7 @@ struct FormatVersion {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlacementRule {
-    /// Share of the grid that the longest side of the visible part's box fills.
+    /// Share of the grid filled by the longest side of the visible part's box.
     pub fill: f64,
     /// Position of the box's centre in the grid, as shares of its side.
     pub anchor: [f64; 3],
@@ -84,23 +84,23 @@ pub struct PlacementRule {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Thresholds {
-    /// A cell is occupied.
+    /// Threshold of an occupied cell.
     pub occupancy: f32,
-    /// A cell's normalised coverage lies inside.
+    /// Threshold of normalised coverage for a cell inside.
     pub coverage: f32,
 }
 
-/// A dataset that a model was trained on.
+/// A training dataset of a model.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DataSource {
     /// Root digest of the dataset.
     pub root: String,
-    /// Digest of its job.
+    /// Digest of the dataset's job.
     pub job: String,
 }
 
-/// A folder whose files are what its `model.json` says.
+/// A folder whose files match its `model.json`.
 pub(crate) struct ModelFolder {
     pub(crate) path: PathBuf,
     pub(crate) facts: ModelFacts,
@@ -117,7 +117,7 @@ impl ModelFolder {
         let at_json = |problem| ModelError { file: json.clone(), problem };
         let folder = Folder::at(path);
         let text = folder.read(MODEL_JSON, Bound::MODEL_TABLE).map_err(|error| at_json(error.into()))?;
-        // Models of other kinds have other keys.
+        // Other kinds of models have different keys.
         if let Ok(FormatVersion { format }) = serde_json::from_slice(&text)
             && format != FORMAT
         {
@@ -160,7 +160,7 @@ pub(crate) fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Refuses values that this program cannot serve; returns the inputs.
+/// Refuses values that this program does not support; returns the inputs.
 fn check_values(facts: &ModelFacts) -> Result<Vec<InputName>, ModelProblem> {
     let wrong = |key, found: String, wanted: String| Err(ModelProblem::Value { key, found, wanted });
     if facts.resolution != RESOLUTION {
@@ -178,7 +178,7 @@ fn check_values(facts: &ModelFacts) -> Result<Vec<InputName>, ModelProblem> {
         }
     };
     if facts.outputs != OUTPUTS && facts.outputs != OUTPUTS[..1] {
-        let wanted = format!("{OUTPUTS:?}, or the first of them alone");
+        let wanted = format!("{OUTPUTS:?}, or only the first of them");
         return wrong("outputs", format!("{:?}", facts.outputs), wanted);
     }
     let unit = GridPlacement { resolution: 1, centre: Default::default(), cell_size: 1.0 };
@@ -193,7 +193,7 @@ fn check_values(facts: &ModelFacts) -> Result<Vec<InputName>, ModelProblem> {
     Ok(inputs)
 }
 
-/// The bound of a file beside `model.json`.
+/// Size bound of a file other than `model.json`.
 fn bound_of(name: &str) -> Bound {
     match name {
         MODEL_ONNX => Bound::NETWORK,
@@ -202,7 +202,7 @@ fn bound_of(name: &str) -> Bound {
     }
 }
 
-/// Refuses names that lead elsewhere, and files that are missing in the list.
+/// Refuses names that point outside the folder, and files that are missing in the list.
 fn check_names(folder: &Folder, facts: &ModelFacts) -> Result<(), ModelProblem> {
     let wrong = |found: String| Err(ModelProblem::Files { found });
     let is_plain = |name: &String| {
@@ -212,10 +212,10 @@ fn check_names(folder: &Folder, facts: &ModelFacts) -> Result<(), ModelProblem> 
             && name.chars().all(|letter| letter.is_ascii_alphanumeric() || "._-".contains(letter))
     };
     if let Some(name) = facts.files.keys().find(|name| !is_plain(name)) {
-        return wrong(format!("'{name}' stands"));
+        return wrong(format!("'{name}' is listed"));
     }
     if facts.files.len() > MAX_FILES {
-        return wrong(format!("more than {MAX_FILES} files stand"));
+        return wrong(format!("more than {MAX_FILES} files are listed"));
     }
     if let Some(name) = [MODEL_ONNX, GOLDEN_NPZ, CARD].into_iter().find(|name| !facts.files.contains_key(*name)) {
         return wrong(format!("'{name}' is missing"));

@@ -1,4 +1,4 @@
-//! `golden.npz`: samples with the answers of the framework that trained the network.
+//! `golden.npz`: samples with the results of the framework that trained the network.
 
 use std::collections::BTreeMap;
 
@@ -13,10 +13,10 @@ use crate::{
 
 /// Largest difference of a probability between the framework and this program.
 pub const GOLDEN_TOLERANCE: f32 = 1e-4;
-/// A cell whose probability is nearer to its threshold than this may fall on either side.
+/// Distance from the threshold below which a cell's probability may be on either side.
 const NEAR_THRESHOLD: f32 = 1e-5;
 
-/// Agreement with the stored answers.
+/// Agreement with the stored results.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct GoldenCheck {
     /// Count of samples.
@@ -25,11 +25,11 @@ pub struct GoldenCheck {
     pub occupancy: f32,
     /// Largest difference in coverage; 0 without that output.
     pub coverage: f32,
-    /// Cells on another side of the threshold of occupancy, though not within 1e-5 of it.
+    /// Cells on a different side of the occupancy threshold, except those within 1e-5 of it.
     pub other_cells: usize,
 }
 
-/// A sample with its answer.
+/// A sample with its result.
 pub(crate) struct GoldenSample {
     inputs: BTreeMap<InputName, CubeField>,
     occupancy: CubeField,
@@ -84,7 +84,7 @@ impl GoldenSamples {
         let names: Vec<&str> =
             inputs.iter().map(|input| input.name()).chain(outputs.iter().map(String::as_str)).collect();
         if let Some(other) = arrays.keys().find(|name| !names.contains(&name.as_str())) {
-            return Err(wrong(format!("the array '{other}' is none of {}", names.join(", "))));
+            return Err(wrong(format!("the array '{other}' is not one of {}", names.join(", "))));
         }
         let mut fields: BTreeMap<&str, Vec<CubeField>> = BTreeMap::new();
         for name in names {
@@ -100,9 +100,9 @@ impl GoldenSamples {
         }
         let count = fields[OUTPUTS[0]].len();
         if count == 0 || fields.values().any(|fields| fields.len() != count) {
-            return Err(wrong("the arrays have no samples, or not equally many".to_owned()));
+            return Err(wrong("the arrays have no samples, or different numbers of samples".to_owned()));
         }
-        // The last sample of each array first, so that each grid is in memory once.
+        // Starts with the last sample of each array, so that each grid is in memory once.
         let mut samples = Vec::with_capacity(count);
         let mut last = |name: &str| fields.get_mut(name).and_then(Vec::pop);
         for _ in 0..count {

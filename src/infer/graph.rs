@@ -18,17 +18,17 @@ use crate::{
     silence,
 };
 
-/// The set of operators that the library is given.
+/// Operator set of the networks for the library.
 const OPERATOR_SET: i64 = 18;
 
-/// A network that runs: one sample per call, one call per thread.
+/// A prepared network: one sample per call, one call per thread.
 pub(crate) struct Graph(Arc<TypedRunnableModel>);
 
 impl Graph {
-    /// Prepares a network that was checked and written anew.
+    /// Prepares a checked and rewritten network.
     pub(crate) fn prepare(written: Written, outputs: &[String]) -> Result<Self, ModelProblem> {
         let failed = |found: String| ModelProblem::Network { found };
-        // What the library gives up on all the same is refused.
+        // A network that the library still cannot prepare is refused.
         let made = silence::catch(|| into_plan(written));
         let (plan, facts) = made.map_err(failed)?.map_err(|error| failed(one_line(&error)))?;
         for (name, found) in outputs.iter().zip(facts) {
@@ -39,7 +39,7 @@ impl Graph {
         Ok(Self(plan))
     }
 
-    /// Outputs of one sample; each input and output has a number per cell.
+    /// Outputs of one sample; each input and output has one number per cell.
     pub(crate) fn run(&self, inputs: &[&[f32]]) -> Result<Vec<Vec<f32>>, String> {
         let n = RESOLUTION as usize;
         let run = || -> TractResult<Vec<Vec<f32>>> {
@@ -52,16 +52,16 @@ impl Graph {
     }
 }
 
-/// A network in the library's own words, with copies of its weights: the file that it came from is no longer needed.
+/// A network in the library's types, with copies of its weights, so that its file is no longer needed.
 pub(crate) struct Written(ModelProto);
 
 type Plan = Arc<TypedRunnableModel>;
 
-/// The program of a network; and for each output the words of a type or shape that it must not have.
+/// Execution plan of a network, and for each output the text about a wrong type or shape.
 fn into_plan(Written(proto): Written) -> TractResult<(Plan, Vec<Option<String>>)> {
     let n = RESOLUTION as usize;
     let model = tract_onnx::onnx().with_ignore_value_info(true).model_for_proto_model(&proto)?;
-    // Weights are in the model now; a large network would be in memory once more.
+    // The model contains the weights now; otherwise a large network would be in memory twice.
     drop(proto);
     let model = model.into_optimized()?;
     let facts = (0..model.outputs.len()).map(|index| {
@@ -138,7 +138,7 @@ fn end_of(name: String) -> ValueInfoProto {
     ValueInfoProto { name, r#type: Some(r#type), ..ValueInfoProto::default() }
 }
 
-/// An error of the library with its causes, in one line of bounded length.
+/// An error of the library with its causes, as one line of bounded length.
 fn one_line(error: &TractError) -> String {
     let text = format!("{error:#}").split_whitespace().collect::<Vec<_>>().join(" ");
     text.chars().take(300).flat_map(char::escape_debug).collect()
@@ -170,7 +170,7 @@ mod tests {
         Network::read(bytes, &inputs(), outputs).and_then(|network| Graph::prepare(Written::of(network), outputs))
     }
 
-    /// The words with which a changed network is refused.
+    /// Message with which a changed network is refused.
     fn refusal(change: impl Fn(&mut ModelProto)) -> String {
         let mut proto = ModelProto::decode(&*bytes()).expect("a network");
         change(&mut proto);

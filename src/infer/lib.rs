@@ -1,9 +1,9 @@
-//! Completion networks on a CPU: a model's folder is opened, checked and run, without Python and without a shared library.
+//! Completion networks on a CPU: opens, checks and runs a model folder without Python and without a shared library.
 //!
-//! A model is a folder with `model.json`, `model.onnx`, `golden.npz` and `card.md`, as `docs/models.md` describes. Everything in
-//! it is checked before it runs: digests, the network's inputs and outputs, its operators. What a network computes is of the
-//! class `inferred`: the same bits for the tuple of model, version of this program and level of the processor, and for any count
-//! of threads.
+//! A model is a folder with `model.json`, `model.onnx`, `golden.npz` and `card.md`, as `docs/models.md` describes. Everything is
+//! checked before it runs: digests, the network's inputs and outputs, its operators. The outputs of a network are of class
+//! `inferred`: the same bits for the tuple of model, version of this program and level of the processor, with any number of
+//! threads.
 //!
 //! ```no_run
 //! use graspmill_infer::{CompletionModel, Inputs};

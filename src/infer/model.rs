@@ -1,4 +1,4 @@
-//! A model that was opened, and its predictions.
+//! An opened model and its predictions.
 
 use std::{
     fmt,
@@ -16,7 +16,7 @@ use crate::{
     sample::{InputName, Inputs, Prediction},
 };
 
-/// A completion network that was opened and checked. It can be shared by threads; each call runs on its caller's.
+/// An opened and checked completion network. Threads can share it; each call runs on the thread of its caller.
 pub struct CompletionModel {
     folder: PathBuf,
     facts: ModelFacts,
@@ -28,20 +28,20 @@ pub struct CompletionModel {
     golden: Vec<u8>,
 }
 
-/// Multiply-adds of the samples of `golden.npz` together: four of the largest network.
+/// Bound of the multiply-adds of all samples of `golden.npz`: four samples of the largest network.
 const GOLDEN_WORK: u64 = 4 * WORK;
 
 impl CompletionModel {
-    /// Opens a model's folder: every file is hashed, the network checked and prepared.
+    /// Opens a model folder: hashes every file, and checks and prepares the network.
     ///
     /// # Errors
-    /// With the file and the remedy, when anything is not as `docs/models.md` says.
+    /// When the folder does not match `docs/models.md`, with the file and the remedy.
     pub fn open(folder: &Path) -> Result<Self, ModelError> {
         let ModelFolder { path, facts, inputs, digest, onnx, golden } = ModelFolder::open(folder)?;
         let failed = |problem| ModelError { file: path.join(MODEL_ONNX), problem };
         let network = Network::read(&onnx, &facts.inputs, &facts.outputs).map_err(failed)?;
         let (work, written) = (network.work, Written::of(network));
-        // A large network is in memory once less.
+        // Frees the file's copy of a large network.
         drop(onnx);
         let graph = Graph::prepare(written, &facts.outputs).map_err(failed)?;
         Ok(Self { folder: path, facts, inputs, digest, graph, work, golden })
@@ -52,7 +52,7 @@ impl CompletionModel {
         &self.facts
     }
 
-    /// Inputs that the network takes, in its order.
+    /// Inputs of the network, in its order.
     pub fn inputs(&self) -> &[InputName] {
         &self.inputs
     }
@@ -65,7 +65,7 @@ impl CompletionModel {
     /// Completes one sample.
     ///
     /// # Errors
-    /// When an input is missing, of another resolution or not finite, or the network's answer is no probability.
+    /// When an input is missing, has a different resolution or is not finite, or an output is not a probability.
     pub fn predict(&self, inputs: &Inputs<'_>) -> Result<Prediction, PredictError> {
         let mut values: Vec<&[f32]> = Vec::new();
         for name in &self.inputs {
@@ -92,16 +92,17 @@ impl CompletionModel {
         Ok(Prediction { occupancy, coverage: fields.next() })
     }
 
-    /// Runs the samples of `golden.npz` and compares.
+    /// Runs the samples of `golden.npz` and compares the results.
     ///
     /// # Errors
-    /// When the file does not hold the model's inputs and outputs, or a sample cannot be completed.
+    /// When the file does not contain the model's inputs and outputs, or a sample cannot be completed.
     pub fn check_golden(&self) -> Result<GoldenCheck, ModelError> {
         let failed = |problem| ModelError { file: self.folder.join(GOLDEN_NPZ), problem };
         let samples = GoldenSamples::parse(&self.golden, &self.inputs, &self.facts.outputs).map_err(failed)?;
         let count = samples.samples.len() as u64;
         if self.work.saturating_mul(count) > GOLDEN_WORK {
-            let found = format!("{count} samples take too long with this network, {} at most", GOLDEN_WORK / self.work);
+            let found =
+                format!("{count} samples take too long with this network; store at most {}", GOLDEN_WORK / self.work);
             return Err(failed(ModelProblem::Golden { found }));
         }
         let mut check = GoldenCheck::default();

@@ -1,13 +1,13 @@
-//! One sample: a network's inputs and its answer.
+//! One sample: a network's inputs and its prediction.
 
 use std::fmt;
 
 use surface::CubeField;
 
-/// A network's input, in the order in which networks take them.
+/// A network's input, in the order of networks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum InputName {
-    /// Cells that hold a seen point: 1, all others 0.
+    /// Cells that contain an observed point: 1, all others 0.
     Partial,
     /// Cells that the camera sees through: 1, all others 0.
     Free,
@@ -15,10 +15,10 @@ pub enum InputName {
     Touch,
 }
 
-/// Grids of one sample in the camera's frame, a number per cell; those that the model does not name are not read.
+/// Grids of one sample in the camera's frame, one number per cell; grids that the model does not use are not read.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Inputs<'a> {
-    /// Cells that hold a seen point.
+    /// Cells that contain an observed point.
     pub partial: Option<&'a CubeField>,
     /// Cells that the camera sees through.
     pub free: Option<&'a CubeField>,
@@ -26,12 +26,12 @@ pub struct Inputs<'a> {
     pub touch: Option<&'a CubeField>,
 }
 
-/// A network's answer about one sample, of class `inferred`.
+/// A network's prediction for one sample, of class `inferred`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
     /// Probability that the object touches the cell.
     pub occupancy: CubeField,
-    /// Expected share of the cell that is solid; `None` from a network without that output, as the thesis's.
+    /// Expected solid share of the cell; `None` for a network without that output, such as the thesis's.
     pub coverage: Option<CubeField>,
 }
 
@@ -48,7 +48,7 @@ impl InputName {
         }
     }
 
-    /// The input of a name in files; `None` for any other text.
+    /// Finds an input by its name in files; `None` for any other text.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|input| input.name() == name)
     }
@@ -61,7 +61,7 @@ impl fmt::Display for InputName {
 }
 
 impl<'a> Inputs<'a> {
-    /// One of the inputs.
+    /// Returns one of the inputs.
     pub fn get(&self, name: InputName) -> Option<&'a CubeField> {
         match name {
             InputName::Partial => self.partial,

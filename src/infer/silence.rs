@@ -1,4 +1,4 @@
-//! Panics of the library on this thread, as values: nothing is printed.
+//! Panics of the library on this thread become errors and are not printed.
 
 use std::{
     any::Any,
@@ -10,16 +10,16 @@ use std::{
 type Hook = Box<dyn Fn(&PanicHookInfo<'_>) + Send + Sync>;
 
 thread_local! {
-    /// Calls of [`catch`] that this thread is in.
+    /// Nested calls of [`catch`] on this thread.
     static DEPTH: Cell<u32> = const { Cell::new(0) };
 }
 
-/// Calls that are running, on all threads: the first one takes the program's hook away, the last one puts it back.
+/// Running calls on all threads: the first one removes the program's hook, the last one restores it.
 static RUNNING: Mutex<u32> = Mutex::new(0);
-/// The program's own hook while calls are running; threads outside of them still print by it.
+/// The program's own hook while calls are running; threads outside calls still print with it.
 static PROGRAMS_HOOK: RwLock<Option<Hook>> = RwLock::new(None);
 
-/// Runs a function of the library; its panic is an error with the panic's words, and is not printed. Panics of other threads are
+/// Runs a function of the library; a panic becomes an error with its message and is not printed. Panics of other threads are
 /// printed as before.
 pub(crate) fn catch<T>(function: impl FnOnce() -> T) -> Result<T, String> {
     let _silence = Silence::begin();
@@ -63,10 +63,10 @@ fn print_unless_silent(info: &PanicHookInfo<'_>) {
     }
 }
 
-/// The words of a panic, of bounded length.
+/// Message of a panic, with bounded length.
 fn words_of(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str).or_else(|| panic.downcast_ref::<&str>().copied());
-    text.unwrap_or("the library gave up").chars().take(300).flat_map(char::escape_debug).collect()
+    text.unwrap_or("the library failed").chars().take(300).flat_map(char::escape_debug).collect()
 }
 
 #[cfg(test)]

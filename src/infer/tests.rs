@@ -72,7 +72,7 @@ fn what_is_behind_a_seen_cell_is_filled_unless_it_was_seen_through() {
     }
 }
 
-/// Runs so many inputs of all kinds; returns how many gave an answer.
+/// Runs `count` inputs of all kinds; returns the number of successful runs.
 fn run_all_kinds(count: u64) -> u64 {
     let model = model();
     let mut draw = Stream::of_job(11, b"", "inputs");
@@ -159,7 +159,7 @@ fn folders_that_are_no_model_are_refused_with_file_and_remedy() {
         ("model.json", "outputs = ", &|folder| replace(folder, "\"coverage\"\n  ]", "\"other\"\n  ]")),
         ("model.json", "placement = ", &|folder| replace(folder, "0.45", "0.5")),
         ("model.json", "between 0 and 1", &|folder| replace(folder, "\"coverage\": 0.5", "\"coverage\": 1.0")),
-        ("model.json", "'../card.md' stands", &|folder| replace(folder, "\"card.md\"", "\"../card.md\"")),
+        ("model.json", "'../card.md' is listed", &|folder| replace(folder, "\"card.md\"", "\"../card.md\"")),
         ("model.json", "'golden.npz' is missing", &|folder| replace(folder, "\"golden.npz\"", "\"other.npz\"")),
         ("model.json", "'more.md' is missing", &|folder| fs::write(folder.join("more.md"), "more").expect("written")),
         ("card.md", "cannot be read", &|folder| fs::remove_file(folder.join("card.md")).expect("gone")),

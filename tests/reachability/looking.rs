@@ -78,7 +78,7 @@ fn poses_are_asked_for_on_the_command_line_and_in_files() {
     assert!(said.contains("OUTSIDE THE GRID") && said.contains("elbow_flex_joint"), "{said}");
     for (arguments, says) in [
         (vec!["--pose", "1,2,3"], "--pose 1,2,3 (number 1): 3 values; give six numbers"),
-        (vec!["--pose", "1,2,3,0,0,north"], "yaw = 'north' is no finite number"),
+        (vec!["--pose", "1,2,3,0,0,north"], "yaw = 'north' is not a finite number"),
         (vec!["--csv", "missing.csv"], "missing.csv"),
         (vec![], "--csv"),
     ] {

@@ -123,7 +123,7 @@ fn orders_windows_and_places_that_are_none_are_refused() {
     refuse(
         &workspace,
         &ending(network, &last),
-        "Transpose at node 't0' is not run: axes [0, 1, 2, 2, 2] name one twice",
+        "Transpose at node 't0' is not supported: axes [0, 1, 2, 2, 2] contain one twice",
     );
 
     let mut network = Network::default();
@@ -178,7 +178,7 @@ fn long_chains_and_great_products_are_refused() {
     let first = network.node("Relu", &["partial"], &[]);
     let last = network.node("Relu", &[&first], &[]);
     network.nodes.reverse();
-    refuse(&workspace, &ending(network, &last), "no input, initializer or earlier node gives 't0'");
+    refuse(&workspace, &ending(network, &last), "no input, initializer or earlier node produces 't0'");
 
     // A product of constants, which the library would compute once: 2 x 10^11 multiply-adds from nothing.
     let mut network = Network::default();
@@ -246,7 +246,7 @@ fn archives_and_texts_that_are_large_unpacked_are_refused() {
     type Names = fn(usize) -> String;
     let kinds: [(usize, Names, &str); 3] = [
         (12, |index| format!("a{index}.npy"), "its members are larger than 65 MiB together"),
-        (3, |_| "partial.npy".to_owned(), "two members of it have one name"),
+        (3, |_| "partial.npy".to_owned(), "two members have the same name"),
         (60, |index| format!("a{index}.npy"), "it has more than 16 members"),
     ];
     for (count, name, words) in kinds {

@@ -1,6 +1,6 @@
-//! Bounds of networks: what is refused before the library sees it. `docs/models.md` states them with what they promise.
+//! Bounds of networks, checked before the library sees them. `docs/models.md` lists them with their guarantees.
 
-/// Nodes of a network. The library's time for putting a network in order grows with the square of this number.
+/// Nodes of a network. The library's time for sorting a network grows with the square of this number.
 pub(super) const NODES: usize = 256;
 /// Constant tensors of a network: initializers and constants in nodes.
 pub(super) const TENSORS: usize = 1024;
@@ -8,7 +8,7 @@ pub(super) const TENSORS: usize = 1024;
 pub(super) const ENDS_OF_NODE: usize = 32;
 /// Attributes of one node.
 pub(super) const ATTRIBUTES: usize = 16;
-/// Numbers of a list among the attributes, and whole numbers of a constant that shapes are made of.
+/// Numbers of a list attribute, and integers of a constant that defines shapes.
 pub(super) const LIST: usize = 64;
 /// Bytes of a name.
 pub(super) const NAME: usize = 256;
@@ -20,9 +20,9 @@ pub(super) const RANK: usize = 8;
 pub(super) const WINDOW: u64 = 64;
 /// Elements of a tensor that the network computes.
 pub(super) const ELEMENTS: u64 = 1 << 24;
-/// Elements of all tensors that the network computes, scratch memory of its nodes included: 512 MiB in single precision.
+/// Elements of all tensors that the network computes, including scratch memory of its nodes: 512 MiB in single precision.
 pub(super) const ALL_ELEMENTS: u64 = 1 << 27;
-/// Multiply-adds of one sample, or what takes as long as these.
+/// Multiply-adds of one sample, or equivalent work.
 pub(crate) const WORK: u64 = 1 << 34;
-/// Bytes that are read when each two constants of one shape are compared until they differ, as the library does.
+/// Bytes read when all pairs of constants of one shape are compared up to the first difference, as the library does.
 pub(super) const COMPARED: u64 = 1 << 30;

@@ -1,4 +1,4 @@
-//! A network as a whole: names, ends, sums of memory and work, and what of it is needed.
+//! Checks of a whole network: names, inputs and outputs, sums of memory and work, and the required nodes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,42 +14,42 @@ use crate::{error::ModelProblem, folder::RESOLUTION};
 /// The operator of constants, which has no rule.
 const CONSTANT: &str = "Constant";
 
-/// A constant tensor as the library gets it.
+/// A constant tensor for the library.
 #[derive(Clone, Debug)]
 pub(crate) enum Constant<'a> {
     /// Single precision, little-endian, with its sides.
     Raw(Vec<u64>, &'a [u8]),
     /// Single precision, with its sides.
     Floats(Vec<u64>, Vec<f32>),
-    /// Whole numbers, with their sides.
+    /// Integers, with their sides.
     Wholes(Vec<u64>, Vec<i64>),
 }
 
-/// A node as the library gets it.
+/// A node for the library.
 #[derive(Clone, Debug)]
 pub(crate) struct Node {
     /// Name of the operator.
     pub(crate) operator: &'static str,
-    /// Names of its inputs; empty where an optional one is left out.
+    /// Names of its inputs; empty for an omitted optional one.
     pub(crate) inputs: Vec<String>,
     /// Names of its outputs.
     pub(crate) outputs: Vec<String>,
-    /// Every attribute that has a meaning here.
+    /// All relevant attributes.
     pub(crate) attributes: Vec<(&'static str, Attribute)>,
 }
 
-/// A network as the library gets it.
+/// A network for the library.
 #[derive(Clone, Debug)]
 pub(crate) struct Network<'a> {
     /// Names of the inputs.
     pub(crate) inputs: Vec<String>,
     /// Names of the outputs.
     pub(crate) outputs: Vec<String>,
-    /// Nodes, each after those whose outputs it takes.
+    /// Nodes, each after those whose outputs it uses.
     pub(crate) nodes: Vec<Node>,
     /// Constants by name.
     pub(crate) constants: BTreeMap<String, Constant<'a>>,
-    /// Multiply-adds of one sample, or what takes as long.
+    /// Multiply-adds of one sample, or equivalent work.
     pub(crate) work: u64,
 }
 
@@ -87,7 +87,7 @@ impl<'a> Network<'a> {
         checked.finish(&free, outputs)
     }
 
-    /// Joins constants that are equal, and refuses those whose comparison takes too long: the library compares each two of one shape.
+    /// Merges equal constants, and refuses those whose comparison takes too long: the library compares all pairs of one shape.
     fn share_constants(&mut self) -> Result<(), ModelProblem> {
         let mut of_shape: BTreeMap<Vec<u64>, Vec<(&[u8], &String)>> = BTreeMap::new();
         for (name, constant) in &self.constants {
@@ -105,13 +105,13 @@ impl<'a> Network<'a> {
                     shared.insert(other.clone(), first);
                     continue;
                 }
-                // In this order two constants share no more with each other than with any between them.
+                // In this order, two constants share no longer prefix with each other than with any constant between them.
                 let common = before.iter().zip(bytes).take_while(|(one, other)| one == other).count() as u64;
                 compared = compared.saturating_add(common.saturating_mul((list.len() - place) as u64));
             }
         }
         if compared > bounds::COMPARED {
-            return Err(bound("bytes by which constants of one shape begin alike", bounds::COMPARED));
+            return Err(bound("bytes of equal prefixes of constants of one shape", bounds::COMPARED));
         }
         for input in self.nodes.iter_mut().flat_map(|node| &mut node.inputs) {
             if let Some(first) = shared.get(input) {
@@ -148,7 +148,7 @@ fn escaped(name: &str) -> String {
     name.escape_debug().to_string()
 }
 
-/// The refusal of a node. One without a name is called like its first output.
+/// Error about a node. A node without a name is called by its first output.
 fn refused(node: &NodeText<'_>, found: String) -> ModelProblem {
     let name = if node.name.is_empty() { node.outputs.first().copied().unwrap_or_default() } else { node.name };
     ModelProblem::Node { operator: escaped(node.operator), node: escaped(name), found }
@@ -166,11 +166,11 @@ fn bound(what: &'static str, most: u64) -> ModelProblem {
 }
 
 impl<'a> Checked<'a> {
-    /// Names a tensor, once.
+    /// Registers the name of a tensor, which must be unique.
     fn define(&mut self, name: &'a str, value: Value, own: String) -> Result<(), ModelProblem> {
         if name.is_empty() || self.values.insert(name, (value, own)).is_some() {
             return Err(ModelProblem::NotOnnx {
-                found: format!("two tensors are called '{}', or none", escaped(name)),
+                found: format!("the tensor name '{}' is empty or used twice", escaped(name)),
             });
         }
         Ok(())
@@ -182,7 +182,7 @@ impl<'a> Checked<'a> {
         let sides: Option<Vec<u64>> = tensor.dims.iter().map(|side| u64::try_from(*side).ok()).collect();
         let shape = sides.and_then(Shape::new).ok_or_else(|| wrong(format!("has the shape {:?}", tensor.dims)))?;
         let (elements, own) = (shape.elements(), format!("w{}", self.values.len()));
-        // Elements are in one of three lists, all of them.
+        // All elements are in one of three lists.
         let (raw, floats, wholes) = (tensor.raw.len() as u64, tensor.floats.len() as u64, tensor.wholes.len() as u64);
         let are_floats = [[elements.saturating_mul(4), 0, 0], [0, elements, 0]].contains(&[raw, floats, wholes]);
         let are_wholes = [[elements.saturating_mul(8), 0, 0], [0, 0, elements]].contains(&[raw, floats, wholes]);
@@ -194,21 +194,21 @@ impl<'a> Checked<'a> {
                 self.define(name, value, own)
             }
             Elements::Whole if elements > bounds::LIST as u64 => {
-                Err(wrong(format!("has {elements} whole numbers, at most {} are read", bounds::LIST)))
+                Err(wrong(format!("has {elements} integers, but at most {} are supported", bounds::LIST)))
             }
             Elements::Whole if are_wholes => {
                 let packed = tensor.raw.as_chunks::<8>().0.iter().map(|bytes| i64::from_le_bytes(*bytes));
                 let values = if tensor.wholes.is_empty() { packed.collect() } else { tensor.wholes };
                 self.define(name, Value::Whole(shape, values), own)
             }
-            Elements::Float | Elements::Whole => Err(wrong(format!("has another size than its shape {shape} says"))),
-            Elements::Other(kind) => Err(wrong(format!(
-                "has elements of type {kind}, neither float32 nor int64; export it in single precision"
-            ))),
+            Elements::Float | Elements::Whole => Err(wrong(format!("has a size that differs from its shape {shape}"))),
+            Elements::Other(kind) => {
+                Err(wrong(format!("has elements of type {kind}, not float32 or int64; export it in single precision")))
+            }
         }
     }
 
-    /// Checks a node by the rule of its operator, and adds what becomes of it.
+    /// Checks a node by the rule of its operator, and adds the result.
     fn add_node(&mut self, node: &NodeText<'a>) -> Result<(), ModelProblem> {
         let is_own = is_own_domain(node.domain);
         if is_own && node.operator == CONSTANT {
@@ -219,7 +219,7 @@ impl<'a> Checked<'a> {
             rule_of(node.operator).filter(|_| is_own).ok_or_else(|| unknown_operator(node, is_own))?;
         let mut found = Vec::new();
         for input in &node.inputs {
-            let missing = || format!("no input, initializer or earlier node gives '{}'", escaped(input));
+            let missing = || format!("no input, initializer or earlier node produces '{}'", escaped(input));
             found.push(match *input {
                 "" => None,
                 input => Some(self.values.get(input).ok_or_else(|| refused(node, missing()))?),
@@ -229,7 +229,7 @@ impl<'a> Checked<'a> {
         let inputs = found.iter().map(|found| found.map(|(value, _)| value)).collect();
         let call = Call { operator, node, inputs, weights: &weights };
         let outcome = rule(&call).map_err(|found| refused(node, found))?;
-        // The inputs by their names for the library, and those that are weights.
+        // The inputs by their names for the library, and the weights among them.
         let names: Vec<String> =
             found.iter().map(|found| found.map_or(String::new(), |(_, own)| own.clone())).collect();
         let used = found.iter().flatten().filter_map(|(value, own)| match value {
@@ -240,7 +240,7 @@ impl<'a> Checked<'a> {
         self.add_outcome(node, outcome, &names, used)
     }
 
-    /// Adds what a node becomes: a known tensor, or a node of the library with these inputs and weights.
+    /// Adds the result of a node: a known tensor, or a node of the library with these inputs and weights.
     fn add_outcome(
         &mut self,
         node: &NodeText<'a>,
@@ -254,7 +254,7 @@ impl<'a> Checked<'a> {
         }
         let (operator, inputs, attributes, outputs, scratch, work) = match outcome {
             Outcome::Known(value) => {
-                // A weight keeps the name by which the library knows it.
+                // A weight keeps its name for the library.
                 let own =
                     if let Value::Weight(..) = value { names[0].clone() } else { format!("k{}", self.values.len()) };
                 return self.define(node.outputs[0], value, own);
@@ -289,12 +289,12 @@ impl<'a> Checked<'a> {
         }
         self.work = self.work.saturating_add(work);
         if self.work > bounds::WORK {
-            return Err(bound("multiply-adds per sample, or what takes as long", bounds::WORK));
+            return Err(bound("multiply-adds per sample, or equivalent work", bounds::WORK));
         }
         Ok(())
     }
 
-    /// Gives the library a weight.
+    /// Adds a weight for the library.
     fn use_weight(&mut self, number: usize, own: String) {
         let (sides, tensor) = &self.weights[number];
         let constant = match tensor.floats.is_empty() {
@@ -319,11 +319,11 @@ impl<'a> Checked<'a> {
         own
     }
 
-    /// The network between its ends, with what they need alone.
+    /// The network between inputs and outputs, with only the required nodes.
     fn finish(mut self, inputs: &[&str], outputs: &[String]) -> Result<Network<'a>, ModelProblem> {
         let mut ends = Vec::new();
         for name in outputs {
-            let missing = || ModelProblem::NotOnnx { found: format!("no node makes the output {}", escaped(name)) };
+            let missing = || ModelProblem::NotOnnx { found: format!("no node produces the output {}", escaped(name)) };
             let (value, own) = self.values.get(name.as_str()).ok_or_else(missing)?;
             match value {
                 Value::Computed(shape) if *shape == grid() => {}
@@ -335,7 +335,7 @@ impl<'a> Checked<'a> {
             }
             ends.push(own.clone());
         }
-        // An output that is an input, or the same as another one, gets a node of its own.
+        // An output that is an input, or equal to another output, gets a separate node.
         let inputs: Vec<String> = inputs.iter().map(|name| self.values[*name].1.clone()).collect();
         for place in 0..ends.len() {
             if inputs.contains(&ends[place]) || ends[..place].contains(&ends[place]) {
@@ -353,7 +353,7 @@ impl<'a> Checked<'a> {
     }
 }
 
-/// The numbers of a tensor of single precision.
+/// The numbers of a single-precision tensor.
 fn floats_of(tensor: &TensorText<'_>) -> Vec<f32> {
     match tensor.floats.is_empty() {
         true => tensor.raw.as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect(),
@@ -388,11 +388,11 @@ fn constant_of<'a>(node: &NodeText<'a>) -> Result<TensorText<'a>, String> {
         ("value_ints", AttributeText::Ints(list)) => {
             Ok(text(vec![list.len() as i64], Elements::Whole, Vec::new(), list.clone()))
         }
-        (name, _) => Err(format!("its attribute '{}' is no tensor or number", escaped(name))),
+        (name, _) => Err(format!("its attribute '{}' is not a tensor or a number", escaped(name))),
     }
 }
 
-/// Refuses inputs and outputs that are not those of `model.json`; the names of the inputs that are no initializers.
+/// Refuses inputs and outputs that differ from `model.json`; returns the names of the inputs that are not initializers.
 fn check_ends<'a>(
     document: &Document<'a>,
     inputs: &[String],
@@ -414,7 +414,7 @@ fn check_ends<'a>(
     Ok(free.into_iter().map(|end| end.name).collect())
 }
 
-/// Refuses an input or output of another type or shape; the count of samples may be a symbol.
+/// Refuses an input or output with a wrong type or shape; the number of samples may be a symbol.
 fn check_end(end: &EndText<'_>) -> Result<(), ModelProblem> {
     let dims = end.dims.as_deref().unwrap_or_default();
     let n = i64::from(RESOLUTION);

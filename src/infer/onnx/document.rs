@@ -1,5 +1,5 @@
-//! An ONNX file as it is written: nodes, attributes and tensors, read with bounds. What this program does not run is refused by its
-//! name, and what it does not know by its number: nothing is skipped but texts for people.
+//! Content of an ONNX file: nodes, attributes and tensors, read with bounds. Unsupported parts are refused by name and unknown
+//! fields by number; only texts for people are skipped.
 //!
 //! Source: `onnx.proto3` of ONNX 1.17, intermediate representation 10.
 
@@ -10,7 +10,7 @@ use super::{
 };
 use crate::error::ModelProblem;
 
-/// The set of operators that networks are exported with.
+/// Required operator set of networks.
 const OPERATOR_SET: i64 = 18;
 
 /// Type of a tensor's elements.
@@ -57,7 +57,7 @@ pub(super) struct NodeText<'a> {
     pub name: &'a str,
     pub operator: &'a str,
     pub domain: &'a str,
-    /// Names of tensors; empty where an optional one is left out.
+    /// Names of tensors; empty for an omitted optional one.
     pub inputs: Vec<&'a str>,
     pub outputs: Vec<&'a str>,
     pub attributes: Vec<(&'a str, AttributeText<'a>)>,
@@ -129,7 +129,7 @@ impl<'a> Document<'a> {
                 11 => graph.inputs.push(end(field.bytes()?)?),
                 12 if graph.outputs.len() == bounds::ENDS => return Err(too_many("outputs", bounds::ENDS)),
                 12 => graph.outputs.push(end(field.bytes()?)?),
-                // Its name, a text, shapes that this program infers itself, and more texts.
+                // The name, a text, shapes that this program infers itself, and more texts.
                 2 | 10 | 13 | 16 => _ = field.bytes()?,
                 14 => return Err(Fault::Forbidden("annotations of quantisation").into()),
                 15 => return Err(Fault::Forbidden("sparse initializers").into()),
@@ -227,7 +227,7 @@ fn attribute(bytes: &[u8]) -> Result<(&str, AttributeText<'_>), ModelProblem> {
             9 => return Err(Fault::Forbidden("an attribute that is a list of texts").into()),
             10 => return Err(Fault::Forbidden("an attribute that is a list of tensors").into()),
             14 | 15 => return Err(Fault::Forbidden("an attribute that is a type").into()),
-            21 => return Err(Fault::Forbidden("an attribute that refers to one of a function").into()),
+            21 => return Err(Fault::Forbidden("an attribute that refers to a function's attribute").into()),
             22 | 23 => return Err(Fault::Forbidden("an attribute that is a sparse tensor").into()),
             number => return Err(Fault::Unknown { message: "AttributeProto", number }.into()),
         };
@@ -235,7 +235,7 @@ fn attribute(bytes: &[u8]) -> Result<(&str, AttributeText<'_>), ModelProblem> {
             return Err(Fault::Twice("the value of an attribute").into());
         }
     }
-    // Numbers of `AttributeProto.AttributeType`: an empty list has no field, and no value that is 0 needs one.
+    // Numbers of `AttributeProto.AttributeType`: an empty list and a value of 0 have no field.
     let value = match (value, stated) {
         (Some(_), _) if !floats.is_empty() || !ints.is_empty() => {
             return Err(Fault::Twice("the value of an attribute").into());
@@ -276,7 +276,7 @@ fn tensor(bytes: &[u8]) -> Result<TensorText<'_>, ModelProblem> {
         wholes: Vec::new(),
         is_external: false,
     };
-    // No more numbers than bytes.
+    // There are at most as many numbers as bytes.
     let most = bytes.len();
     let mut fields = Fields::of(bytes);
     while let Some((number, field)) = fields.next()? {
@@ -292,7 +292,7 @@ fn tensor(bytes: &[u8]) -> Result<TensorText<'_>, ModelProblem> {
             13 => tensor.is_external = true,
             14 => tensor.is_external |= field.integer()? != 0,
             3 => return Err(Fault::Forbidden("a tensor in segments").into()),
-            5 | 6 | 10 | 11 => return Err(Fault::Forbidden("a tensor of other numbers than float32 and int64").into()),
+            5 | 6 | 10 | 11 => return Err(Fault::Forbidden("a tensor of a type other than float32 and int64").into()),
             number => return Err(Fault::Unknown { message: "TensorProto", number }.into()),
         }
     }
@@ -345,7 +345,7 @@ fn value_type(bytes: &[u8]) -> Result<EndType, Fault> {
                 }
             }
             6 => _ = field.bytes()?,
-            4 | 5 | 7 | 8 | 9 => return Err(Fault::Forbidden("an input or output that is no tensor")),
+            4 | 5 | 7 | 8 | 9 => return Err(Fault::Forbidden("an input or output that is not a tensor")),
             number => return Err(Fault::Unknown { message: "TypeProto", number }),
         }
     }

@@ -1,25 +1,25 @@
-//! Why bytes are no message of ONNX that is read.
+//! Reasons why bytes are not a valid ONNX message that is read.
 
 use std::fmt;
 
 use crate::error::ModelProblem;
 
-/// Why bytes are no message of ONNX.
+/// Reasons why bytes are not a valid ONNX message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fault {
-    /// A field ends behind the message.
+    /// A field extends beyond the message.
     Cut,
-    /// A wire type that protobuf does not have, or has no more.
+    /// A wire type that protobuf does not define, or no longer defines.
     WireType(u64),
-    /// A field of another type than ONNX says.
+    /// A field with a type that differs from ONNX.
     Kind,
-    /// A list is longer than this program reads.
+    /// A list is longer than this program supports.
     Long { most: usize },
-    /// A field that ONNX does not have.
+    /// A field that ONNX does not define.
     Unknown { message: &'static str, number: u64 },
-    /// A part that this program does not run.
+    /// A part that this program does not support.
     Forbidden(&'static str),
-    /// A part that may stand once stands twice.
+    /// A unique part is given twice.
     Twice(&'static str),
 }
 
@@ -28,13 +28,13 @@ impl fmt::Display for Fault {
         match self {
             Self::Cut => f.write_str("a field is cut short"),
             Self::WireType(kind) => write!(f, "a field has wire type {kind}"),
-            Self::Kind => f.write_str("a field is of another type"),
+            Self::Kind => f.write_str("a field has the wrong type"),
             Self::Long { most } => write!(f, "a list has more than {most} entries"),
             Self::Unknown { message, number } => {
-                write!(f, "{message} has a field {number}, which ONNX 1.17 does not know")
+                write!(f, "{message} has a field {number}, which ONNX 1.17 does not define")
             }
             Self::Forbidden(part) => f.write_str(part),
-            Self::Twice(part) => write!(f, "{part} is there twice"),
+            Self::Twice(part) => write!(f, "{part} is given twice"),
         }
     }
 }

@@ -1,9 +1,9 @@
 //! ONNX networks, read and checked before the library sees them.
 //!
-//! A file of a few kilobytes can ask for more memory and time than any machine has. Therefore nothing of it reaches the library as it
-//! stands: the file is read with bounds (`document`), each node is checked by the rule of its operator, which infers the shapes of what
-//! it computes (`operators`), elements and work are summed up (`check`), and the library gets a network that is written anew: the nodes
-//! that the outputs need, with numbers for names, all shapes known, and every attribute in one spelling.
+//! A file of a few kilobytes can require more memory and time than any machine has. Therefore the library never reads the file:
+//! it is read with bounds (`document`), each node is checked by the rule of its operator, which infers the shapes of its outputs
+//! (`operators`), elements and work are summed up (`check`), and the library receives a rewritten network with only the required
+//! nodes, numbers as names, known shapes, and normalised attributes.
 
 mod bounds;
 mod call;

@@ -1,4 +1,4 @@
-//! Shapes, and what is known of a tensor before the network runs.
+//! Shapes, and facts about a tensor known before the network runs.
 
 use std::fmt;
 
@@ -11,16 +11,16 @@ pub(crate) struct Shape(Vec<u64>);
 /// Knowledge of a tensor.
 #[derive(Clone, Debug)]
 pub(super) enum Value {
-    /// Single precision: what the network computes.
+    /// Single precision, computed by the network.
     Computed(Shape),
-    /// Single precision: a constant of the file, by its number among them.
+    /// Single-precision constant of the file, by its index.
     Weight(Shape, usize),
-    /// Whole numbers, which are known: those of a constant, or of shapes.
+    /// Known integers, of a constant or of shapes.
     Whole(Shape, Vec<i64>),
 }
 
 impl Shape {
-    /// A shape out of its sides; `None` with an empty side or more axes or elements than any tensor may have.
+    /// Creates a shape from its sides; `None` if a side is 0 or there are too many axes or elements.
     pub(super) fn new(sides: Vec<u64>) -> Option<Self> {
         let shape = Self(sides);
         let is_bounded = shape.0.len() <= bounds::RANK && shape.0.iter().all(|side| *side > 0);
@@ -36,7 +36,7 @@ impl Shape {
         self.0.len()
     }
 
-    /// Count of elements.
+    /// Number of elements.
     pub(super) fn elements(&self) -> u64 {
         self.0.iter().product()
     }

@@ -1,7 +1,7 @@
-//! Protobuf's wire format: fields of a message by number, nothing copied.
+//! Protobuf's wire format: fields of a message by number, without copies.
 //!
 //! Source: the encoding guide of Protocol Buffers. A field is a key (number and wire type as a variable-length integer) and its
-//! value; lists of numbers come packed in one field or a number at a time.
+//! value; lists of numbers are packed in one field or have one field per number.
 
 use super::fault::Fault;
 
@@ -12,7 +12,7 @@ pub(super) enum Field<'a> {
     Varint(u64),
     /// Wire type 5.
     Fixed32([u8; 4]),
-    /// Wire type 1, which no field has that this program reads.
+    /// Wire type 1, which no supported field has.
     Fixed64,
     /// Wire type 2: text, bytes, a message or a packed list.
     Bytes(&'a [u8]),
@@ -97,7 +97,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Adds the integers of a field of a list, packed or single, to those before; the list may have `most`.
+    /// Appends the integers of a list field, packed or single, to a list of at most `most` entries.
     pub(super) fn push_integers(self, list: &mut Vec<i64>, most: usize) -> Result<(), Fault> {
         match self {
             Self::Varint(value) => push(list, value as i64, most),
@@ -112,7 +112,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Adds the numbers of a field of a list, packed or single, to those before; the list may have `most`.
+    /// Appends the numbers of a list field, packed or single, to a list of at most `most` entries.
     pub(super) fn push_floats(self, list: &mut Vec<f32>, most: usize) -> Result<(), Fault> {
         match self {
             Self::Fixed32(bytes) => push(list, f32::from_le_bytes(bytes), most),
@@ -125,7 +125,7 @@ impl<'a> Field<'a> {
     }
 }
 
-/// Adds an entry to a list that may have `most`.
+/// Appends an entry to a list of at most `most` entries.
 pub(super) fn push<T>(list: &mut Vec<T>, entry: T, most: usize) -> Result<(), Fault> {
     if list.len() == most {
         return Err(Fault::Long { most });

@@ -1,4 +1,4 @@
-//! Operators that arrange elements anew.
+//! Operators that rearrange elements.
 
 use super::{
     super::{
@@ -21,14 +21,14 @@ pub(super) fn identity(call: &Call<'_>) -> Result<Outcome, Refused> {
     }
 }
 
-/// The input in another shape of as many elements.
+/// Reshapes the input, keeping the number of elements.
 fn reshaped(call: &Call<'_>, sides: Vec<u64>) -> Result<Outcome, Refused> {
     let shape = shape_of(sides)?;
     if let Some(Value::Whole(_, values)) = call.inputs[0] {
         return Ok(Outcome::Known(Value::Whole(shape, values.clone())));
     }
     if shape.rank() == 0 {
-        return Err("a tensor without axes is not run".to_owned());
+        return Err("a tensor without axes is not supported".to_owned());
     }
     let list = shape.sides().iter().map(|side| *side as i64).collect();
     let work = shape.elements();
@@ -47,7 +47,7 @@ pub(super) fn reshape(call: &Call<'_>) -> Result<Outcome, Refused> {
     let mut sides = Vec::new();
     for (axis, side) in wanted.iter().enumerate() {
         sides.push(match side {
-            // 0 is the input's own side, -1 what is left.
+            // 0 means the input's side, -1 the remaining elements.
             0 if !allow_zero => *shape.sides().get(axis).ok_or_else(refused)?,
             -1 => 0,
             side => u64::try_from(*side).ok().filter(|side| *side > 0).ok_or_else(refused)?,
@@ -70,7 +70,7 @@ pub(super) fn flatten(call: &Call<'_>) -> Result<Outcome, Refused> {
     call.expect_inputs(1, 1)?;
     let shape = call.floats(0)?;
     let (axis, rank) = (call.int("axis", 1)?, shape.rank());
-    // All axes may be before it.
+    // The axis may be after all axes.
     let axis = if axis == rank as i64 { rank } else { axis_of(axis, rank)? };
     let (before, after) = shape.sides().split_at(axis);
     reshaped(call, vec![before.iter().product(), after.iter().product()])
@@ -86,7 +86,7 @@ pub(super) fn squeeze(call: &Call<'_>) -> Result<Outcome, Refused> {
         false => (0..shape.rank()).filter(single).collect(),
     };
     if !axes.iter().all(single) {
-        return Err(format!("axes {axes:?} of {shape} are not all of one element"));
+        return Err(format!("axes {axes:?} of {shape} do not all have one element"));
     }
     let kept = (0..shape.rank()).filter(|axis| !axes.contains(axis));
     reshaped(call, kept.map(|axis| shape.sides()[axis]).collect())
@@ -112,7 +112,7 @@ pub(super) fn transpose(call: &Call<'_>) -> Result<Outcome, Refused> {
         Some(perm) => {
             let found = axes_of(perm, rank)?;
             if found.len() != rank || perm.iter().any(|axis| *axis < 0) {
-                return Err(format!("perm is {perm:?}, no order of {rank} axes"));
+                return Err(format!("perm is {perm:?}, not a permutation of {rank} axes"));
             }
             found
         }
@@ -156,18 +156,18 @@ pub(super) fn split(call: &Call<'_>) -> Result<Outcome, Refused> {
     let (side, count) = (shape.sides()[axis], call.node.outputs.len() as u64);
     let wanted = call.int("num_outputs", count as i64)?;
     if wanted != count as i64 || count == 0 {
-        return Err(format!("num_outputs is {wanted}, and it has {count} outputs"));
+        return Err(format!("num_outputs is {wanted}, but it has {count} outputs"));
     }
     let parts: Vec<u64> = if call.is_given(1) {
         call.wholes(1)?.iter().map(|part| u64::try_from(*part).unwrap_or(0)).collect()
     } else {
-        // Equal parts, the last one smaller where they do not divide the side.
+        // Equal parts; the last one is smaller if they do not divide the side.
         let part = side.div_ceil(count);
         (0..count).map(|index| side.saturating_sub(index * part).min(part)).collect()
     };
     let total = parts.iter().try_fold(0_u64, |sum, part| sum.checked_add(*part));
     if parts.len() as u64 != count || parts.contains(&0) || total != Some(side) {
-        return Err(format!("{side} elements along axis {axis} are not split into {parts:?}"));
+        return Err(format!("{side} elements along axis {axis} cannot be split into {parts:?}"));
     }
     let outputs = parts.iter().map(|part| {
         let mut sides = shape.sides().to_vec();
@@ -200,7 +200,7 @@ pub(super) fn slice(call: &Call<'_>) -> Result<Outcome, Refused> {
     let ones = vec![1; count];
     let steps = if call.is_given(4) { call.wholes(4)? } else { &ones };
     if [ends.len(), axes.len(), steps.len()] != [count; 3] || count == 0 || count > shape.rank() {
-        return Err(format!("its lists for the axes of {shape} have different lengths, or none"));
+        return Err(format!("its lists for the axes of {shape} are missing or have different lengths"));
     }
     let (mut sides, mut lists) = (shape.sides().to_vec(), [const { Vec::new() }; 4]);
     for (place, axis) in axes.into_iter().enumerate() {
@@ -230,7 +230,7 @@ pub(super) fn gather(call: &Call<'_>) -> Result<Outcome, Refused> {
     };
     let places: Vec<i64> = indices.iter().map(place).collect::<Result<_, _>>()?;
     let mut sides = shape.sides().to_vec();
-    // A single index takes its axis away.
+    // A single index removes its axis.
     let operand = match call.inputs[1] {
         Some(Value::Whole(own, _)) if own.rank() == 0 => {
             sides.remove(axis);

@@ -1,4 +1,4 @@
-//! Operators that compute each element by itself, or by numbers of its channel.
+//! Operators that compute each element independently, or with numbers of its channel.
 
 use super::{
     super::{
@@ -19,7 +19,7 @@ fn function_work(name: &str, shape: &Shape) -> u64 {
         }
 }
 
-/// A function of each element without attributes.
+/// An elementwise function without attributes.
 pub(super) fn unary(call: &Call<'_>) -> Result<Outcome, Refused> {
     call.expect_attributes(&[])?;
     call.expect_inputs(1, 1)?;
@@ -46,7 +46,7 @@ pub(super) fn hard_sigmoid(call: &Call<'_>) -> Result<Outcome, Refused> {
     Ok(Outcome::node(name, vec![Operand::Own(0)], attributes, shape.clone(), function_work(name, shape)))
 }
 
-/// Shape of several inputs of single precision together.
+/// Broadcast shape of several single-precision inputs.
 fn broadcast(call: &Call<'_>) -> Result<Shape, Refused> {
     let mut whole = call.floats(0)?.clone();
     for input in 1..call.inputs.len() {
@@ -56,7 +56,7 @@ fn broadcast(call: &Call<'_>) -> Result<Shape, Refused> {
     Ok(whole)
 }
 
-/// `Add`, `Sub`, `Mul`, `Div`: of single precision, or of whole numbers that are known.
+/// `Add`, `Sub`, `Mul`, `Div`: of single precision, or of known integers.
 pub(super) fn binary(call: &Call<'_>) -> Result<Outcome, Refused> {
     call.expect_attributes(&[])?;
     call.expect_inputs(2, 2)?;
@@ -99,18 +99,18 @@ pub(super) fn clip(call: &Call<'_>) -> Result<Outcome, Refused> {
             inputs.push(Operand::None);
             continue;
         }
-        let [bound] = call.few_floats(input)?[..] else { return Err(format!("input {input} is no single number")) };
+        let [bound] = call.few_floats(input)?[..] else { return Err(format!("input {input} is not a single number")) };
         inputs.push(Operand::Scalar(bound));
     }
     if let [_, Operand::Scalar(low), Operand::Scalar(high)] = inputs[..]
         && low > high
     {
-        return Err(format!("it clips to no number: from {low} to {high}"));
+        return Err(format!("it clips to an empty range: from {low} to {high}"));
     }
     Ok(Outcome::node("Clip", inputs, Vec::new(), shape.clone(), shape.elements() * PER_ELEMENT))
 }
 
-/// Shapes of a tensor of channels and of numbers for each channel, from the second input on.
+/// Shapes of a tensor with channels, and of inputs with one number per channel from the second input on.
 fn per_channel(call: &Call<'_>, inputs: usize) -> Result<Shape, Refused> {
     call.expect_inputs(inputs, inputs)?;
     let shape = call.floats(0)?;
@@ -134,7 +134,7 @@ pub(super) fn batch_normalization(call: &Call<'_>) -> Result<Outcome, Refused> {
     call.float("momentum", 0.9)?;
     let (epsilon, shape) = (call.float("epsilon", 1e-5)?, per_channel(call, 5)?);
     if (1..5).any(|input| !matches!(call.inputs[input], Some(Value::Weight(..)))) {
-        return Err("its scale, bias, mean and variance are no constants".to_owned());
+        return Err("its scale, bias, mean and variance are not constants".to_owned());
     }
     let work = shape.elements() * PER_ELEMENT * 2;
     let attributes = vec![("epsilon", Attribute::Float(epsilon))];

@@ -16,11 +16,11 @@ pub(super) fn gemm(call: &Call<'_>) -> Result<Outcome, Refused> {
     let [of_a, of_b] = [call.flag("transA", false)?, call.flag("transB", false)?];
     let (a, b) = (call.floats(0)?, call.floats(1)?);
     let ([a0, a1], [b0, b1]) = (a.sides(), b.sides()) else {
-        return Err(format!("{a} and {b} are no matrices"));
+        return Err(format!("{a} and {b} are not matrices"));
     };
     let ([m, k], [own_k, n]) = (if of_a { [*a1, *a0] } else { [*a0, *a1] }, if of_b { [*b1, *b0] } else { [*b0, *b1] });
     if k != own_k {
-        return Err(format!("{a} and {b} do not fit as matrices of a product"));
+        return Err(format!("{a} and {b} cannot be multiplied as matrices"));
     }
     let shape = shape_of(vec![m, n])?;
     let mut inputs = vec![Operand::Own(0), Operand::Own(1)];
@@ -37,23 +37,23 @@ pub(super) fn gemm(call: &Call<'_>) -> Result<Outcome, Refused> {
         ("transA", Attribute::Int(of_a.into())),
         ("transB", Attribute::Int(of_b.into())),
     ];
-    // A factor of a single row or column is read once, and each number of the other is used once.
+    // A factor with a single row or column is read once, and each number of the other factor is used once.
     let work = of_products(1, [m, k, n]).saturating_add(shape.elements() * PER_ELEMENT);
     Ok(Outcome::Node { operator: "Gemm", inputs, attributes, outputs: vec![shape], scratch: computed(call), work })
 }
 
-/// Elements of inputs that the network computes: the library brings them into another order before a product.
+/// Elements of computed inputs, which the library reorders before a product.
 fn computed(call: &Call<'_>) -> u64 {
     let inputs = call.inputs.iter().flatten();
     inputs.map(|value| if let Value::Computed(shape) = value { 2 * shape.elements() } else { 0 }).sum()
 }
 
-/// `MatMul` as NumPy's.
+/// `MatMul` as in NumPy.
 pub(super) fn product(call: &Call<'_>) -> Result<Outcome, Refused> {
     call.expect_attributes(&[])?;
     call.expect_inputs(2, 2)?;
     let (a, b) = (call.floats(0)?, call.floats(1)?);
-    let refused = || format!("{a} and {b} do not fit as matrices of a product");
+    let refused = || format!("{a} and {b} cannot be multiplied as matrices");
     let ([before_a @ .., m, k], [before_b @ .., own_k, n]) = (a.sides(), b.sides()) else { return Err(refused()) };
     let batch = |sides: &[u64]| Shape::new(sides.to_vec());
     let both = batch(before_a).zip(batch(before_b)).and_then(|(one, other)| one.broadcast(&other));
@@ -76,7 +76,7 @@ pub(super) fn global_pool(call: &Call<'_>) -> Result<Outcome, Refused> {
     Ok(Outcome::node(call.operator, vec![Operand::Own(0)], Vec::new(), output, shape.elements() * PER_ELEMENT))
 }
 
-/// `ReduceMax`, `ReduceMean` and `ReduceSum` over axes that are known.
+/// `ReduceMax`, `ReduceMean` and `ReduceSum` over constant axes.
 pub(super) fn reduce(call: &Call<'_>) -> Result<Outcome, Refused> {
     call.expect_attributes(&["keepdims", "noop_with_empty_axes"])?;
     call.expect_inputs(1, 2)?;

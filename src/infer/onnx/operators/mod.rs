@@ -1,7 +1,7 @@
-//! Operators that are run, each with its rule: bounds of its attributes, shape of its outputs, memory and work.
+//! Supported operators, each with its rule: bounds of its attributes, shape of its outputs, memory and work.
 //!
-//! Source: the operators' documentation of ONNX, operator set 18. A rule gives the library the node in one spelling: axes counted from
-//! the start, padding in numbers, shapes without holes.
+//! Source: the operators' documentation of ONNX, operator set 18. A rule normalises the node for the library: axes counted from
+//! the start, padding as numbers, complete shapes.
 
 mod arrange;
 mod elementwise;
@@ -13,7 +13,7 @@ mod work;
 
 use super::call::{Call, Outcome, Refused};
 
-/// Checks a node and says what it becomes.
+/// Checks a node and returns its result.
 pub(super) type Rule = fn(&Call<'_>) -> Result<Outcome, Refused>;
 
 /// Operators with their rules, in alphabetical order.
@@ -69,7 +69,7 @@ pub(super) const OPERATORS: &[(&str, Rule)] = &[
     ("Unsqueeze", arrange::unsqueeze),
 ];
 
-/// The operator and rule of a name.
+/// Finds operator and rule by name.
 pub(super) fn rule_of(name: &str) -> Option<(&'static str, Rule)> {
     OPERATORS.iter().find(|(own, _)| *own == name).copied()
 }

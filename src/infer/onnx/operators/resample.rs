@@ -34,7 +34,7 @@ pub(super) fn pad(call: &Call<'_>) -> Result<Outcome, Refused> {
     }
     let mut inputs = vec![Operand::Own(0), Operand::Wholes(all)];
     if call.is_given(2) && mode == "constant" {
-        let [value] = call.few_floats(2)?[..] else { return Err("input 2 is no single number".to_owned()) };
+        let [value] = call.few_floats(2)?[..] else { return Err("input 2 is not a single number".to_owned()) };
         inputs.push(Operand::Scalar(value));
     }
     let output = shape_of(sides)?;
@@ -56,14 +56,14 @@ pub(super) fn resize(call: &Call<'_>) -> Result<Outcome, Refused> {
     let rounding = call.word("nearest_mode", &ROUNDINGS, ROUNDINGS[0])?;
     call.word("keep_aspect_ratio_policy", &["stretch"], "stretch")?;
     if call.flag("antialias", false)? || call.flag("exclude_outside", false)? {
-        return Err("antialias and exclude_outside are not run".to_owned());
+        return Err("antialias and exclude_outside are not supported".to_owned());
     }
     let axes = match call.ints("axes")? {
         Some(axes) => axes_of(axes, shape.rank())?,
         None => (0..shape.rank()).collect(),
     };
     let mut sides = shape.sides().to_vec();
-    // A factor decides where cells come to lie, also where the sides that it gives are rounded.
+    // The factor determines the positions of cells, even if the resulting sides are rounded.
     let mut factors = vec![1.0_f32; shape.rank()];
     match (call.is_given(2), call.is_given(3)) {
         (true, false) => {

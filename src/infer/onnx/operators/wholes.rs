@@ -1,4 +1,4 @@
-//! Arithmetic of whole numbers that are known beforehand: how exporters compute shapes, from an input's own on.
+//! Arithmetic of known integers, with which exporters compute shapes from those of the inputs.
 
 use super::super::{
     bounds,
@@ -7,15 +7,15 @@ use super::super::{
     value::Value,
 };
 
-/// A list of known whole numbers as an outcome.
+/// A list of known integers as an outcome.
 fn list(values: Vec<i64>) -> Result<Outcome, Refused> {
     if values.is_empty() || values.len() > bounds::LIST {
-        return Err(format!("a list of {} whole numbers, not 1 to {}", values.len(), bounds::LIST));
+        return Err(format!("a list of {} integers, not 1 to {}", values.len(), bounds::LIST));
     }
     Ok(Outcome::Known(Value::Whole(shape_of(vec![values.len() as u64])?, values)))
 }
 
-/// A single known whole number as an outcome.
+/// A single known integer as an outcome.
 fn single(value: i64) -> Result<Outcome, Refused> {
     Ok(Outcome::Known(Value::Whole(shape_of(Vec::new())?, vec![value])))
 }
@@ -35,7 +35,7 @@ pub(super) fn shape(call: &Call<'_>) -> Result<Outcome, Refused> {
     list(sides[first as usize..last as usize].to_vec())
 }
 
-/// `Cast`: to the type that the input has already, or from whole numbers that are known to single precision.
+/// `Cast` to the input's own type, or from known integers to single precision.
 pub(super) fn cast(call: &Call<'_>) -> Result<Outcome, Refused> {
     call.expect_attributes(&["to", "saturate"])?;
     call.expect_inputs(1, 1)?;
@@ -52,7 +52,7 @@ pub(super) fn cast(call: &Call<'_>) -> Result<Outcome, Refused> {
             let constant = if shape.rank() == 0 { Operand::Scalar(floats[0]) } else { Operand::Floats(floats) };
             Ok(Outcome::node("Identity", vec![constant], Vec::new(), shape.clone(), shape.elements()))
         }
-        _ => Err(format!("elements of its input do not become those of type {to}")),
+        _ => Err(format!("elements of its input cannot be cast to type {to}")),
     }
 }
 
@@ -67,7 +67,7 @@ pub(super) fn arithmetic(call: &Call<'_>) -> Result<Outcome, Refused> {
     };
     let count = one.len().max(other.len());
     if [one.len(), other.len()].iter().any(|length| ![1, count].contains(length)) {
-        return Err(format!("lists of {} and {} whole numbers do not fit", one.len(), other.len()));
+        return Err(format!("lists of {} and {} integers do not fit", one.len(), other.len()));
     }
     let pairs = (0..count).map(|place| (one[place % one.len()], other[place % other.len()]));
     let found: Option<Vec<i64>> = pairs.map(|(a, b)| compute(a, b)).collect();
@@ -80,7 +80,7 @@ pub(super) fn concat(call: &Call<'_>, axis: i64) -> Result<Outcome, Refused> {
     let mut joined = Vec::new();
     for input in 0..call.inputs.len() {
         if is_single(call, input) {
-            return Err(format!("input {input} is no list"));
+            return Err(format!("input {input} is not a list"));
         }
         joined.extend(call.wholes(input)?);
     }
@@ -90,12 +90,12 @@ pub(super) fn concat(call: &Call<'_>, axis: i64) -> Result<Outcome, Refused> {
 pub(super) fn slice(call: &Call<'_>) -> Result<Outcome, Refused> {
     let values = call.wholes(0)?;
     if is_single(call, 0) {
-        return Err("input 0 is no list".to_owned());
+        return Err("input 0 is not a list".to_owned());
     }
     let one = |input: usize, default: i64| match call.is_given(input) {
         true => match call.wholes(input)? {
             [value] => Ok(*value),
-            other => Err(format!("input {input} has {} numbers, a list has 1 axis", other.len())),
+            other => Err(format!("input {input} has {} numbers, but a list has 1 axis", other.len())),
         },
         false => Ok(default),
     };
@@ -108,7 +108,7 @@ pub(super) fn gather(call: &Call<'_>) -> Result<Outcome, Refused> {
     let (values, indices) = (call.wholes(0)?, call.wholes(1)?);
     axis_of(call.int("axis", 0)?, 1)?;
     if is_single(call, 0) {
-        return Err("input 0 is no list".to_owned());
+        return Err("input 0 is not a list".to_owned());
     }
     let found: Vec<i64> = indices
         .iter()

@@ -34,11 +34,11 @@ impl Window {
             if is_transposed { &["NOTSET", "VALID"] } else { &["NOTSET", "VALID", "SAME_UPPER", "SAME_LOWER"] };
         let mode = call.word("auto_pad", modes, "NOTSET")?;
         if mode != "NOTSET" && pads.iter().any(|pad| *pad > 0) {
-            return Err(format!("auto_pad is {mode}, and it has pads"));
+            return Err(format!("auto_pad is {mode}, but it also has pads"));
         }
         if mode.starts_with("SAME") {
             for (axis, side) in space.iter().enumerate() {
-                // As many windows as strides fit; what is odd goes to the end that the mode names.
+                // As many windows as strides fit; odd padding goes to the end that the mode selects.
                 let windows = side.div_ceil(window.strides[axis]);
                 let needed = (windows - 1) * window.strides[axis] + window.extent(axis);
                 let total = needed.saturating_sub(*side);
@@ -52,7 +52,7 @@ impl Window {
                 let [before, after] = [window.before[axis], window.after[axis]];
                 let extent = window.extent(axis);
                 return Err(format!(
-                    "padding of {before} and {after} along spatial axis {axis} beside a kernel of {extent}"
+                    "padding of {before} and {after} along spatial axis {axis} with a kernel of {extent}"
                 ));
             }
         }
@@ -68,7 +68,7 @@ impl Window {
         self.kernel.iter().product()
     }
 
-    /// Cells with their padding, and windows, along each axis. `None` if a window does not fit.
+    /// Numbers of cells including padding, and of windows, along each axis. `None` if a window does not fit.
     fn moved_over(&self, space: &[u64]) -> Option<(Vec<u64>, Vec<u64>)> {
         let padded: Vec<u64> =
             (0..space.len()).map(|axis| space[axis] + self.before[axis] + self.after[axis]).collect();
@@ -82,7 +82,7 @@ impl Window {
         windows.iter().fold(self.volume().saturating_mul(PER_CELL), |product, count| product.saturating_mul(*count))
     }
 
-    /// The window as attributes of a node.
+    /// Attributes of a node for the window.
     fn attributes(&self) -> Vec<(&'static str, Attribute)> {
         let list = |sides: &[u64]| Attribute::Ints(sides.iter().map(|side| *side as i64).collect());
         vec![
@@ -103,17 +103,17 @@ fn channels_and_space<'a>(call: &Call<'a>) -> Result<(&'a Shape, [u64; 2], &'a [
     }
 }
 
-/// Refuses another kernel in the attributes than the weights have.
+/// Refuses a kernel in the attributes that differs from that of the weights.
 fn expect_kernel(call: &Call<'_>, kernel: &[u64]) -> Result<(), Refused> {
     match call.ints("kernel_shape")? {
         Some(stated) if !stated.iter().copied().eq(kernel.iter().map(|side| *side as i64)) => {
-            Err(format!("kernel_shape is {stated:?}, and the weights have {kernel:?}"))
+            Err(format!("kernel_shape is {stated:?}, but the weights have {kernel:?}"))
         }
         _ => Ok(()),
     }
 }
 
-/// Refuses a bias that is not of one number per channel.
+/// Refuses a bias without one number per channel.
 fn expect_bias(call: &Call<'_>, channels: u64) -> Result<Vec<Operand>, Refused> {
     let mut inputs = vec![Operand::Own(0), Operand::Own(1)];
     if call.is_given(2) {
@@ -128,11 +128,11 @@ fn expect_bias(call: &Call<'_>, channels: u64) -> Result<Vec<Operand>, Refused> 
 
 const OF_CONVOLUTION: [&str; 6] = ["auto_pad", "dilations", "group", "kernel_shape", "pads", "strides"];
 
-/// Groups of channels, by which both counts divide.
+/// Number of channel groups, which must divide both counts.
 fn groups(call: &Call<'_>, channels: [u64; 2]) -> Result<u64, Refused> {
     let group = call.int("group", 1)?;
     let found = u64::try_from(group).ok().filter(|group| *group > 0 && channels.iter().all(|count| count % group == 0));
-    found.ok_or_else(|| format!("{channels:?} channels do not divide into {group} groups"))
+    found.ok_or_else(|| format!("{channels:?} channels cannot be divided into {group} groups"))
 }
 
 pub(super) fn convolution(call: &Call<'_>) -> Result<Outcome, Refused> {
@@ -156,7 +156,7 @@ pub(super) fn convolution(call: &Call<'_>) -> Result<Outcome, Refused> {
     let depth = of_group.saturating_mul(window.volume());
     let cells = windows.iter().product::<u64>();
     let work = of_products(batch * group, [out / group, depth, cells]).saturating_add(output.elements() * PER_ELEMENT);
-    // Padded input, and the columns of the product where the kernel is small.
+    // Padded input, and the columns of the product if the kernel is small.
     let columns = if window.volume() < 8 { depth.saturating_mul(group).saturating_mul(cells).min(1 << 21) } else { 0 };
     let of_windows = if group > 1 { window.cells_of(&windows) } else { 0 };
     let scratch = padded.elements().saturating_add(columns).saturating_add(of_windows);
@@ -170,7 +170,7 @@ pub(super) fn transposed_convolution(call: &Call<'_>) -> Result<Outcome, Refused
     call.expect_attributes(&known)?;
     call.expect_inputs(2, 3)?;
     if call.ints("output_shape")?.is_some() {
-        return Err("output_shape is not run; give pads and output_padding".to_owned());
+        return Err("output_shape is not supported; give pads and output_padding".to_owned());
     }
     let (_, [batch, into], space) = channels_and_space(call)?;
     let weights = call.floats(1)?;
@@ -186,7 +186,7 @@ pub(super) fn transposed_convolution(call: &Call<'_>) -> Result<Outcome, Refused
     let mut sides = vec![batch, out];
     for (axis, side) in space.iter().enumerate() {
         if more[axis] >= window.strides[axis].max(window.dilations[axis]) {
-            return Err(format!("output_padding of {} beside a stride of {}", more[axis], window.strides[axis]));
+            return Err(format!("output_padding of {} with a stride of {}", more[axis], window.strides[axis]));
         }
         let whole = (side - 1) * window.strides[axis] + window.extent(axis) + more[axis];
         let cut = window.before[axis] + window.after[axis];
@@ -194,7 +194,7 @@ pub(super) fn transposed_convolution(call: &Call<'_>) -> Result<Outcome, Refused
     }
     let (inputs, output) = (expect_bias(call, out)?, shape_of(sides)?);
     let cells = space.iter().product::<u64>();
-    // The product of weights and cells, and then each of its numbers added where it belongs.
+    // The product of weights and cells, followed by adding each number at its position.
     let rows = of_group.saturating_mul(window.volume());
     let numbers = rows.saturating_mul(group).saturating_mul(cells).saturating_mul(batch);
     let work = of_products(batch * group, [rows, into / group, cells])
