@@ -46,12 +46,13 @@
 //!
 //! ARCHITECTURE.md says more.
 
+pub use assets::{self, object};
 pub use cli;
 pub use factory::{self, cluster};
 pub use form;
 pub use format;
 pub use infer;
-pub use kernel::{assets, contact, description, files, geom, ids, object, render, seed, voxel, words};
+pub use kernel::{contact, description, files, geom, ids, render, seed, voxel, words};
 pub use measure;
 pub use perception;
 pub use publish::{self, export, preview};

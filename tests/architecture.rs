@@ -11,8 +11,9 @@ use graspmill::format::Product;
 /// Crates, each a folder of `src/`, with those that their manifests name. ARCHITECTURE.md shows the same table.
 const CRATES: &[(&str, &[&str])] = &[
     ("kernel", &[]),
+    ("assets", &["kernel"]),
     ("form", &[]),
-    ("robot", &["form", "kernel"]),
+    ("robot", &["assets", "form", "kernel"]),
     ("format", &["kernel"]),
     ("tables", &["format"]),
     ("surface", &["kernel"]),
@@ -20,12 +21,13 @@ const CRATES: &[(&str, &[&str])] = &[
     ("infer", &["kernel", "surface"]),
     ("measure", &["kernel"]),
     ("runtime", &["format", "infer", "kernel", "measure", "perception", "surface"]),
-    ("sim", &["kernel", "robot"]),
-    ("factory", &["form", "format", "kernel", "robot", "sim", "tables"]),
+    ("sim", &["assets", "kernel", "robot"]),
+    ("factory", &["assets", "form", "format", "kernel", "robot", "sim", "tables"]),
     ("publish", &["form", "format", "kernel", "tables"]),
     (
         "cli",
         &[
+            "assets",
             "factory",
             "form",
             "format",
@@ -58,8 +60,15 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("kernel/voxel", &["geom", "seed"]),
     ("kernel/render", &["geom", "ids", "seed"]),
     ("kernel/contact", &["geom", "voxel"]),
-    ("kernel/assets", &["files", "geom", "ids", "remedy", "seed", "voxel", "words"]),
-    ("kernel/object", &["assets", "cancel", "contact", "geom", "ids", "voxel", "words"]),
+    ("assets/repair", &[]),
+    ("assets/table", &["repair"]),
+    ("assets/refuse", &["table"]),
+    ("assets/read", &["refuse", "repair", "table"]),
+    ("assets/built_in", &["read", "refuse", "repair", "table"]),
+    ("assets/folder", &["read", "table"]),
+    ("assets/prepare", &["built_in", "read", "refuse", "repair", "table"]),
+    ("assets/check", &["folder", "prepare", "table"]),
+    ("assets/object", &["prepare", "table"]),
     ("robot/kinematics", &[]),
     ("robot/collision", &["kinematics"]),
     ("robot/hand", &["kinematics"]),
@@ -71,7 +80,7 @@ const HOMES: &[(&str, &[&str])] = &[
     ("mujoco_rs", &["src/sim/"]),
     ("khronos_egl", &["src/sim/"]),
     ("parry3d_f64", &["src/kernel/geom/query.rs"]),
-    ("spade", &["src/kernel/assets/read/delaunay.rs"]),
+    ("spade", &["src/assets/read/delaunay.rs"]),
     ("mcap", &["src/format/", "src/publish/preview/"]),
     ("parquet", &["src/tables/"]),
     ("tar", &["src/publish/export/"]),
@@ -336,7 +345,7 @@ const TOUCH_FILES: [&str; 5] = [
 /// command line, in a job or in a description.
 const FOLLOW_LINKS: &[(&str, &[&str])] = &[
     ("files::open(", &[]),
-    ("files::open_bounded(", &["src/kernel/assets/", "src/kernel/description/", "src/perception/read/"]),
+    ("files::open_bounded(", &["src/assets/", "src/kernel/description/", "src/perception/read/"]),
     ("files::read(", &["src/kernel/description/"]),
     (
         "files::read_text(",
@@ -354,7 +363,7 @@ const FOLLOW_LINKS: &[(&str, &[&str])] = &[
     ),
     ("files::replace(", &["src/publish/report.rs", "src/publish/evaluation/"]),
     ("files::open_log(", &["src/cli/log.rs"]),
-    ("files::list(", &["src/kernel/assets/folder.rs", "src/cli/doctor.rs"]),
+    ("files::list(", &["src/assets/folder.rs", "src/cli/doctor.rs"]),
     (
         "Folder::at(",
         &[

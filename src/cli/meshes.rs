@@ -6,11 +6,9 @@ use super::{
     printer::Printer,
     segment::write,
 };
+use assets::{MeshSource, ScaleRule, SizeRule, check_report};
 use format::dataset::NewFolder;
-use kernel::{
-    assets::{self, MeshSource, ScaleRule, SizeRule, check_report},
-    words::{LengthUnit, Show, counted},
-};
+use kernel::words::{LengthUnit, Show, counted};
 use surface::write_ply;
 
 /// Describes each mesh, the repairs that a job would make, and refusals with their remedies.

@@ -16,12 +16,10 @@ use super::{
     log::Level,
     printer::Printer,
 };
+use assets::effort_words;
 use factory::{Event, Progress};
 use format::Product;
-use kernel::{
-    assets::effort_words,
-    words::{counted, shown_json},
-};
+use kernel::words::{counted, shown_json};
 
 /// Time between two plain or JSON lines.
 const PAUSE: Duration = Duration::from_secs(2);

@@ -9,9 +9,9 @@ use super::{
     exit::{Exit, Failure},
     stored_samples::{StoredSample, listed},
 };
+use assets::{MeshSource, built_in_source, list_folder, prepare};
 use format::dataset::{AssetRow, DatasetReader};
 use kernel::{
-    assets::{MeshSource, built_in_source, list_folder, prepare},
     geom::TriMesh,
     ids::{ObjectId, SampleIndex},
     words::Show,

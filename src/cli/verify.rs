@@ -11,6 +11,7 @@ use super::{
     machine,
     printer::Printer,
 };
+use assets::MeshOrigin;
 use factory::{
     Cancel, Parallelism, RunContext,
     job::{Job, JobText},
@@ -21,7 +22,6 @@ use format::dataset::{
     verify as check_dataset,
 };
 use kernel::{
-    assets::MeshOrigin,
     files::{FileRefusal, Folder},
     words::{Show, capped, counted, size_in_words},
 };

@@ -12,12 +12,12 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::{ProduceError, RunContext, RunError, run::TWIN_LIKENESS};
+use assets::AssetRecord;
 use format::{
     dataset::{AssetRow, DatasetReader, SetTable},
     products::grasps::{SHAPES, Shapes},
 };
 use kernel::{
-    assets::AssetRecord,
     files::Folder,
     ids::ObjectId,
     voxel::{ShapeDescriptor, twins},

@@ -11,11 +11,11 @@ use crate::{
     job::{JobHand, JobObject, JobObjects, Weight},
     work::{Closing, SideCost},
 };
+use assets::object::PreparedObject;
 use format::dataset::{ObjectFacts, add_symmetries};
 use kernel::{
     description::Description,
     ids::{Digest, ObjectId},
-    object::PreparedObject,
     words::MassSource,
 };
 

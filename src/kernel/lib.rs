@@ -1,9 +1,8 @@
-//! Kernels of graspmill, below everything else: vocabulary, ids, geometry, voxels, depth images, meshes.
+//! Kernels of graspmill, below everything else: vocabulary, ids, geometry, voxels, depth images, contacts.
 
 // Tests compare with what the C library computes.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
-pub mod assets;
 pub mod cancel;
 pub mod contact;
 pub mod description;
@@ -11,9 +10,10 @@ pub mod files;
 pub mod geom;
 pub mod ids;
 pub mod npy;
-pub mod object;
 pub mod remedy;
 pub mod render;
 pub mod seed;
+#[cfg(test)]
+mod test_shapes;
 pub mod voxel;
 pub mod words;

@@ -11,10 +11,9 @@ use format::{
     dataset::{DatasetError, DatasetReader, layout},
 };
 use kernel::{
-    assets::is_note,
     files::Folder,
     ids::{Digest, JobDigest},
-    words::{NumberClass, Show, capped},
+    words::{NumberClass, Show, capped, is_note},
 };
 
 /// Maximum number of remarks in the text form.

@@ -10,10 +10,7 @@ use super::{
     notes::Speed,
     picture::{Picture, body_swatch},
 };
-use kernel::{
-    assets::is_note,
-    words::{NumberClass, Split, counted, size_in_words},
-};
+use kernel::words::{NumberClass, Split, counted, is_note, size_in_words};
 
 /// A dataset in the header of its page.
 #[derive(Serialize)]

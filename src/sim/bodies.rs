@@ -17,10 +17,8 @@ use super::{
     robot::RobotModel,
     statements::{Usage, condition_of},
 };
-use kernel::{
-    assets::read_triangles,
-    geom::{Shape, Triangles},
-};
+use assets::read_triangles;
+use kernel::geom::{Shape, Triangles};
 use robot::{
     collision::{Bodies, Body, Geometry},
     kinematics::Joint,

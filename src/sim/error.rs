@@ -198,7 +198,7 @@ pub enum RobotError {
         /// The geom that shows it.
         geom: String,
         /// Reason of the refusal.
-        source: Box<kernel::assets::MeshRefusal>,
+        source: Box<assets::MeshRefusal>,
     },
     /// A mesh has no surface.
     #[error("{}: {source}", path.shown())]

@@ -212,10 +212,8 @@ mod tests {
     };
 
     use super::*;
-    use kernel::{
-        assets::{MeshSource, PreparedMesh, list_folder, prepare},
-        voxel::InsideTest,
-    };
+    use assets::{MeshSource, PreparedMesh, list_folder, prepare};
+    use kernel::voxel::InsideTest;
 
     fn scan(name: &str) -> PreparedMesh {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../.deps/ycb");

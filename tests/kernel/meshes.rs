@@ -8,9 +8,10 @@ use std::{
 };
 
 use graspmill::{
-    assets::{AssetRecord, InsideMethod, MeshRefusal, MeshSource, Repair, duplicates, is_note, list_folder, prepare},
+    assets::{AssetRecord, InsideMethod, MeshRefusal, MeshSource, Repair, duplicates, list_folder, prepare},
     geom::TriMesh,
     object::PreparedObject,
+    words::is_note,
 };
 use serde::Deserialize;
 

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use super::spec::{BuiltInSpec, HalfShapesSpec, ObjectsSpec, OnlyHalfShapes};
+use assets::{HalfShape, NoHalfShape};
 use form::{Checker, Path, did_you_mean, fits_name};
-use kernel::assets::{self, HalfShape, NoHalfShape};
 
 /// The names that an entry requests, in its order, with its `triangles`; each shape can be made.
 pub(super) fn shapes(checker: &mut Checker, entry: &ObjectsSpec, path: &Path, default_set: &[String]) -> Vec<String> {

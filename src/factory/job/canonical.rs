@@ -12,11 +12,9 @@ use super::{
     paths::{relative_to, with_slashes},
     spec::{BodiesSpec, BuiltInSpec, HeadSpec, LimitsSpec, MaterialSpec, MeshRow, ObjectsSpec, SplitSpec},
 };
+use assets::{MeshOrigin, ScaleRule};
 use form::literal_pattern;
-use kernel::{
-    assets::{MeshOrigin, ScaleRule},
-    ids::{Digest, JobDigest},
-};
+use kernel::ids::{Digest, JobDigest};
 
 /// Changes when the canonical text changes without the job changing.
 const CANONICAL_FORM: &str = "graspmill job 2";

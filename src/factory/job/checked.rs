@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{JobObject, SplitInput};
 use crate::work::Work;
+use assets::MeshRefusal;
 use format::Product;
-use kernel::assets::MeshRefusal;
 
 /// A job, ready to be planned. The plan is a pure function of it.
 #[derive(Clone, Debug)]

@@ -11,12 +11,11 @@ use super::{
     paths::{tidy, with_slashes},
     spec::{BodiesSpec, MeshRow, ObjectsSpec},
 };
+use assets::{FolderError, MeshOrigin, MeshRefusal, MeshSource, ScaleRule, object::MadeOf};
 use form::{Checker, FormError, Path, Problem, did_you_mean, first_repeated, fits_path};
 use kernel::{
-    assets::{self, FolderError, MeshOrigin, MeshRefusal, MeshSource, ScaleRule},
     files::{self, Bound},
     ids::{Digest, ObjectId},
-    object::MadeOf,
     words::Show,
 };
 

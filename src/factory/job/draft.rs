@@ -11,8 +11,8 @@ use super::{
     paths::with_slashes,
 };
 use crate::product::ProductFactory;
+use assets::{AssetRecord, MeshRefusal, MeshSource};
 use form::FormErrors;
-use kernel::assets::{AssetRecord, MeshRefusal, MeshSource};
 
 /// A checked job whose meshes are found but not yet read.
 #[derive(Debug)]

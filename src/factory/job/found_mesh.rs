@@ -1,6 +1,7 @@
 //! Meshes that a job names, before they are read.
 
-use kernel::{assets::MeshSource, ids::ObjectId, object::MadeOf};
+use assets::{MeshSource, object::MadeOf};
+use kernel::ids::ObjectId;
 
 /// One mesh that a job names.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,13 +6,9 @@ use super::{
     FoundMesh, JobContext, KnownMass, KnownObject, ObjectChoice, PackageFile, SplitSettings, discover,
     spec::{ObjectsSpec, SplitSpec},
 };
+use assets::{AssetRecord, LooseParts, MeshRefusal, MeshSource, Repair, object::PreparedObject};
 use form::{Checker, Document, FormErrors, Mistakes, Path, did_you_mean, fits_name};
-use kernel::{
-    assets::{AssetRecord, LooseParts, MeshRefusal, MeshSource, Repair},
-    ids::ObjectId,
-    object::PreparedObject,
-    words::MassSource,
-};
+use kernel::{ids::ObjectId, words::MassSource};
 
 /// One object of a job.
 #[derive(Clone, Debug, PartialEq)]

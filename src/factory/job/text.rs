@@ -70,9 +70,6 @@ pub struct JobContext {
 impl Default for JobContext {
     /// Packages and built-in shapes of the program, wherever it is called.
     fn default() -> Self {
-        Self {
-            packages: packages_of_program(),
-            built_in: kernel::assets::built_in_names(kernel::assets::DEFAULT_BUILT_INS).collect(),
-        }
+        Self { packages: packages_of_program(), built_in: assets::built_in_names(assets::DEFAULT_BUILT_INS).collect() }
     }
 }

@@ -6,11 +6,8 @@ use rayon::prelude::*;
 
 use super::contain::contain;
 use crate::{Event, ProduceError, RunContext, RunError};
-use kernel::{
-    assets::{AssetRecord, MeshRefusal, MeshSource},
-    object::PreparedObject,
-    voxel::ShapeDescriptor,
-};
+use assets::{AssetRecord, MeshRefusal, MeshSource, object::PreparedObject};
+use kernel::voxel::ShapeDescriptor;
 
 /// Results of preparation, in the order of the sources.
 pub struct PreparedAssets {

@@ -13,7 +13,7 @@ mod open;
 mod pilot;
 mod regenerate;
 
-pub use assets::{PreparedAssets, prepare_assets};
+pub use self::assets::{PreparedAssets, prepare_assets};
 pub use estimate::Estimate;
 pub use execute::{RunSummary, RunTask, ShareSummary, merge, run, run_share};
 pub(crate) use open::TWIN_LIKENESS;

@@ -177,7 +177,11 @@ fn lattice(bounds: &Aabb, cells: u32, margin: f64) -> (f64, [usize; 3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{assets::built_in_source, object::PreparedObject, seed::Stream};
+    use crate::{
+        seed::Stream,
+        test_shapes::test_shapes,
+        voxel::{InsideTest, solid_occupancy},
+    };
 
     fn cube(side: f64) -> Aabb {
         Aabb { min: Point3::origin(), max: Point3::origin() + Vector3::repeat(side) }
@@ -202,13 +206,11 @@ mod tests {
 
     #[test]
     fn distances_lie_within_their_bounds_in_whatever_order_they_are_asked_for() {
-        for name in ["mug-01", "can-01", "box-01"] {
-            let object = PreparedObject::prepare(&built_in_source(name)).expect("a sound shape");
-            let solid = Arc::new(PackedSolid::from(&**object.solid()));
-            let grid =
-                || DistanceGrid::new(Arc::clone(object.surface()), Arc::clone(&solid), &object.bounds(), 64, 0.012);
+        for (name, mesh) in test_shapes() {
+            let solid = Arc::new(PackedSolid::from(&solid_occupancy(&mesh, InsideTest::Crossings, false)));
+            let (surface, bounds) = (Arc::new(Surface::new(&mesh)), mesh.aabb().expect("vertices"));
+            let grid = || DistanceGrid::new(Arc::clone(&surface), Arc::clone(&solid), &bounds, 64, 0.012);
             let mut stream = Stream::of_job(5, b"", "lattice");
-            let bounds = object.bounds();
             let mut point = || {
                 Point3::from([0, 1, 2].map(|axis| stream.uniform(bounds.min[axis] - 0.012, bounds.max[axis] + 0.012)))
             };
@@ -226,7 +228,7 @@ mod tests {
             reversed.reverse();
             assert_eq!(in_turn, reversed, "{name}");
             for (point, told) in points.iter().zip(in_turn) {
-                let distance = object.surface().signed_distance(&*solid, point);
+                let distance = surface.signed_distance(&*solid, point);
                 let [least, about, most] = told.map(f64::from_bits);
                 // Points next to each other of a lattice are a cell apart, those that bound a point at most .87.
                 let slack = 0.87 * forth.cell + 2.0 * ROUNDING;

@@ -116,15 +116,18 @@ fn cell_at(point: &Point3<f64>, origin: &Point3<f64>, pitch: f64) -> Option<[usi
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{assets::built_in_source, object::PreparedObject, seed::Stream};
+    use crate::{
+        seed::Stream,
+        test_shapes::test_shapes,
+        voxel::{InsideTest, solid_occupancy},
+    };
 
     #[test]
     fn a_packed_solid_has_the_cells_of_the_grid() {
-        for name in ["mug-01", "box-01", "goblet-01"] {
-            let object = PreparedObject::prepare(&built_in_source(name)).expect("a sound shape");
-            let grid = object.solid();
-            let packed = PackedSolid::from(&**grid);
-            assert_eq!(packed.to_grid(), **grid, "{name}");
+        for (name, mesh) in test_shapes() {
+            let grid = solid_occupancy(&mesh, InsideTest::Crossings, false);
+            let packed = PackedSolid::from(&grid);
+            assert_eq!(packed.to_grid(), grid, "{name}");
             assert!(packed.mixed.len() < BRICKS.pow(3) / 4, "{name}: {}", packed.mixed.len());
             let mut stream = Stream::of_job(7, b"", "packed");
             let side = grid.pitch * SolidGrid::SIDE as f64;

@@ -115,7 +115,7 @@ fn midpoint(one: [f32; 3], other: [f32; 3]) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::assets::{built_in_source, prepare};
+    use crate::test_shapes::test_shapes;
 
     /// The area of all triangles [m^2].
     fn area(mesh: &TriMesh) -> f64 {
@@ -141,8 +141,7 @@ mod tests {
 
     #[test]
     fn smaller_triangles_have_the_same_surface() {
-        for name in ["box-01", "bottle-01", "can-01", "mug-01"] {
-            let mesh = prepare(&built_in_source(name)).expect("a sound shape").mesh;
+        for (name, mesh) in test_shapes() {
             assert!(is_closed(&mesh), "{name}");
             for longest in [0.02, 0.006, 0.003] {
                 let fine = mesh.with_short_edges(longest, 1_000_000);

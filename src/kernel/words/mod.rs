@@ -7,6 +7,7 @@ mod grasp;
 mod length;
 mod material;
 mod ranges;
+mod remark;
 mod shown;
 mod split;
 mod way;
@@ -18,6 +19,7 @@ pub use grasp::{GraspTypeCounts, GraspVerdict, STRETCHES, TYPE_BINS, TYPE_DIGITS
 pub use length::LengthUnit;
 pub use material::{MassSource, Material};
 pub use ranges::number_ranges;
+pub use remark::{MAY_OVERLAP, SEPARATE_BODIES, is_note};
 pub use shown::{Show, Shown, capped, shown_json, shown_lines};
 pub use split::{InvalidSplits, ObjectSplit, Split, SplitTable};
 pub use way::{BothWays, FreeWays, PathStage};

@@ -263,8 +263,8 @@ fn distances(surface: &ContactSurface, origin: &Point3<f64>, cell: f64, counts: 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use assets::{built_in_source, prepare};
     use kernel::{
-        assets::{built_in_source, prepare},
         geom::{MeshQuery, lanes::Scalar},
         seed::Stream,
         voxel::InsideTest,

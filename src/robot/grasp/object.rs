@@ -5,10 +5,10 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::Point3;
 
 use super::{field::DistanceField, wrench::MassFrame};
+use assets::object::PreparedObject;
 use kernel::{
     contact::ContactSurface,
     geom::{MassProperties, NoSurface, RestingPoses, TriMesh},
-    object::PreparedObject,
 };
 
 /// An object, prepared for annealing: shared by threads.

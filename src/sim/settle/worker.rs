@@ -590,11 +590,10 @@ mod tests {
     use std::{path::Path, sync::Arc, time::Instant};
 
     use super::*;
+    use assets::{MeshSource, built_in_source, list_folder, object::PreparedObject};
     use kernel::{
-        assets::{MeshSource, built_in_source, list_folder},
         contact::{ContactBody, Sampled},
         geom::TriMesh,
-        object::PreparedObject,
         seed::Stream,
         voxel::InsideTest,
     };

@@ -447,11 +447,10 @@ mod tests {
         HandModel, TableSupport,
         hand_sim::{CONTACT_SOLIMP, CONTACT_SOLREF, set_option},
     };
+    use assets::{MeshSource, list_folder, object::PreparedObject, prepare};
     use kernel::{
-        assets::{MeshSource, list_folder, prepare},
         contact::ContactSurface,
         geom::{MassProperties, TriMesh},
-        object::PreparedObject,
         voxel::InsideTest,
     };
 

@@ -7,10 +7,8 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use serde_json::json;
 
 use super::built_in::BuiltInSpec;
-use kernel::{
-    assets::SizeRule,
-    words::{LengthUnit, Material},
-};
+use assets::SizeRule;
+use kernel::words::{LengthUnit, Material};
 
 /// One source of objects.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -4,10 +4,10 @@ use nalgebra::{Point3, Rotation3};
 
 use super::{depth::SimObject, scene::pivot_point, settings::CompletionSettings};
 use crate::products::pair::{ObjectChannels, PairObject, touch::TouchSurface};
+use assets::object::PreparedObject;
 use kernel::{
     geom::{Aabb, SimdLevel, rotation_from_quaternion},
     ids::ObjectId,
-    object::PreparedObject,
     seed::Stream,
     voxel::SolidObject,
 };

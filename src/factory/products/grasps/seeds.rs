@@ -47,10 +47,7 @@ fn drawn(surface: &ContactSurface, count: u32, stream: &mut Stream) -> Vec<(Poin
 #[cfg(test)]
 mod tests {
     use super::*;
-    use kernel::{
-        assets::{MeshOrigin, MeshSource, ScaleRule, SizeRule, prepare},
-        object::inside_test,
-    };
+    use assets::{MeshOrigin, MeshSource, ScaleRule, SizeRule, object::inside_test, prepare};
 
     fn surface(name: &str) -> ContactSurface {
         let source = MeshSource {

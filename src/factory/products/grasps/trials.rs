@@ -12,6 +12,7 @@ use crate::{
     ProduceError,
     job::{JobHand, Weight},
 };
+use assets::object::PreparedObject;
 use format::{
     ClosedHand, Grasp, GraspLabel, GraspRun, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TableTrial,
     TrialFacts, TrialMethod, TrialOutcome, TrialVerdict,
@@ -20,7 +21,6 @@ use kernel::{
     contact::ContactSurface,
     geom::{MassProperties, Pose, RestingPoses, TriMesh},
     ids::SampleId,
-    object::PreparedObject,
     seed::Stream,
     words::MassSource,
 };

@@ -9,11 +9,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::SampleWriter;
+use assets::object::PreparedObject;
 use form::{Checker, Path};
 use format::{Channel, Cloud, Coverage, Depth, DepthCoding, Implicit, Product, Tsdf, Visibility, VoxelPair};
 use kernel::{
     geom::{DepthCrop, Intrinsics, OccupancyGrid, SimdLevel, SolidGrid},
-    object::PreparedObject,
     seed::Stream,
     voxel::{
         ViewGrids,

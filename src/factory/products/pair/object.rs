@@ -3,10 +3,9 @@
 use std::sync::Arc;
 
 use super::{Channels, ObjectChannels};
+use assets::{Winding, object::PreparedObject};
 use kernel::{
-    assets::Winding,
     geom::SimdLevel,
-    object::PreparedObject,
     voxel::{SolidObject, Truth, solid_occupancy},
 };
 

@@ -12,11 +12,11 @@ use super::{
     viewpoint::{camera_from_object, camera_over_table, corner},
 };
 use crate::{ProduceError, SampleWriter, work::Producer};
+use assets::object_id;
 use format::{
     Channel, Depth, DepthCoding, HeatmapPatch, PATCH_POINTS, PatchFacts, PatchPoint, products::grasps::Shapes,
 };
 use kernel::{
-    assets::object_id,
     cancel::Cancel,
     geom::{DepthCrop, Pose, RenderMesh, SimdLevel},
     ids::{ItemId, SampleId},

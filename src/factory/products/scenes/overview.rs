@@ -84,10 +84,8 @@ impl Painter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use kernel::{
-        assets::{built_in_source, prepare},
-        ids::{Digest, ItemId, ObjectId},
-    };
+    use assets::{built_in_source, prepare};
+    use kernel::ids::{Digest, ItemId, ObjectId};
 
     #[test]
     fn what_lies_above_hides_what_lies_below_and_depths_are_those_of_the_tops() {

@@ -9,10 +9,10 @@ use std::{
 
 use super::{room::Slab, spec::ContainerSpec};
 use crate::job::{check_content, spec::UnitSpec, tidy};
+use assets::{MeshSource, PreparedMesh, ScaleRule, SizeRule, prepare};
 use form::Checker;
 use format::ContainerMesh;
 use kernel::{
-    assets::{MeshSource, PreparedMesh, ScaleRule, SizeRule, prepare},
     geom::{Ray, Shape, SimdLevel, TriMesh, TriangleTree, Triangles},
     words::Show,
 };

@@ -6,13 +6,9 @@ use serde::Deserialize;
 
 use super::found::FoundViews;
 use crate::ProduceError;
+use assets::{AssetRecord, PreparedMesh, object::PreparedObject, object_id};
 use format::products::grasps::Shapes;
-use kernel::{
-    assets::{AssetRecord, PreparedMesh, object_id},
-    files::Folder,
-    ids::ObjectId,
-    object::PreparedObject,
-};
+use kernel::{files::Folder, ids::ObjectId};
 
 /// Meshes of views.
 pub struct ViewMeshes {

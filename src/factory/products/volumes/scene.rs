@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::settings::VolumeSettings;
 use crate::products::surroundings::Surroundings;
+use assets::object::PreparedObject;
 use format::{SceneImage, VolumeTruth};
 use kernel::{
     geom::{Object, Pose, Volume, World},
-    object::PreparedObject,
     voxel::{InsideOf, mark_inside},
 };
 

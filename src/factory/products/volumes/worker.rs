@@ -14,11 +14,11 @@ use crate::{
     recent::Recent,
     work::Producer,
 };
+use assets::object::PreparedObject;
 use format::{Channel, FusedView, SceneVolume, VolumeAffordance, VolumeFacts, VolumeTruth, dataset::DatasetReader};
 use kernel::{
     cancel::Cancel,
     ids::{Digest, ItemId, ObjectId, SampleId},
-    object::PreparedObject,
     seed::Stream,
     voxel::VolumeFusion,
 };

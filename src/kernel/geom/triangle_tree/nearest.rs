@@ -181,16 +181,14 @@ impl Leaf {
 
 #[cfg(test)]
 mod tests {
-    use crate::{assets::built_in_source, geom::TriangleTree, object::PreparedObject, seed::Stream};
+    use crate::{geom::TriangleTree, seed::Stream, test_shapes::test_shapes};
 
     #[test]
     fn something_is_near_where_there_is_a_nearest_triangle() {
         let mut stream = Stream::of_job(3, b"", "near");
         let (mut near, mut far) = (0, 0);
-        for name in ["mug-01", "goblet-01", "box-01"] {
-            let object = PreparedObject::prepare(&built_in_source(name)).expect("a built-in shape");
-            let tree: &TriangleTree = object.tree();
-            let bounds = object.bounds();
+        for (name, mesh) in test_shapes() {
+            let (tree, bounds) = (TriangleTree::new(&mesh), mesh.aabb().expect("vertices"));
             for _ in 0..2000 {
                 let point =
                     [0, 1, 2].map(|axis| stream.uniform(bounds.min[axis] - 0.02, bounds.max[axis] + 0.02) as f32);

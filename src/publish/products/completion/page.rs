@@ -22,7 +22,7 @@ use format::{
     ArrayFormat,
     dataset::{DatasetError, DatasetReader},
 };
-use kernel::{assets::is_note, ids::ObjectId};
+use kernel::{ids::ObjectId, words::is_note};
 
 /// Rule of a job by which every cell that a perfect camera observes is solid.
 const ALL_OF_SURFACE: &str = "any_overlap";

@@ -23,11 +23,11 @@ use super::{
     still::StillAround,
 };
 use crate::{ProduceError, job::JobHand};
+use assets::object::PreparedObject;
 use format::{Approach, BlockedProbe, Channel, Felt, HandTouch, TactileContacts, TouchContact, VoxelPair};
 use kernel::{
     contact::ContactSurface,
     geom::{CameraCv, Object, Pose, farthest_first, rotation_towards},
-    object::PreparedObject,
     seed::Stream,
 };
 use sim::{ApproachEnd, Effort, HandApproach, HandModel, HandSim, HandWorker, ThingTouch};
