@@ -289,10 +289,7 @@ mod tests {
     use nalgebra::{Translation3, UnitQuaternion};
 
     use super::*;
-    use crate::{
-        assets::{built_in_source, prepare},
-        voxel::InsideTest,
-    };
+    use crate::{test_shapes::built_in, voxel::InsideTest};
 
     fn body(mesh: &TriMesh, sampled: Sampled) -> ContactBody {
         let surface = Arc::new(ContactSurface::new(mesh, InsideTest::WindingNumber).expect("a surface"));
@@ -503,8 +500,7 @@ mod tests {
     /// Two bodies that slide, rotate and jump: a tracker finds what a fresh search finds.
     #[test]
     fn remembering_finds_the_same_contacts() {
-        let mesh = |name| prepare(&built_in_source(name)).expect("a sound shape").mesh;
-        let [mug, can] = ["mug-01@16k", "can-01"].map(|name| body(&mesh(name), Sampled::Everywhere));
+        let [mug, can] = ["mug-01@16k", "can-01"].map(|name| body(&built_in(name), Sampled::Everywhere));
         let mut tracker = PairTracker::default();
         let (mut scratch, mut found, mut touched) = (BodyScratch::default(), Vec::new(), 0);
         let top = mug.surface.bounds().max.z - can.surface.bounds().min.z;

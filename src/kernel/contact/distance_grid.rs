@@ -179,7 +179,7 @@ mod tests {
     use super::*;
     use crate::{
         seed::Stream,
-        test_shapes::test_shapes,
+        test_shapes::built_in,
         voxel::{InsideTest, solid_occupancy},
     };
 
@@ -206,7 +206,8 @@ mod tests {
 
     #[test]
     fn distances_lie_within_their_bounds_in_whatever_order_they_are_asked_for() {
-        for (name, mesh) in test_shapes() {
+        for name in ["mug-01", "can-01", "box-01"] {
+            let mesh = built_in(name);
             let solid = Arc::new(PackedSolid::from(&solid_occupancy(&mesh, InsideTest::Crossings, false)));
             let (surface, bounds) = (Arc::new(Surface::new(&mesh)), mesh.aabb().expect("vertices"));
             let grid = || DistanceGrid::new(Arc::clone(&surface), Arc::clone(&solid), &bounds, 64, 0.012);

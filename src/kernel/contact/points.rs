@@ -281,19 +281,11 @@ fn pieces(length: f64) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        assets::{built_in_source, prepare},
-        geom::convex_hull_vertices,
-        voxel::InsideTest,
-    };
-
-    fn shape(name: &str) -> TriMesh {
-        prepare(&built_in_source(name)).expect("a sound shape").mesh
-    }
+    use crate::{geom::convex_hull_vertices, test_shapes::built_in, voxel::InsideTest};
 
     #[test]
     fn every_cell_of_the_surface_has_a_point_on_it_and_no_cell_two() {
-        let mesh = shape("mug-01");
+        let mesh = built_in("mug-01");
         let surface = ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface");
         let points = SurfacePoints::new(&mesh, &[], Sampled::Everywhere);
         let mut cells = std::collections::BTreeSet::new();
@@ -314,7 +306,7 @@ mod tests {
 
     #[test]
     fn a_search_leaves_out_only_what_is_farther_than_it_says() {
-        let (mesh, other) = (shape("mug-01"), shape("box-01"));
+        let (mesh, other) = (built_in("mug-01"), built_in("box-01"));
         let surface = ContactSurface::new(&other, InsideTest::Crossings).expect("a surface");
         let points = SurfacePoints::new(&mesh, &[], Sampled::Everywhere);
         let mut waiting = Waiting::new();
@@ -335,7 +327,7 @@ mod tests {
 
     #[test]
     fn corners_of_the_hull_are_kept_all_and_each_once() {
-        let mesh = shape("bottle-01@16k");
+        let mesh = built_in("bottle-01@16k");
         let vertices: Vec<_> = mesh.vertices.iter().map(|vertex| Point3::from(vertex.map(f64::from))).collect();
         let hull = convex_hull_vertices(&vertices).expect("a hull");
         let [with, without] = [&hull[..], &[]].map(|hull| SurfacePoints::new(&mesh, hull, Sampled::Everywhere).points);

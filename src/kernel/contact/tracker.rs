@@ -88,17 +88,13 @@ mod tests {
     use nalgebra::{Translation3, Vector3};
 
     use super::*;
-    use crate::{
-        assets::{built_in_source, prepare},
-        geom::Shape,
-        voxel::InsideTest,
-    };
+    use crate::{geom::Shape, test_shapes::built_in, voxel::InsideTest};
 
     /// A finger slides along a mug and rotates, in steps of micrometres with an occasional jump: a tracker finds the
     /// contacts that a fresh search finds each time.
     #[test]
     fn remembering_finds_the_same_contacts() {
-        let mesh = prepare(&built_in_source("mug-01@16k")).expect("a sound shape").mesh;
+        let mesh = built_in("mug-01@16k");
         let surface = ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface");
         let shapes = [Shape::Capsule { radius: 0.01, half: 0.02 }, Shape::Box { half: [0.01, 0.02, 0.03] }];
         let bounds = *surface.bounds();

@@ -115,7 +115,7 @@ fn midpoint(one: [f32; 3], other: [f32; 3]) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_shapes::test_shapes;
+    use crate::test_shapes::built_in;
 
     /// The area of all triangles [m^2].
     fn area(mesh: &TriMesh) -> f64 {
@@ -141,7 +141,8 @@ mod tests {
 
     #[test]
     fn smaller_triangles_have_the_same_surface() {
-        for (name, mesh) in test_shapes() {
+        for name in ["box-01", "bottle-01", "can-01", "mug-01"] {
+            let mesh = built_in(name);
             assert!(is_closed(&mesh), "{name}");
             for longest in [0.02, 0.006, 0.003] {
                 let fine = mesh.with_short_edges(longest, 1_000_000);

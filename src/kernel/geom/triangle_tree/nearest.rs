@@ -181,13 +181,14 @@ impl Leaf {
 
 #[cfg(test)]
 mod tests {
-    use crate::{geom::TriangleTree, seed::Stream, test_shapes::test_shapes};
+    use crate::{geom::TriangleTree, seed::Stream, test_shapes::built_in};
 
     #[test]
     fn something_is_near_where_there_is_a_nearest_triangle() {
         let mut stream = Stream::of_job(3, b"", "near");
         let (mut near, mut far) = (0, 0);
-        for (name, mesh) in test_shapes() {
+        for name in ["mug-01", "goblet-01", "box-01"] {
+            let mesh = built_in(name);
             let (tree, bounds) = (TriangleTree::new(&mesh), mesh.aabb().expect("vertices"));
             for _ in 0..2000 {
                 let point =
