@@ -73,6 +73,19 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("robot/collision", &["kinematics"]),
     ("robot/hand", &["kinematics"]),
     ("robot/grasp", &["collision", "hand", "kinematics"]),
+    ("sim/error", &[]),
+    ("sim/convert", &[]),
+    ("sim/physics", &[]),
+    ("sim/statements", &["error"]),
+    ("sim/objects", &["convert", "error"]),
+    ("sim/ffi", &["convert", "error", "objects"]),
+    ("sim/probe", &["error", "ffi"]),
+    ("sim/description", &["convert", "error", "ffi", "statements"]),
+    ("sim/render", &["convert", "error", "ffi", "objects"]),
+    ("sim/hand", &["convert", "description", "error", "ffi", "objects", "physics", "statements"]),
+    ("sim/settle", &["convert", "ffi", "objects", "physics"]),
+    ("sim/trial", &["convert", "error", "ffi", "hand", "objects", "physics"]),
+    ("sim/clutter", &["convert", "error", "ffi", "hand", "objects", "physics", "trial"]),
 ];
 
 /// Library -> the folders and files that name it.

@@ -23,13 +23,16 @@ use mujoco_rs::{
     },
 };
 
-use super::{
+use crate::{
     convert::placement,
     error::GlError,
-    free_object::{FreeObject, Touched},
-    settle::{BodyPatch, with_scene},
-    table::Table,
-    true_mesh::{WorldContact, with_collider},
+    objects::{
+        collider::with_scene,
+        free_object::{FreeObject, Touched},
+        patch::BodyPatch,
+        table::Table,
+        true_mesh::{WorldContact, with_collider},
+    },
 };
 
 use nalgebra::IsometryMatrix3;

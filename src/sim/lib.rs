@@ -23,73 +23,59 @@
 /// stand before the process starts: the command line runs itself again with it.
 pub const GL_ENVIRONMENT: (&str, &str) = ("LP_NUM_THREADS", "0");
 
-mod added_geom;
-mod bodies;
-mod clearance;
-mod closing;
 mod clutter;
-mod colour;
-mod contacts;
 mod convert;
-mod depth;
-mod effort;
+mod description;
 mod error;
-mod feeling;
 mod ffi;
-mod free_object;
-mod gl;
 mod hand;
-mod hand_sim;
-mod link_touch;
-mod model;
-mod moved;
-mod native_mesh;
-mod open;
-mod placed_table;
+mod objects;
+mod physics;
 mod probe;
-mod robot;
-mod scene;
+mod render;
 mod settle;
+#[cfg(test)]
+mod statement_tests;
 pub mod statements;
-mod still;
-mod table;
-mod thing;
-mod ties;
-mod touches;
 mod trial;
-mod true_mesh;
-mod unstable;
-mod usable;
 
-pub use bodies::{Collidable, PairRule};
-pub use closing::{HandWorker, Run, RunEnd};
 pub use clutter::{
     ClutterOutcome, ClutterPhase, ClutterProtocol, ClutterScene, ClutterSim, ClutterVerdict, ClutterWorker,
     NeighbourMotion, SceneContact,
 };
-pub use colour::{Appearance, Light, Window};
-pub use contacts::{Contact, ContactWorker};
-pub use depth::SimWorker;
-pub use effort::{Command, Effort};
+pub use description::{
+    bodies::{Collidable, PairRule},
+    contacts::{Contact, ContactWorker},
+    robot::RobotModel,
+    scene::scene_camera,
+};
 pub use error::{
     GlError, HandError, RefusedStatement, RobotError, SceneError, SimError, exclude_line, place_of_excludes,
 };
-pub use feeling::{ApproachEnd, Felt, HandApproach, MoveEnd, OVERLOAD};
-pub use hand::HandModel;
-pub use hand_sim::{HandSim, Numerics};
-pub use link_touch::LinkTouch;
-pub use model::{Inertia, LIGHTS, SimModel};
-pub use native_mesh::NativeContacts;
-pub use probe::{GlFacts, SimFacts, gl_facts, sim_facts};
-pub use robot::RobotModel;
-pub use scene::scene_camera;
-pub use settle::{
-    Container, Fault, Placement, SceneBody, SceneTouch, SettleSettings, SettleWorker, SettledBody, SettledScene,
-    Vessel, Walls,
+pub use hand::{
+    closing::{HandWorker, Run, RunEnd},
+    effort::{Command, Effort},
+    feeling::{ApproachEnd, Felt, HandApproach, MoveEnd, OVERLOAD},
+    link_touch::LinkTouch,
+    model::HandModel,
+    sim::HandSim,
 };
-pub use thing::{StillShape, StillThing, ThingTouch};
+pub use objects::{
+    container::{Container, Vessel},
+    mesh::Inertia,
+    native_mesh::NativeContacts,
+    scene_body::SceneBody,
+    thing::{StillShape, StillThing, ThingTouch},
+};
+pub use physics::{Instability, Numerics, Unstable};
+pub use probe::{GlFacts, SimFacts, gl_facts, sim_facts};
+pub use render::{
+    colour::{Appearance, Light, Window},
+    depth::SimWorker,
+    model::{LIGHTS, SimModel},
+};
+pub use settle::{Fault, Placement, SceneTouch, SettleSettings, SettleWorker, SettledBody, SettledScene, Walls};
 pub use trial::{
     Gravity, Grip, Outcome, Phase, PlainHand, Series, SeriesSample, Slip, Start, TableSupport, TrialConditions,
     TrialProtocol, TrialSim, TrialSpread, TrialWorker, Variant, Verdict, WhileClosing, mass_of_volume, plain_hand,
 };
-pub use unstable::{Instability, Unstable};

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fs, path::PathBuf};
 
-use super::{
+use crate::{
     error::GlError,
     ffi::{self, GlContext},
 };

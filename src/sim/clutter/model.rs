@@ -9,16 +9,22 @@ use mujoco_rs::wrappers::{
 use nalgebra::{IsometryMatrix3, Point3};
 
 use crate::{
-    added_geom::drop_defaults,
     convert::{index, isometry, quaternion},
     error::{HandError, RobotError},
-    hand::HandModel,
-    hand_sim::{
-        GeomOwner, HandSim, Held, Hold, SLIDE_MASS, SLIDES, add_free_object, check_mass, free_object, hand_spec,
-        is_finite, object_body, refused_by,
+    hand::{
+        model::HandModel,
+        sim::{
+            GeomOwner, HandSim, Held, Hold, SLIDE_MASS, SLIDES, add_free_object, check_mass, free_object, hand_spec,
+            is_finite, object_body, refused_by,
+        },
     },
-    settle::{BodyPatch, Container, SceneBody, Vessel},
-    true_mesh::{self, TrueMesh},
+    objects::{
+        added_geom::drop_defaults,
+        container::{Container, Vessel},
+        patch::BodyPatch,
+        scene_body::SceneBody,
+        true_mesh::{self, TrueMesh},
+    },
 };
 use kernel::{contact::ContactSurface, geom::Aabb};
 

@@ -2,7 +2,10 @@
 
 use nalgebra::IsometryMatrix3;
 
-use crate::{hand_sim::STEP, link_touch::LinkTouch, unstable::Unstable};
+use crate::{
+    hand::link_touch::LinkTouch,
+    physics::{STEP, Unstable},
+};
 
 /// A part of a trial in a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -11,16 +11,20 @@ use super::{
     model::{BaseSlide, Neighbour},
 };
 use crate::{
-    closing::HandWorker,
     convert::{angle_between, isometry, quaternion},
-    effort::{Command, Effort},
     error::HandError,
     ffi,
-    free_object::FreeObject,
-    hand_sim::{GRAVITY, GeomOwner, Hold, STEP, is_finite},
-    settle::{SceneCollider, SceneLoan},
+    hand::{
+        closing::HandWorker,
+        effort::{Command, Effort},
+        sim::{GeomOwner, Hold, is_finite},
+    },
+    objects::{
+        collider::{SceneCollider, SceneLoan},
+        free_object::FreeObject,
+    },
+    physics::{GRAVITY, Instability, STEP, Unstable},
     trial::{PUSHED_AWAY, deepest, deepest_start, pressing_links, steps_in},
-    unstable::{Instability, Unstable},
 };
 use kernel::contact::EDGE_RADIUS;
 
@@ -354,7 +358,10 @@ mod tests {
     use super::{super::ClutterScene, *};
     use crate::{
         HandModel,
-        settle::{Container, SceneBody, Vessel},
+        objects::{
+            container::{Container, Vessel},
+            scene_body::SceneBody,
+        },
     };
     use kernel::{
         contact::{ContactBody, ContactSurface, Sampled},

@@ -4,17 +4,18 @@
 //! [`kernel::contact`], found at their boxes by MuJoCo. Stepping is of class `physics`. A scene is settled, then put back at the
 //! poses that are stored and stepped again from rest: what moves then was no equilibrium.
 
-mod collider;
+mod check;
 mod model;
 mod outcome;
-mod patch;
+mod release;
+mod run;
 mod settings;
+#[cfg(test)]
+mod tests;
 mod walls;
 mod worker;
 
-pub(super) use collider::{SceneCollider, SceneLoan, with_scene};
 pub use outcome::{Fault, SceneTouch, SettledBody, SettledScene};
-pub(super) use patch::BodyPatch;
-pub use settings::{Container, Placement, SceneBody, SettleSettings, Vessel};
+pub use settings::{Placement, SettleSettings};
 pub use walls::Walls;
 pub use worker::SettleWorker;

@@ -2,11 +2,12 @@
 //!
 //! A model is compiled once per count of bodies and thread, and given the masses and boxes of one scene after the other.
 
-use super::{BodyPatch, Container, SettleSettings};
+use super::SettleSettings;
 use crate::{
     convert::index,
     ffi,
-    hand_sim::{CONTACT_SOLIMP, CONTACT_SOLREF, GRAVITY},
+    objects::{container::Container, patch::BodyPatch},
+    physics::{CONTACT_SOLIMP, CONTACT_SOLREF, GRAVITY},
 };
 use mujoco_rs::{
     mujoco_c::{mjtCone, mjtIntegrator},

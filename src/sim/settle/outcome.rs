@@ -2,7 +2,7 @@
 
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
-use crate::Instability;
+use crate::physics::Instability;
 
 /// Reason why a scene is no scene.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,8 +7,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Point3};
 
-use super::SceneBody;
-use crate::hand_sim::GRAVITY;
+use crate::{objects::scene_body::SceneBody, physics::GRAVITY};
 use kernel::{contact::ContactBody, geom::MassProperties};
 
 /// Mass of the walls: a body of 1 kg that is thrown against them at 1 m/s moves them by 1 mm/s within its step [kg].

@@ -7,8 +7,6 @@ mod check;
 mod mjcf;
 mod page;
 mod row;
-#[cfg(test)]
-mod row_tests;
 mod table;
 #[cfg(test)]
 mod tests;

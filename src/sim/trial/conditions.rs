@@ -2,7 +2,7 @@
 
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Unit, Vector3};
 
-use crate::{effort::Effort, error::HandError, hand_sim::Numerics};
+use crate::{error::HandError, hand::effort::Effort, physics::Numerics};
 use kernel::{geom::RestingPose, seed::Stream};
 
 /// Density where an object's mass is not known [kg/m^3], and the least and the largest mass that comes of it [kg].

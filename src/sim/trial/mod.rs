@@ -11,6 +11,7 @@ mod outcome;
 mod phase;
 mod replay;
 mod series;
+pub(crate) mod usable;
 mod variant;
 mod worker;
 
@@ -28,11 +29,11 @@ pub use variant::Variant;
 pub use worker::TrialWorker;
 pub(super) use worker::{PUSHED_AWAY, deepest_start, steps_in};
 
-use super::{
+use crate::{
     error::HandError,
-    hand::HandModel,
-    hand_sim::{HandSim, Numerics},
-    native_mesh::NativeContacts,
+    hand::{model::HandModel, sim::HandSim},
+    objects::native_mesh::NativeContacts,
+    physics::Numerics,
 };
 use kernel::{
     contact::ContactSurface,
@@ -87,7 +88,7 @@ impl TrialSim {
     /// Whether a mesh has few enough triangles for contacts of each of them with the hand, which may take a gibibyte: 150,000
     /// where each link is one solid.
     pub fn can_touch_triangles(model: &HandModel, object: &TriMesh) -> bool {
-        NativeContacts::can_touch_triangles(model, object)
+        NativeContacts::can_touch_triangles(model.max_geoms_per_body(), object)
     }
 
     /// Returns the trial with another protocol.

@@ -3,7 +3,10 @@
 use nalgebra::IsometryMatrix3;
 
 use super::{Phase, Series};
-use crate::{hand_sim::STEP, link_touch::LinkTouch, unstable::Unstable};
+use crate::{
+    hand::link_touch::LinkTouch,
+    physics::{STEP, Unstable},
+};
 use robot::hand::Motor;
 
 /// Verdict on a trial, with the reason.

@@ -4,11 +4,14 @@ use serde::Serialize;
 
 use super::TrialProtocol;
 use crate::{
-    closing::{HOLDS, STANDING, START, STEPS_AT_REST, STEPS_TO_OPEN},
     error::HandError,
     ffi::drop_meshes,
-    hand::HandModel,
-    hand_sim::{CONTACT_SOLIMP, CONTACT_SOLREF, hand_spec, refused_by, servo_of, set_option},
+    hand::{
+        closing::{HOLDS, STANDING, START, STEPS_AT_REST, STEPS_TO_OPEN},
+        model::HandModel,
+        sim::{hand_spec, refused_by, servo_of, set_option},
+    },
+    physics::{CONTACT_SOLIMP, CONTACT_SOLREF},
 };
 use robot::hand::{Breakaway, Driven, Follower, Hand};
 

@@ -3,7 +3,7 @@
 use nalgebra::{IsometryMatrix3, Point3};
 
 use super::Phase;
-use crate::{closing::HandWorker, convert::angle_between, hand_sim::STEP};
+use crate::{convert::angle_between, hand::closing::HandWorker, physics::STEP};
 
 /// Steps of 2 ms from one sample to the next.
 const STEPS_PER_SAMPLE: u32 = 10;

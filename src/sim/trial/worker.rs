@@ -8,15 +8,16 @@ use super::{
     Gravity, Grip, Outcome, Phase, Series, Slip, Start, TrialConditions, TrialProtocol, TrialSim, Verdict, WhileClosing,
 };
 use crate::{
-    closing::HandWorker,
     convert::{angle_between, quaternion},
-    effort::Command,
     error::HandError,
     ffi,
-    free_object::FreeObject,
-    hand_sim::{GRAVITY, GeomOwner, Hold, SLIDE_MASS, STEP},
-    true_mesh::TrueMesh,
-    unstable::{Instability, Unstable},
+    hand::{
+        closing::HandWorker,
+        effort::Command,
+        sim::{GeomOwner, Hold, SLIDE_MASS},
+    },
+    objects::{free_object::FreeObject, true_mesh::TrueMesh},
+    physics::{GRAVITY, Instability, STEP, Unstable},
 };
 use kernel::contact::EDGE_RADIUS;
 
@@ -445,7 +446,8 @@ mod tests {
     use super::*;
     use crate::{
         HandModel, TableSupport,
-        hand_sim::{CONTACT_SOLIMP, CONTACT_SOLREF, set_option},
+        hand::sim::set_option,
+        physics::{CONTACT_SOLIMP, CONTACT_SOLREF},
     };
     use assets::{MeshSource, list_folder, object::PreparedObject, prepare};
     use kernel::{
