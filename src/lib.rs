@@ -44,7 +44,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! ARCHITECTURE.md says more.
+//! See ARCHITECTURE.md.
 
 pub use assets::{self, object};
 pub use cli;

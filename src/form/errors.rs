@@ -245,7 +245,7 @@ pub struct FormErrors {
     /// Number of further mistakes.
     #[serde(skip)]
     more: usize,
-    /// Name of the file, which also stands for the files that it names.
+    /// Name of the file, including the files that it names.
     #[serde(skip)]
     name: String,
 }

@@ -1,4 +1,4 @@
-//! Ways to complete a shape that learn nothing: what a network must beat.
+//! Baselines that complete a shape without learning, which a network must beat.
 
 use std::fmt;
 
@@ -17,25 +17,25 @@ const ON_FACET: f64 = 1e-4;
 /// A baseline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Baseline {
-    /// Seen cells as they are.
+    /// Observed cells only.
     Partial,
-    /// Each seen cell along its ray, to the last layer in which anything was seen.
+    /// Each observed cell extended along its ray to the last layer with an observed cell.
     Extrude,
-    /// The convex hull of the seen cells' centres.
+    /// The convex hull of the observed cells' centres.
     Hull,
-    /// Each seen cell joined to its mirror image behind the last layer in which anything was seen.
+    /// Each observed cell joined to its mirror image behind the last layer with an observed cell.
     MirrorFar,
     /// Seen cells and their images in the upright plane that contradicts least of what was seen (Bohg et al. 2011), filled
     /// between the first and the last of each stack.
     Mirror,
     /// `thesis`: these cells and images as they are.
     MirrorShell,
-    /// Seen cells and those of the one ball, cylinder or box that explains most of the seen points; nothing where none does.
+    /// Observed cells and those of the ball, cylinder or box that explains the most observed points; no cells if none does.
     Primitive,
 }
 
 impl Baseline {
-    /// All of them.
+    /// All baselines.
     pub const ALL: [Self; 7] =
         [Self::Partial, Self::Extrude, Self::Hull, Self::MirrorFar, Self::Mirror, Self::MirrorShell, Self::Primitive];
 
@@ -57,22 +57,19 @@ impl Baseline {
         Self::ALL.into_iter().find(|baseline| baseline.name() == name)
     }
 
-    /// Whether it asks for seen points, which cells alone do not give.
+    /// Whether the baseline requires observed points in addition to cells.
     pub fn needs_points(self) -> bool {
         self == Self::Primitive
     }
 
-    /// Completes what was seen.
+    /// Completes the observed cells.
     ///
     /// # Panics
     /// If the grids' resolutions are not the placement's.
     pub fn complete(self, seen: &SeenCells<'_>) -> OccupancyGrid {
         let SeenCells { partial, free, placement, .. } = *seen;
-        assert!(
-            free.is_none_or(|free| free.resolution() == placement.resolution),
-            "grids lie where the placement says"
-        );
-        assert_eq!(partial.resolution(), placement.resolution, "the grid lies where its placement says");
+        assert!(free.is_none_or(|free| free.resolution() == placement.resolution), "grids match the placement");
+        assert_eq!(partial.resolution(), placement.resolution, "the grid matches its placement");
         match self {
             Self::Partial => partial.clone(),
             Self::Extrude => extruded(partial, placement),

@@ -24,12 +24,12 @@ use crate::surfaces::{SurfacePoint, SurfaceRule, surface_points};
 const PER_EDGE: usize = 2;
 /// Two neighbours along an edge are so near to each other, at most, as a share of the mesh's longest side.
 const SPACING: f64 = 1.0 / 60.0;
-/// Points from which distances are computed, at most: each stands for the points around it.
+/// Maximum number of source points of distances; each represents the points around it.
 const SOURCES: usize = 100;
-/// Rounds in which they move to the middle of the points that they stand for (Lloyd 1982).
+/// Rounds in which source points move to the middle of the points that they represent (Lloyd 1982).
 const ROUNDS: usize = 3;
-/// Distance between two points that counts as much as opposite normals, as a share of the longest side: a point of one side of a wall
-/// does not stand for those of the other.
+/// Distance between two points that counts as much as opposite normals, as a share of the longest side: a point on one side of a
+/// wall does not represent those on the other.
 const OPPOSITE: f64 = 0.5;
 /// Smallest width of the kernels as a share of the longest side: mean distances on a ball are all one number.
 const SMALLEST_WIDTH: f64 = 0.01;
@@ -46,14 +46,14 @@ pub struct TrueGeodesics {
 }
 
 impl TrueGeodesics {
-    /// Prepares a mesh. `rule` says how many points of each mesh are compared, and their seed; `id` names the sample that the
+    /// Prepares a mesh. `rule` sets the number of compared points per mesh, and their seed; `id` names the sample that the
     /// meshes belong to. Points of a part that nothing joins to others are compared with those of that part alone.
     ///
     /// # Errors
     /// When it has no triangles.
     ///
     /// # Panics
-    /// When the rule asks for no points.
+    /// When the rule has no points.
     pub fn new(mesh: &TriMesh, rule: SurfaceRule, id: &[u8]) -> Result<Self, NoSurface> {
         assert!(rule.samples > 0, "means of some points at least");
         let [truth, again] = ["points of the true surface", "other points of the true surface"]
@@ -62,7 +62,7 @@ impl TrueGeodesics {
         Ok(Self { floor: divergence(&truth, &again), truth, rule, id: id.to_owned() })
     }
 
-    /// Divergence of the true surface from itself by other points: a difference below that means nothing.
+    /// Divergence between two samplings of the true surface: a smaller difference is not significant.
     pub fn floor(&self) -> f64 {
         self.floor
     }
@@ -144,7 +144,7 @@ impl MeanDistances {
     }
 }
 
-/// Indices of points that stand for all of a surface, each with the count of points that it stands for: spread out, the farthest first,
+/// Indices of points that represent a surface, each with the number of points that it represents: spread out, the farthest first,
 /// then moved to the middle of these points.
 fn sources(mesh: &TriMesh, points: &[SurfacePoint], longest_side: f64) -> Vec<(usize, f64)> {
     let placed: Vec<Vector6<f64>> = (points.iter())
@@ -414,7 +414,7 @@ mod tests {
         assert!(TrueGeodesics::new(&TriMesh::default(), RULE, b"none").is_err());
     }
 
-    /// A mesh with one vertex for all that stand at one point.
+    /// A mesh with vertices at the same position merged.
     fn joined(mesh: TriMesh) -> TriMesh {
         let key = |vertex: &[f32; 3]| vertex.map(|part| (f64::from(part) * 1e6).round() as i64);
         let mut known = std::collections::BTreeMap::new();

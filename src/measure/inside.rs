@@ -1,4 +1,4 @@
-//! Which points lie inside of a closed mesh: winding numbers by crossings of lines along z.
+//! Inside test of a closed mesh: winding numbers by crossings of lines along z.
 
 use kernel::geom::TriMesh;
 use nalgebra::Point3;
@@ -6,7 +6,7 @@ use nalgebra::Point3;
 /// Bins along x and y in which triangles are sorted.
 const BINS: usize = 64;
 
-/// A mesh whose inside can be asked for.
+/// A mesh prepared for inside tests.
 pub struct MeshInside<'a> {
     mesh: &'a TriMesh,
     low: [f64; 2],

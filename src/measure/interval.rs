@@ -75,7 +75,7 @@ fn bootstrap(values: &[f64], seed: u64) -> Option<Interval> {
 mod tests {
     use super::*;
 
-    /// Normal values of so many objects, ten samples each that differ little.
+    /// Normal values of `objects` objects, with ten similar samples each.
     fn scores(objects: usize, shift: f64, name: &str) -> Scores {
         let mut draw = Stream::of_job(1, b"", "objects");
         let mut noise = Stream::of_job(1, b"", name);

@@ -10,7 +10,7 @@ use crate::seen_cells::SeenCells;
 /// Planes are turned about the vertical by up to this much in either sense [degrees], in steps.
 const MAX_TURN: i32 = 30;
 const TURN_STEP: i32 = 5;
-/// Planes are shifted away from the camera by up to the seen depth, in so many steps.
+/// Number of steps by which planes are shifted away from the camera, up to the observed depth.
 const SHIFTS: u32 = 10;
 
 /// Rule by which seen cells and their images become a shape.

@@ -1,11 +1,11 @@
-//! Share of a completed surface that lies in space that the camera saw to be empty.
+//! Share of a completed surface in observed free space.
 
 use std::ops::RangeInclusive;
 
 use kernel::geom::{Intrinsics, TriMesh};
 use nalgebra::Point3;
 
-/// A surface contradicts a picture where it lies further than this in front of what was seen [m]: noise of depth cameras at arm's
+/// Distance in front of the observed surface above which a surface contradicts a picture [m]: noise of depth cameras at arm's
 /// length is a few millimetres.
 pub const FREE_SPACE_MARGIN: f64 = 0.008;
 /// Depths of pixels up to this many columns and rows away count as seen there: edges in depth pictures are that uncertain [px].
@@ -13,10 +13,11 @@ pub const FREE_SPACE_PIXELS: u32 = 3;
 
 /// Share of a mesh's area that lies in seen space. Each triangle is judged at its centroid and weighs by its area. A centroid is in
 /// seen space where it lies more than [`FREE_SPACE_MARGIN`] in front of every depth within [`FREE_SPACE_PIXELS`] columns and rows of
-/// the pixel that it projects to. Where none of these pixels says anything, and outside of the picture, nothing was seen.
+/// the pixel that it projects to. If none of these pixels has a value, or the pixel is outside the picture, the space is
+/// unobserved.
 ///
-/// The mesh is in `CameraCv` [m]. `depth` is the whole picture [m], shape (height, width), row-major; NaN says nothing, as a lost
-/// return does, and infinity that nothing is there. 0 for a mesh without area.
+/// The mesh is in `CameraCv` [m]. `depth` is the whole picture [m], shape (height, width), row-major; NaN is unknown, such as a
+/// lost return, and infinity is empty space. 0 for a mesh without area.
 ///
 /// # Panics
 /// If the picture's size is not the camera's.

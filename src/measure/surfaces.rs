@@ -154,7 +154,7 @@ fn positions(points: Vec<SurfacePoint>) -> Vec<Point3<f64>> {
     points.into_iter().map(|point| point.position).collect()
 }
 
-/// Points drawn evenly over a surface: one from each of so many parts of equal area.
+/// Points drawn evenly over a surface: one from each of `count` parts of equal area.
 pub(crate) fn surface_points(mesh: &TriMesh, count: usize, draw: &mut Stream) -> Vec<SurfacePoint> {
     let mut ends = Vec::with_capacity(mesh.triangles.len());
     let mut total = 0.0;

@@ -1,7 +1,7 @@
 //! Measures by the rules of the tools that the thesis used (section 5.4): binvox for overlaps of meshes, MeshLab for distances.
 //!
-//! They stand beside the measures of `standard` in tables that are to be compared with the thesis's, and judge worse: what a
-//! completion has outside of the truth's box is not counted, and surfaces weigh by their vertices.
+//! Tables for comparison with the thesis show them next to the measures of `standard`. They are less accurate: parts of a
+//! completion outside the truth's box are not counted, and surfaces are weighted by their vertices.
 
 use kernel::{
     geom::{MeshQuery, NoSurface, TriMesh},

@@ -33,7 +33,7 @@ pub struct Cluster {
 }
 
 impl Cluster {
-    /// Pixels that are known to belong together; they stand in order.
+    /// Creates a cluster of pixels that belong together, in order.
     pub fn of_pixels(frame: &DepthFrame, pixels: Vec<u32>) -> Self {
         Self { touches_border: pixels.iter().any(|pixel| frame.is_at_border(*pixel)), pixels }
     }

@@ -57,7 +57,7 @@ impl NetworkInput {
         grids.partial(&crop, &frame.camera, &placement, false, &mut partial);
         grids.free(&frame.whole(), &frame.camera, &placement, &partial, &mut free);
         if let Some(plane) = plane {
-            // Objects stand alone in training, with free space all round.
+            // Objects are single in training, with free space all around.
             let corner = placement.lower_corner();
             let centre = |index: u32| (f64::from(index) + 0.5) * placement.cell_size;
             for cell in (0..resolution.pow(3))

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::{clusters::Cluster, frame::DepthFrame, plane::Plane, sheet::JUMP};
 
-/// Label of the plane that objects stand on.
+/// Label of the objects' support plane.
 pub const PLANE_LABEL: u16 = u16::MAX;
 /// Most objects that labels can count.
 pub const MAX_OBJECTS: usize = PLANE_LABEL as usize - 1;

@@ -1,8 +1,8 @@
 //! From a depth picture to objects on a table, and to a network's input (thesis, section 4.3).
 //!
-//! [`read_frame`] reads a picture and [`Scene`] takes it apart: [`find_plane`] finds the surface that objects stand on,
-//! [`find_clusters`] what stands on it; [`visible_sheet`] is the part of an object that the camera sees, [`NetworkInput`] its grids. Every number is of class
-//! `exact`.
+//! [`read_frame`] reads a picture and [`Scene`] segments it: [`find_plane`] finds the support plane, and [`find_clusters`] the
+//! objects on it; [`visible_sheet`] is the visible surface of an object, and [`NetworkInput`] contains its grids. Every number is
+//! of class `exact`.
 
 // Tests compare with what the C library computes.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]

@@ -1,4 +1,4 @@
-//! The plane that objects stand on: RANSAC (Fischler and Bolles 1981), then least squares.
+//! Support plane of objects: RANSAC (Fischler and Bolles 1981), then least squares.
 
 use kernel::seed::Stream;
 use nalgebra::{Matrix3, Point3, Vector3};
@@ -12,7 +12,7 @@ pub struct PlaneRule {
     pub tolerance: f64,
     /// Planes through three points that are tried.
     pub hypotheses: u32,
-    /// One of so many points judges a hypothesis.
+    /// Stride of the points that rate a hypothesis.
     pub stride: usize,
     /// Share of all points that a plane must hold.
     pub min_share: f64,

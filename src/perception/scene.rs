@@ -1,4 +1,4 @@
-//! A picture taken apart: its plane, what stands on it, and what of it cannot be completed.
+//! A segmented picture: its plane, the objects on it, and those that cannot be completed.
 
 use kernel::geom::TriMesh;
 
@@ -10,7 +10,7 @@ use crate::{
     sheet::visible_sheet,
 };
 
-/// Where the surface that objects stand on comes from.
+/// Source of the support plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PlaneChoice {
     /// Found in the picture.
@@ -41,7 +41,7 @@ impl Default for SceneRule {
 pub struct Scene {
     /// The picture.
     pub frame: DepthFrame,
-    /// The surface that objects stand on; `None` if none was found or wanted.
+    /// The support plane; `None` if none was found or requested.
     pub plane: Option<Plane>,
     /// Objects, the largest first.
     pub clusters: Vec<Cluster>,
@@ -74,7 +74,7 @@ impl Scene {
         Self { frame, plane, clusters }
     }
 
-    /// Puts an object whose pixels are known before the others, which lose these pixels; those left with fewer than so many
+    /// Puts an object whose pixels are known before the others, which lose these pixels; those left with fewer than this number
     /// points go.
     pub fn put_first(&mut self, pixels: Vec<u32>, min_points: usize) {
         for cluster in &mut self.clusters {

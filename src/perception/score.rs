@@ -48,7 +48,7 @@ pub struct ObjectScore {
 }
 
 impl SegmentationScore {
-    /// Scores clusters against labels; `has_return` says which pixels count.
+    /// Scores clusters against labels; `has_return` selects the pixels that count.
     pub fn new(clusters: &[Cluster], labels: &[u32], has_return: impl Fn(usize) -> bool) -> Self {
         let mut sizes: BTreeMap<u32, usize> = BTreeMap::new();
         for (pixel, label) in labels.iter().enumerate().filter(|(pixel, _)| has_return(*pixel)) {

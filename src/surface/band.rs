@@ -58,7 +58,7 @@ struct VariableBlock {
 }
 
 /// Second differences of the point ahead, 0 if there is no row: of one slab along y and z, of three slabs along x. A line of
-/// voxels stands before each slab, and one behind it.
+/// voxels is before each slab, and one behind it.
 struct Bends {
     along_x: [Vec<f32>; 3],
     along_y: Vec<f32>,

@@ -37,7 +37,7 @@ pub(crate) const EDGES: [Edge; 12] = {
 /// Triangles of one case, as indices of [`EDGES`], wound outward: counter-clockwise seen from where values are low.
 pub(crate) type CaseTriangles = Vec<[u8; 3]>;
 
-/// Triangles of all 256 cases; bit `c` of a case says that corner `c` is inside.
+/// Triangles of all 256 cases; bit `c` of a case is set if corner `c` is inside.
 pub(crate) fn case_table() -> &'static [CaseTriangles] {
     static TABLE: OnceLock<Vec<CaseTriangles>> = OnceLock::new();
     TABLE.get_or_init(|| (0..256).map(triangles_of).collect())

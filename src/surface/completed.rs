@@ -53,8 +53,8 @@ pub struct DetailedMesh {
 impl CompletedMesh {
     /// The fast way, for obstacles: marching cubes of occupancy at a threshold.
     ///
-    /// A cell that the object touches anywhere counts as occupied, so the mesh lies some .7 cell outside of the object: a
-    /// margin for obstacles, and too fat to plan grasps on.
+    /// A cell that the object touches anywhere counts as occupied, so the mesh is about 0.7 cells outside the object: a margin
+    /// for obstacles, but too large for planning grasps.
     ///
     /// # Panics
     /// If the field's side is not the placement's resolution.
@@ -103,7 +103,7 @@ impl CompletedMesh {
         factor: usize,
         solver: Solver,
     ) -> DetailedMesh {
-        assert_eq!(completed.resolution(), placement.resolution, "the grid lies where its placement says");
+        assert_eq!(completed.resolution(), placement.resolution, "the grid matches its placement");
         let mut volume = Volume::upsampled(completed, factor);
         volume.add_points(observed, placement);
         volume.fill_gaps(factor);
@@ -138,7 +138,7 @@ impl CompletedMesh {
         seen: &SeenObject,
         factor: usize,
     ) -> DetailedMesh {
-        assert_eq!(coverage.side(), placement.resolution as usize, "the grid lies where its placement says");
+        assert_eq!(coverage.side(), placement.resolution as usize, "the grid matches its placement");
         assert!(factor > 0, "at least one voxel per cell");
         let share = normalised_coverage(coverage, occupancy);
         let boxes = joined_boxes(&share, level, placement, seen, factor);
@@ -160,7 +160,7 @@ impl CompletedMesh {
     }
 
     fn of_field(field: &CubeField, placement: &GridPlacement, level: f32, outside: f32) -> Self {
-        assert_eq!(field.side(), placement.resolution as usize, "the grid lies where its placement says");
+        assert_eq!(field.side(), placement.resolution as usize, "the grid matches its placement");
         Self::without_crumbs(marching_cubes(field, level, outside, |point| camera_point(placement, point)))
     }
 

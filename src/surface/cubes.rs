@@ -111,7 +111,7 @@ impl<F: Fn([f64; 3]) -> [f32; 3]> Sweep<'_, F> {
             return;
         }
         let share = (f64::from(self.level) - f64::from(from)) / (f64::from(to) - f64::from(from));
-        // NaN and infinities say on which side a corner is, not how far.
+        // NaN and infinities determine the side of a corner, but no distance.
         let share = if share.is_finite() { share.clamp(CLOSEST_CUT, 1.0 - CLOSEST_CUT) } else { 0.5 };
         // Corner (1, 1, 1) of the padded grid is the centre of cell (0, 0, 0).
         let mut point = corner.map(|index| index as f64 - 0.5);
@@ -141,7 +141,7 @@ pub(crate) mod tests {
         let mut fans = vec![Vec::new(); mesh.vertices.len()];
         for [a, b, c] in &mesh.triangles {
             for [from, to, opposite] in [[a, b, c], [b, c, a], [c, a, b]] {
-                assert!(edges.insert((*from, *to), ()).is_none(), "edge {from} to {to} stands twice in one sense");
+                assert!(edges.insert((*from, *to), ()).is_none(), "edge {from} to {to} occurs twice in one direction");
                 fans[*from as usize].push((*to, *opposite));
             }
         }

@@ -71,7 +71,7 @@ pub(crate) fn joined_boxes(
             let mut is_seen = false;
             match *evidence {
                 Evidence::Surface(inside, inward) => {
-                    // A wall that is thinner than a voxel would be lost: where coverage ends behind this voxel, it has the say.
+                    // A wall that is thinner than a voxel would be lost: where coverage ends behind this voxel, coverage decides.
                     let step: isize =
                         inward.iter().zip(strides).map(|(step, stride)| isize::from(*step) * stride).sum();
                     let behind = completed[(index * side + z).wrapping_add_signed(step)];
@@ -107,7 +107,7 @@ pub(crate) fn joined_boxes(
     boxes
 }
 
-/// Voxels above 0 that belong, along some axis, to a run of at most so many.
+/// Voxels above 0 that belong, along some axis, to a run of at most `longest` voxels.
 fn thin_walls(field: &[f32], side: usize, longest: usize) -> Vec<bool> {
     let mut is_thin = vec![false; field.len()];
     for stride in [side * side, side, 1] {

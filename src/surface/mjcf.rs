@@ -26,7 +26,7 @@ pub struct TablePlane {
 
 /// A scene with each mesh as a free body where it was seen. Without the camera's pose the meshes' frame is the scene's, and
 /// gravity pulls against the table's normal, if there is one; with it the scene's frame is the world's, whose z points up, and
-/// the bodies stand at the camera's pose.
+/// the bodies are placed by the camera's pose.
 ///
 /// # Panics
 /// If a name or a file has another character than it may.

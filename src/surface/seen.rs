@@ -1,4 +1,4 @@
-//! One object as a camera saw it, pixel by pixel, as statements about points of space.
+//! One object as a camera saw it, pixel by pixel, as evidence about points in space.
 
 use kernel::geom::Intrinsics;
 use nalgebra::{Point3, Vector3};
@@ -18,10 +18,10 @@ const STEP_SHARE: f64 = 0.38;
 /// Standard deviation over the median of the absolute second differences of white noise: 1 / (0.6745 sqrt(6)).
 const SIGMA_OF_BENDS: f64 = 0.605;
 
-/// A pixel that may say something. Small, since points of space meet pixels all over the picture.
+/// Evidence of a pixel. The type is small, because points in space access pixels all over the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum SeenPixel {
-    /// Nothing can be said: an outlier, or a pixel outside of the picture.
+    /// No evidence: an outlier, or a pixel outside the picture.
     Doubtful,
     /// The object: one of its facets, by index.
     Object(u32),
@@ -68,7 +68,7 @@ pub struct SeenObject {
 
 impl SeenObject {
     /// From a depth picture [m], NaN = no return, shape (height, width), row-major; the object's pixels by index, in order;
-    /// and pixels that are to say nothing, as flying ones.
+    /// and pixels to ignore, such as flying ones.
     ///
     /// # Panics
     /// If the picture's size is not the camera's, or a pixel of the object is outside of it.
@@ -223,7 +223,7 @@ impl ObjectPicture<'_> {
         self.camera.unproject(f64::from(column) + 0.5, f64::from(row) + 0.5, depth)
     }
 
-    /// The pixel so many steps away that is joined to this one by pixels of one surface, or the last before a jump.
+    /// The pixel up to `most` steps away that is connected to this one by pixels of one surface, or the last one before a jump.
     fn last_joined(&self, pixel: u32, step: i64, most: u32) -> u32 {
         let mut at = pixel;
         for _ in 0..most.min(SLOPE_REACH) {

@@ -26,7 +26,7 @@ const LARGEST: f32 = 1000.0;
 /// Squared distances above that of [`BAND`].
 const BEYOND: u8 = u8::MAX;
 
-/// Every so many steps are watched: whether they go on, and whether their momentum starts anew.
+/// Interval of the steps that are checked for convergence and for a restart of the momentum.
 const WATCHED: u32 = 10;
 /// A watched step that changes no variable by more is the last one [voxels].
 const AT_REST: f32 = 2e-4;

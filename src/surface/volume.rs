@@ -1,6 +1,6 @@
 //! Volumes of voxels that are finer than a grid: steps 1 to 4 of the thesis's algorithm 2 (chapter 5.3).
 //!
-//! Two formulas of the printed text are mended, as its author's program has them. Printed, a new voxel weighs its neighbours by
+//! Two formulas of the printed text are corrected, as in its author's program. Printed, a new voxel weighs its neighbours by
 //! their distance, which would empty an occupied cell among empty ones: nearer ones count more here. Printed, the smooth field
 //! is bound by v f >= 0, whose smoothest member is f = 0, no surface at all: see `smooth.rs` for the margin.
 
@@ -10,7 +10,7 @@ use kernel::geom::{GridPlacement, OccupancyGrid};
 const DENSITY_SHARE: f64 = 3.0 / 8.0;
 /// Largest factor of upsampling: memory and time grow with its cube.
 const MAX_FACTOR: usize = 4;
-/// One of so many points is compared with the others.
+/// Stride of the points that are compared with the others.
 const SAMPLE_STEP: usize = 10;
 
 /// Voxels, each occupied or empty: shape (side, side, side) indexed (x, y, z), C order.
@@ -108,11 +108,11 @@ fn refined(weights: &[i32], shape: [usize; 3], axis: usize, factor: usize) -> Ve
     finer
 }
 
-/// Voxels per cell along each axis that algorithm 2 asks for: 1 where the completed cells, one per `cell_size`, are denser
+/// Voxels per cell along each axis that algorithm 2 requires: 1 if the completed cells, one per `cell_size`, are denser
 /// than 3/8 of the observed points, otherwise as many as make them so, at most 4.
 ///
 /// Points are in `CameraCv` [m]. Density is one over the mean distance from every tenth point to the nearest of the others.
-/// Points outside of the grid are left out; fewer than ten points ask for nothing.
+/// Points outside the grid are ignored; with fewer than ten points, the result is 1.
 pub fn upsampling_factor(points: &[[f32; 3]], placement: &GridPlacement) -> usize {
     let Some(spacing) = mean_spacing(points, placement) else { return 1 };
     // Both in cells: the completed cloud's density is 1.

@@ -106,7 +106,7 @@ fn assert_finds_damage(out: &Path) {
     let said = Program::run_job(&other, out).expect_code(2).stderr;
     assert!(said.contains("this is grasps (grasps)"), "{said}");
     let said = Program::on("inspect", out).finish().stderr;
-    assert!(said.contains("give one of completion, touch, grasps, patches"), "{said}");
+    assert!(said.contains("give one of its datasets: completion, touch, grasps, patches"), "{said}");
     let set = read_text(out.join("set.json"));
     let lie = set.replacen("\"bottle-01\"", "\"bottle-02\"", 1);
     fs::write(out.join("set.json"), &lie).expect("a lie");

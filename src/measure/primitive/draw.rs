@@ -8,7 +8,7 @@ use super::{
 };
 use crate::seen_cells::SeenPoint;
 
-/// Sine of the angle between two normals below which they say nothing about an axis: 10 degrees.
+/// Sine of the angle between two normals below which they do not determine an axis: 10 degrees.
 const MIN_SINE: f64 = 0.17;
 /// Cosine of the angle between two normals up to which they are those of two sides of a box: 17 degrees from a right angle.
 const MAX_COSINE: f64 = 0.3;

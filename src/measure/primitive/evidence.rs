@@ -1,4 +1,4 @@
-//! Evidence for and against a shape: what was seen, and what was seen through.
+//! Evidence for and against a shape: observed points and observed free space.
 
 use std::borrow::Cow;
 
@@ -10,13 +10,13 @@ use crate::seen_cells::{SeenCells, SeenPoint};
 
 /// Distance from the surface within which a point counts as explained [m].
 pub(super) const TOLERANCE: f64 = 0.003;
-/// Points and cells by which drawn shapes are compared, at most so many of each.
+/// Maximum number of points, and of cells, for comparing drawn shapes.
 const THINNED: usize = 400;
 
 /// Points that a shape should pass by, and centres of cells that it should not hold.
 pub(super) struct Evidence<'a> {
     points: Cow<'a, [SeenPoint]>,
-    /// Count of seen points for which each of these stands.
+    /// Number of observed points that each point represents.
     per_point: f64,
     free: Vec<Point3<f64>>,
     /// Count of seen points that one of these cells contradicts.
@@ -40,7 +40,7 @@ impl<'a> Evidence<'a> {
         Self { points: Cow::Owned(points), per_point, free, per_cell: self.per_cell * cells, cell: self.cell }
     }
 
-    /// Seen points, all or those that stand for them.
+    /// Observed points, or a representative part of them.
     pub(super) fn points(&self) -> &[SeenPoint] {
         &self.points
     }
@@ -54,7 +54,7 @@ impl<'a> Evidence<'a> {
     }
 }
 
-/// At most so many items, evenly taken, and the count for which each of them stands.
+/// At most `THINNED` items, spread evenly, and the number that each of them represents.
 fn evenly<T: Clone>(items: &[T]) -> (Vec<T>, f64) {
     let count = items.len().min(THINNED);
     let kept: Vec<T> = (0..count).map(|index| items[index * items.len() / count].clone()).collect();

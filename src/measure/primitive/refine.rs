@@ -13,7 +13,7 @@ use crate::seen_cells::SeenPoint;
 const ON_SIDE: f64 = 0.9;
 /// Cosine below which a point is on the round side of a cylinder: 60 degrees from the axis.
 const ON_ROUND: f64 = 0.5;
-/// Share of the points near a box that must lie on a side to say where it is.
+/// Share of the points near a box that must be on a side to determine its position.
 const SIDE_SHARE: f64 = 0.05;
 
 /// The shape of the same kind that fits the points near its surface best; `None` if they do not determine it.

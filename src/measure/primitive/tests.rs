@@ -168,7 +168,7 @@ fn nothing_is_found_in_noise_and_in_a_few_points() {
     let seen =
         |points| SeenCells { partial: &partial, free: None, points, placement: &placement, up: SeenCells::IMAGE_UP };
     assert_eq!(Primitive::fit(&seen(&points)), None);
-    assert_eq!(filled_primitive(&seen(&points)).count(), 0, "an empty grid says that nothing was completed");
+    assert_eq!(filled_primitive(&seen(&points)).count(), 0, "an empty grid means that nothing was completed");
     assert_eq!(Primitive::fit(&seen(&points[..MIN_POINTS - 1])), None);
     assert_eq!(Primitive::fit(&seen(&[])), None);
 }

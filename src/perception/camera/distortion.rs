@@ -45,7 +45,7 @@ impl Distortion {
     }
 
     /// The square of the radius up to which radii grow with those of the rays, at most `largest`: beyond it the model folds back,
-    /// and no ray of the lens is there, whatever the polynomials say.
+    /// and no ray of the lens exists there, regardless of the polynomials.
     pub(crate) fn square_of_fold(&self, largest: f64) -> f64 {
         let squares = (1..=FOLD_STEPS).map(|step| largest * f64::from(step) / f64::from(FOLD_STEPS));
         squares.take_while(|square| self.grows_at(*square)).last().unwrap_or(0.0)

@@ -46,7 +46,7 @@ pub enum KeyTreatment {
 pub struct CameraKey {
     /// The kind of file.
     pub format: CameraFormat,
-    /// The key; one below another one has both, as `roi.width`. `N` stands for a number, and `*` for any ending.
+    /// The key; one below another one has both, as `roi.width`. `N` means a number, and `*` any ending.
     pub key: &'static str,
     /// Treatment of the key.
     pub treatment: KeyTreatment,

@@ -84,7 +84,7 @@ fn other_value(format: CameraFormat, key: &str) -> Value {
 
 #[test]
 fn every_row_of_the_table_of_keys_is_true() {
-    // Cameras of some formats stand in a file by name.
+    // Cameras of some formats have names in a file.
     let named = |format: CameraFormat, camera: Value| match format {
         CameraFormat::BopSceneCamera => json!({"0": camera}),
         CameraFormat::Kalibr => json!({"cam0": camera}),
@@ -149,7 +149,7 @@ fn other_value_or_number(format: CameraFormat, key: &str) -> Value {
     if key == "cam_model" { json!({"projection_model_type": "FISHEYE624"}) } else { other_value(format, key) }
 }
 
-/// The table of docs/completing.md: keys of one format with one treatment and one reason stand in one row.
+/// The table of docs/completing.md: keys of one format with one treatment and one reason share a row.
 fn table_of_keys() -> String {
     let mut rows: Vec<(CameraFormat, KeyTreatment, Vec<&str>)> = Vec::new();
     for CameraKey { format, key, treatment } in CAMERA_KEYS {

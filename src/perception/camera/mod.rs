@@ -1,6 +1,6 @@
 //! Cameras as calibrations state them: four numbers, or a file of one of the kinds of [`CameraFormat`].
 //!
-//! Syntax ([`json`], [`yaml`]) becomes statements, [`keys`] says which are understood, and [`formats`] what they mean.
+//! Syntax ([`json`], [`yaml`]) becomes statements, [`keys`] lists the supported ones, and [`formats`] interprets them.
 
 mod description;
 mod distortion;

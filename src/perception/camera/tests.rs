@@ -245,7 +245,7 @@ fn a_file_of_several_cameras_names_them() {
         (0..30).map(|number| format!("\"{number}\": {}", image(500.0 + f64::from(number)))).collect();
     let words = read("json", &format!("{{{}}}", many.join(","))).expect_err("cameras").to_string();
     assert!(words.contains("10, 11, ...") && !words.contains("12,"), "{words}");
-    // What stands among cameras and is none is not dropped.
+    // An entry among cameras that is not a camera is refused.
     let mixed = format!("{{\"0\": {}, \"zoom\": 2}}", image(525.0));
     assert!(read("json", &mixed).expect_err("a key").to_string().contains("at zoom: no camera of BOP"));
     // A camera that is not chosen may be one that cannot be read; without a choice it cannot be overlooked.

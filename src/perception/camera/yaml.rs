@@ -182,7 +182,7 @@ impl Block {
                     "leave one of them",
                 ));
             }
-            // A tag, such as OpenCV's `!!opencv-matrix`, says no more than the keys below it.
+            // A tag, such as OpenCV's `!!opencv-matrix`, adds nothing to the keys below it.
             if value.starts_with('!') {
                 value = value.split_once(' ').map(|(_, rest)| rest.trim().to_owned()).unwrap_or_default();
             }

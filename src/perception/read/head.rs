@@ -13,7 +13,7 @@ const PNG_PIXEL: u64 = 9;
 /// reading.
 ///
 /// # Errors
-/// When the head asks for more pixels than a picture may have.
+/// When the header states more pixels than a picture may have.
 pub(super) fn most_bytes(kind: &str, head: &[u8]) -> Result<Option<u64>, FrameProblem> {
     let bytes_of = |sides: Option<[usize; 2]>, per_pixel: u64, place: &str| {
         let Some([width, height]) = sides else { return Ok(None) };

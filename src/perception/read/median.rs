@@ -30,7 +30,8 @@ fn median_of(depths: &mut [f32]) -> Option<f64> {
     if depths.is_empty() { None } else { Some(f64::from(*depths.select_nth_unstable_by(middle, f32::total_cmp).1)) }
 }
 
-/// A change that makes depths with this median fit: another unit, or no return where the largest value stands, or both. Each is tried here.
+/// A change that makes depths with this median plausible: another unit, or no return instead of the largest value, or both. Each
+/// is tried here.
 fn remedy(depths: &[f32], median: f64, scale: f64) -> String {
     let unit_that_fits = |median: f64| COMMON_SCALES.into_iter().find(|unit| fits(median / scale * unit));
     let saturated = saturated(depths);

@@ -33,7 +33,7 @@ use organised::depths_and_camera;
 pub use raw::FrameProblem;
 use raw::{Cloud, Image, Values};
 
-/// Metres per unit of whole numbers where nothing says it.
+/// Default metres per unit of integers.
 const MILLIMETRE: f64 = 0.001;
 /// Nothing nearer is seen [m].
 const NEAR: f64 = 0.01;
@@ -100,7 +100,7 @@ fn parse(kind: &str, bytes: &[u8]) -> Result<Raw, FrameProblem> {
     }
 }
 
-/// The bytes of a picture, once its head says that they are worth reading; `refuse` reads a head alone.
+/// The bytes of a picture, read only if its header is acceptable; `refuse` reads only a header.
 fn judged_bytes(
     path: &Path,
     kind: &str,

@@ -168,8 +168,8 @@ fn unpacked(bytes: &[u8], size: usize) -> Result<Vec<u8>, FrameProblem> {
     })
 }
 
-/// The first number of each field, for each point. `layout` says by the bytes of the fields before where a field's first point
-/// lies, and how far the next.
+/// The first number of each field, for each point. `layout` returns, from the bytes of the preceding fields, the offset of a
+/// field's first point and the stride to the next.
 fn packed_columns(
     data: &[u8],
     fields: &[Field],

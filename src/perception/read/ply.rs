@@ -1,5 +1,5 @@
-//! PLY files whose head says that they are organised: `obj_info num_cols` and `num_rows`, a vertex per pixel. Numbers are of any
-//! type, in text or in binary of both byte orders.
+//! PLY files with a header that marks them as organised: `obj_info num_cols` and `num_rows`, a vertex per pixel. Numbers are of
+//! any type, in text or in binary of both byte orders.
 
 use super::{
     raw::{Cloud, FrameProblem, pixel_count},
@@ -68,7 +68,7 @@ fn parse_head(text: &str) -> Result<Head<'_>, FrameProblem> {
                 properties.push((scalar_of(kind).ok_or_else(|| wrong(line))?, name));
             }
             ["property", "list", ..] if in_vertices => return Err(wrong("a list in vertices")),
-            // What is said for people, and what else vertices are followed by.
+            // Comments, and elements after the vertices.
             [] | ["ply"] | ["comment" | "obj_info", ..] => {}
             ["property", ..] if !in_vertices => {}
             _ => return Err(wrong(line)),

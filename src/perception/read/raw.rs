@@ -27,7 +27,7 @@ pub enum FrameProblem {
         remedy: &'static str,
     },
     /// An image without intrinsics.
-    #[error("an image says nothing of its camera: give its intrinsics (fx, fy, cx, cy)")]
+    #[error("an image does not contain its camera: give its intrinsics (fx, fy, cx, cy)")]
     NoIntrinsics,
     /// Intrinsics that are none.
     #[error("intrinsics: {0}; give the numbers of this image's camera, in pixels")]
@@ -61,8 +61,8 @@ pub enum FrameProblem {
         /// Image height [px].
         height: u32,
     },
-    /// Intrinsics or ranges for a cloud, whose points say where its camera is.
-    #[error("the points of a cloud say what its camera is: leave intrinsics and ranges out")]
+    /// Intrinsics or ranges for a cloud, whose points determine its camera.
+    #[error("the points of a cloud determine its camera: leave intrinsics and ranges out")]
     CameraOfCloud,
     /// Axes to mirror in an image, which has none.
     #[error("an image has no axes to mirror, only clouds do: leave --flip out")]

@@ -121,7 +121,7 @@ fn with_camera() -> FrameRule {
 fn every_kind_of_file_gives_the_same_picture() {
     for (index, (kind, bytes)) in files_of_the_picture().iter().enumerate() {
         let is_cloud = ["pcd", "ply"].contains(kind);
-        // A cloud says where its camera is; an image does not.
+        // A cloud determines its camera; an image does not.
         let rule = if is_cloud { FrameRule::default() } else { with_camera() };
         let LabelledFrame { frame, labels, .. } = read(kind, bytes, &rule).expect("a picture");
         let camera = frame.camera;
@@ -223,7 +223,7 @@ fn a_part_of_a_larger_picture_has_its_principal_point_outside_where_its_size_is_
     let far = CameraDescription { numbers: [fx, fy, -60.0, cy], ..stated };
     let said = read("png", png, &rule(far)).expect_err("too far").to_string();
     assert!(said.contains("cx = -60.0 px: must lie between -49.5 and 60.5 px"), "{said}");
-    // The points of a cloud say it themselves.
+    // The points of a cloud determine it.
     let camera = Intrinsics { width: WIDTH, height: HEIGHT, fx, fy, cx: -30.0, cy, near: 0.01 };
     let frame = DepthFrame::new(camera, depths());
     let line = |pixel: u32| frame.point(pixel).coords.map(|value| value.to_string()).as_slice().join(" ") + " 0\n";
@@ -403,7 +403,7 @@ fn what_the_median_s_remedies_advise_leads_to_the_picture() {
         (0..).zip(millimetres()).map(|(pixel, value)| if is_saturated(pixel) { u16::MAX } else { value }).collect();
     let frame = read("npy", &whole(saturated.clone()), &with_camera()).expect("a picture").frame;
     assert!((0..frame.depth.len()).all(|pixel| !is_saturated(pixel) || frame.depth[pixel].is_nan()));
-    // As floats nothing says what the largest value is: the message names it, and what to do.
+    // As floats, the largest value has no known meaning: the message names it and the remedy.
     for (scale, words) in
         [(1e-3, "save 0 there"), (1.0, "save 0 there, and in units of 0.001 m it would fit: give --depth-scale 0.001")]
     {

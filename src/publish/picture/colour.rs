@@ -1,4 +1,4 @@
-//! Colours that keep their meaning: safe for colour-blind eyes, even in lightness.
+//! Colours with fixed meanings: safe for colour-blind readers, with even lightness.
 
 /// An opaque sRGB colour, 8 bits per channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,9 +29,9 @@ impl Colour {
     pub const HELD: Self = Self([0xd5, 0x5e, 0x00]);
     /// Contacts over a hand and an object: black of the same set.
     pub const CONTACT: Self = Self([0x00, 0x00, 0x00]);
-    /// A table that objects stand on: a light grey beside the set.
+    /// A table: light grey, not part of the set.
     pub const TABLE: Self = Self([0xc8, 0xc8, 0xc8]);
-    /// Surroundings of an object: a middle grey beside the set.
+    /// Surroundings of an object: middle grey, not part of the set.
     pub const OTHERS: Self = Self([0x8c, 0x8c, 0x90]);
     /// Errors: reddish purple of the same set.
     pub const WRONG: Self = Self([0xcc, 0x79, 0xa7]);

@@ -65,7 +65,7 @@ pub fn colour_bar(width: u32, height: u32) -> Picture {
 }
 
 /// Depth as the partial grid knows it: along each column of cells, the depth of the nearest occupied cell's
-/// middle [m]; one pixel a cell, x to the right and y down. Orthographic: it stands in where no depth crop was stored.
+/// middle [m]; one pixel per cell, x to the right and y down. Orthographic; used if no depth crop was stored.
 pub fn height_map(partial: &OccupancyGrid, placement: &GridPlacement) -> DepthCrop {
     let n = partial.resolution();
     let lower: Point3<f64> = placement.lower_corner();

@@ -1,6 +1,6 @@
 //! A small software drawing room: occupancy grids, slices, depth crops and solids as PNG, no display needed.
 //!
-//! Pictures stand in camera axes as everywhere: x right, y down, +z away from the camera.
+//! Pictures use camera axes: x right, y down, +z away from the camera.
 
 use std::collections::BTreeMap;
 

@@ -21,7 +21,7 @@ pub struct Solid<'a> {
 /// Viewpoint of a picture of solids: from afar, z up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolidView {
-    /// Where the eye stands: angle about z from the x axis [rad].
+    /// Azimuth of the eye about z from the x axis [rad].
     pub azimuth: f64,
     /// Angle above the horizon [rad].
     pub elevation: f64,

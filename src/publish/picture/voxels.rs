@@ -138,7 +138,7 @@ impl VoxelPainter {
         self.draw_cells(&Cells::new([(Some(others), OTHERS), (complete, COMPLETE), (Some(partial), PARTIAL)]))
     }
 
-    /// Puts a dot on a picture of this painter at each position on the grid [cells], whatever stands before it.
+    /// Puts a dot on a picture of this painter at each position on the grid [cells], even if it is hidden.
     pub fn dot(&self, picture: &mut Picture, colour: Colour, points: impl Iterator<Item = [f64; 3]>) {
         let pixels = self.scale / f64::from(FINE);
         // As large as a cell, within limits: to be seen in a small picture and no blot in a large one.
@@ -167,7 +167,7 @@ impl VoxelPainter {
     fn faces_back_to_front(&self, cells: &Cells) -> Vec<Face> {
         let inner = cells.n - 2;
         let towards_eye: [bool; 3] = std::array::from_fn(|axis| self.forward[axis] < 0.0);
-        // Larger coordinates are nearer when the eye stands on their side.
+        // Larger coordinates are nearer if the eye is on their side.
         let ordered = |axis: usize, step: usize| if towards_eye[axis] { step + 1 } else { inner - step };
         let mut faces = Vec::new();
         for x in 0..inner {
@@ -336,7 +336,7 @@ impl Canvas {
         Self { side, colour: vec![[0; 3]; count], distance: vec![f32::INFINITY; count] }
     }
 
-    /// Darkens the rim of whatever stands clearly in front of its surroundings.
+    /// Darkens the rim of everything that is clearly in front of its surroundings.
     fn outline(&mut self, scale: f64) {
         let (side, reach) = (self.side as i64, i64::from(FINE));
         let clearly = (2.2 + 6.0 / scale) as f32;

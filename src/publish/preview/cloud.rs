@@ -63,7 +63,7 @@ pub(super) fn surface_points(mesh: &TriMesh) -> Vec<Point3<f64>> {
     for (triangle, area) in areas.iter().enumerate() {
         let [a, b, c] = mesh.corners(triangle);
         before += area;
-        // Point k stands where the area before it is k steps and a half.
+        // Point k is at the position where the area before it is k and a half steps.
         while step > 0.0 && (points.len() as f64 + 0.5) * step <= before {
             let number = points.len() as f64;
             let [mut u, mut v] =

@@ -41,7 +41,7 @@ fn write_messages(file: impl std::io::Write + Seek, field: &ReachabilityField) -
     preview.finish()
 }
 
-/// Every how manyth position along each axis, for at most so many.
+/// Stride of the positions along each axis, for at most `most` of them.
 fn positions(grid: &PoseGrid, fits: impl Fn([usize; 3]) -> bool) -> impl Iterator<Item = [usize; 3]> {
     let [nx, ny, nz] = grid.position_counts();
     let counts = |stride: usize| [nx, ny, nz].map(|count| count.div_ceil(stride));

@@ -94,7 +94,7 @@ pub(super) struct Preview<W: std::io::Write + Seek> {
 }
 
 impl<W: std::io::Write + Seek> Preview<W> {
-    /// Begins a file whose schemas stand in this descriptor set.
+    /// Creates a file whose schemas are in this descriptor set.
     pub(super) fn create(file: W, descriptors: &'static [u8]) -> mcap::McapResult<Self> {
         let writer = WriteOptions::new()
             .compression(Some(Compression::Zstd))

@@ -101,7 +101,7 @@ impl Example<'_> {
             },
             shards: Vec::new(),
             files: BTreeMap::new(),
-            warnings: self.only_full(format!("refused: {}: say `unit`", self.name)),
+            warnings: self.only_full(format!("refused: {}: state `unit`", self.name)),
         }
     }
 
@@ -140,7 +140,7 @@ impl Example<'_> {
             licence: self.is_full.then(|| name.to_owned()),
             used: AssetUse::Copied,
             may_be_shipped: Allowed::Derived,
-            because: Some(format!("{name} is no licence; say `derived = true`")),
+            because: Some(format!("{name} is not a licence; state `derived = true`")),
             ..with_source(LicenceSource::Nobody)
         };
         let replaces = Known {

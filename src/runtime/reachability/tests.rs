@@ -170,7 +170,7 @@ fn reachable_cells_have_their_own_witness() {
     }
 }
 
-/// Away from the border a map over directions says what is reachable, whatever numbers the pose is written in.
+/// Away from the border, a map over directions gives the same result for all notations of a pose.
 #[test]
 fn directions_answer_as_six_axes_do() {
     let grid = on_sphere(3, 8);

@@ -78,7 +78,7 @@ fn format_of(camera: &Statement) -> Option<CameraFormat> {
 }
 
 impl Entry<'_> {
-    /// Reads the camera. `pixel_centre` stands in where the file states none.
+    /// Reads the camera. `pixel_centre` is used if the file states none.
     pub(crate) fn read(
         &self,
         pixel_centre: Option<f64>,

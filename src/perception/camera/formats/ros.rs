@@ -50,7 +50,7 @@ const CALIBRATION: Keys = Keys {
 /// Difference of rounded numbers.
 const ROUNDING: f64 = 1e-6;
 
-const WHICH_IMAGE: &str = "say which picture it is: --image raw (K and D are its camera) or --image rectified (P is)";
+const WHICH_IMAGE: &str = "state which picture it is: --image raw (K and D are its camera) or --image rectified (P is)";
 
 /// A printed `sensor_msgs/CameraInfo`.
 pub(super) fn read_info(camera: &Statement, image: Option<RosImage>) -> Result<CameraDescription, CameraProblem> {
@@ -184,8 +184,8 @@ fn description(numbers: [f64; 4], size: [u32; 2], distortion: Distortion) -> Cam
     CameraDescription { numbers, pixel_centre: CENTRE_AT_ZERO, image_size: Some(size), distortion, depth_scale: None }
 }
 
-/// fx, fy, cx, cy of a projection [fx, 0, cx, Tx; 0, fy, cy, Ty; 0, 0, 1, 0], row by row. Tx and Ty say where the camera is beside
-/// another one.
+/// fx, fy, cx, cy of a projection [fx, 0, cx, Tx; 0, fy, cy, Ty; 0, 0, 1, 0], row by row. Tx and Ty are the offset from another
+/// camera.
 fn numbers_of_projection(key: &str, matrix: &[f64], remedy: &'static str) -> Result<[f64; 4], CameraProblem> {
     let [fx, skew, cx, _, zero, fy, cy, _, left, middle, one, last] = *matrix else {
         return Err(CameraProblem::content(key, format!("{} numbers, not 12", matrix.len()), remedy));

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Steps scenes in plain MuJoCo, from their stored poses and at rest, and says how far each body moves.
+"""Simulates scenes in plain MuJoCo, from their stored poses and at rest, and reports how far each body moves.
 
     pip install mujoco==3.17.0 numpy
     python replay.py                      every scene here, for 2 s; writes agreement.json
@@ -31,7 +31,7 @@ def states(scene, contacts, starts, seconds):
     """Model and state after each step."""
     spec = mujoco.MjSpec.from_file(str(HERE / scene["file_sdf" if contacts == "sdf" else "file"]))
     for mesh in spec.meshes:
-        # Finer than by default; no attribute of a file says so.
+        # Finer than by default; no attribute of a file sets this.
         mesh.octree_maxdepth = 8
     spec.option.sdf_initpoints = starts
     model = spec.compile()

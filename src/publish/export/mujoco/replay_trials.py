@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the trials of grasps again in plain MuJoCo, and counts how often the verdict is the stored one.
+"""Repeats the trials of grasps in plain MuJoCo, and counts how often the verdict matches the stored one.
 
     pip install mujoco==3.17.0 numpy
     python replay.py                      every grasp here; writes agreement.json
@@ -10,8 +10,7 @@
 `hand.xml` is the hand with a servo for each joint, `<object>/scene.xml` that hand with the object: MuJoCo's own contacts,
 with the triangles of the mesh as a rigid flex (`scene_sdf.xml`: with an octree of distances, some times slower). `drive.json`
 has what drives the servos and how a trial goes on, `<object>/grasps.json` the grasps and what came of each when the dataset
-was made. Lengths are metres, angles radians. The hand's base stands still: its moves are fields of acceleration, which for
-moves without turns is the same.
+was made. Lengths are metres, angles radians. The hand's base is fixed: its motions are fields of acceleration, which is equivalent for motions without rotation.
 """
 
 import argparse
@@ -34,7 +33,7 @@ DEEPEST_START = 0.98e-3
 
 
 class Motor:
-    """Where a motor stands. `released` is where it left its joint when the clutch opened."""
+    """State of a motor. `released` is its angle when the clutch opened."""
 
     def __init__(self, angle, at_rest):
         self.angle, self.released = angle, None
@@ -89,7 +88,7 @@ class Hand:
             self.data.ctrl[joint.control] = joint.told
 
     def moved(self, motor, state):
-        """Joints that a motor moves now: how far for a unit of it, what stops it, and what it bears once it stands."""
+        """Joints that a motor moves now: motion per unit, stopping torque, and holding torque once stopped."""
         engaged = state.released is None
         if engaged:
             yield self.joints[motor["joint"]], 1.0, self.torque * motor["torque"], holds(motor)
@@ -292,7 +291,7 @@ class Trial:
         self.upright, begun = self.place()
         for _ in self.steps(protocol["closing"]):
             self.step()
-            # It gives way to what pushes it, and stands as soon as nothing does.
+            # It moves back under load, and stops as soon as there is none.
             if not self.is_free:
                 self.data.qvel[self.dof : self.dof + 6] = 0.0
             if self.hand.is_at_rest():
@@ -344,7 +343,7 @@ def replay(work):
     drive, told = (json.loads((HERE / name).read_text()) for name in ("drive.json", f"{folder}/grasps.json"))
     spec = mujoco.MjSpec.from_file(str(HERE / folder / ("scene_sdf.xml" if contacts == "sdf" else "scene.xml")))
     for mesh in spec.meshes:
-        # Finer than by default; no attribute of a file says so.
+        # Finer than by default; no attribute of a file sets this.
         mesh.octree_maxdepth = 8
     spec.option.sdf_initpoints = starts
     if variant == "defaults":
@@ -371,7 +370,7 @@ def replay(work):
 
 
 def is_sure(one):
-    """Whether conditions a little off made the dataset's own simulation say the same."""
+    """Whether the dataset's own simulation has the same verdict under perturbed conditions."""
     return all((verdict == "held") == (one["stored"] == "held") for verdict in one["perturbed"])
 
 
