@@ -34,7 +34,7 @@ pub struct MeshCheckRow {
     pub file: String,
     /// Facts and repairs of the mesh; `None` when it is refused.
     pub record: Option<AssetRecord>,
-    /// Why it is refused and how to mend it.
+    /// Reason of the refusal, and the remedy.
     pub refusal: Option<MeshRefusal>,
     /// The file further up that holds the same triangles.
     pub duplicate_of: Option<String>,
@@ -43,7 +43,7 @@ pub struct MeshCheckRow {
     pub undecided: Option<f64>,
     /// Volume of all parts as one solid, where the parts are closed and the record's sum over them may count space twice.
     pub union: Option<UnionVolume>,
-    /// Things a user should know that no record of a run holds, in words.
+    /// Remarks for the user that no record of a run contains.
     pub notes: Vec<String>,
 }
 
@@ -64,7 +64,7 @@ pub struct MeshCheckCounts {
     /// Usable as found.
     pub fine: u32,
     /// Usable after repairs.
-    pub mended: u32,
+    pub repaired: u32,
     /// Not usable.
     pub refused: u32,
     /// Usable, but copies of another one.
@@ -78,9 +78,9 @@ impl MeshCheckReport {
     }
 }
 
-/// Prepares every mesh that `paths` name (files, or folders with all that is below them) and says what came of it.
+/// Prepares every mesh that `paths` name (files, or folders with all that is below them) and reports the results.
 ///
-/// A folder that cannot be listed, or holds no mesh, is a refusal of its own.
+/// A folder that cannot be listed, or contains no mesh, is a separate refusal.
 pub fn check_report(paths: &[PathBuf], scale: ScaleRule, size: SizeRule) -> MeshCheckReport {
     let mut meshes: Vec<MeshCheckRow> = Vec::new();
     for path in paths {
@@ -107,11 +107,11 @@ pub fn check_report(paths: &[PathBuf], scale: ScaleRule, size: SizeRule) -> Mesh
         meshes[usable[index]].duplicate_of = Some(meshes[usable[of]].file.clone());
     }
     let count = |kind: &dyn Fn(&MeshCheckRow) -> bool| meshes.iter().filter(|row| kind(row)).count() as u32;
-    let is_mended = |row: &MeshCheckRow| row.record.as_ref().is_some_and(|record| !record.repairs.is_empty());
+    let is_repaired = |row: &MeshCheckRow| row.record.as_ref().is_some_and(|record| !record.repairs.is_empty());
     let counts = MeshCheckCounts {
         total: meshes.len() as u32,
-        fine: count(&|row| row.record.is_some() && !is_mended(row)),
-        mended: count(&is_mended),
+        fine: count(&|row| row.record.is_some() && !is_repaired(row)),
+        repaired: count(&is_repaired),
         refused: count(&|row| row.refusal.is_some()),
         copies: count(&|row| row.duplicate_of.is_some()),
     };
@@ -151,7 +151,7 @@ fn note_size(record: &AssetRecord, scale: ScaleRule) -> Option<String> {
     })
 }
 
-/// Note about a mesh of whose solid no cell is inside.
+/// Note about a mesh whose solid has no cell inside.
 fn note_thickness(mesh: &TriMesh, record: &AssetRecord) -> Option<String> {
     let longest = record.extents.into_iter().fold(0.0, f64::max);
     // Only a mesh of about that thickness is worth the solid.
@@ -181,7 +181,7 @@ impl MeshCheckRow {
 
 /// Columns of the text form.
 const WIDTH: usize = 96;
-/// From this share of undecided surface on the table says it.
+/// Share of undecided surface from which the table mentions it.
 const NOTED_UNDECIDED: f64 = 0.05;
 /// Longest name in the first column; a longer one is cut at its front.
 const LONGEST_NAME: usize = 34;
@@ -200,9 +200,9 @@ impl fmt::Display for MeshCheckReport {
             }
             write_remarks(f, row)?;
         }
-        let MeshCheckCounts { total, fine, mended, refused, copies } = self.counts;
+        let MeshCheckCounts { total, fine, repaired, refused, copies } = self.counts;
         let [meshes, copies] = [(total, "mesh"), (copies, "copy")].map(|(count, noun)| counted(u64::from(count), noun));
-        writeln!(f, "\n{meshes}: {fine} fine, {mended} mended, {refused} refused; {copies}")
+        writeln!(f, "\n{meshes}: {fine} fine, {repaired} repaired, {refused} refused; {copies}")
     }
 }
 
@@ -211,8 +211,8 @@ fn write_record(f: &mut fmt::Formatter<'_>, record: &AssetRecord) -> fmt::Result
     let state = match (record.repairs.is_empty(), record.watertight) {
         (true, true) => "fine",
         (true, false) => "fine, open",
-        (false, true) => "mended",
-        (false, false) => "mended, open",
+        (false, true) => "repaired",
+        (false, false) => "repaired, open",
     };
     writeln!(f, "  {:>9}  {size:>20}  {:>9.2}  {state}", record.triangles, 1e6 * record.volume)
 }
@@ -223,7 +223,7 @@ fn write_remarks(f: &mut fmt::Formatter<'_>, row: &MeshCheckRow) -> fmt::Result 
     }
     if let Some(record) = &row.record {
         for repair in &record.repairs {
-            remark(f, "mended", &repair.to_string())?;
+            remark(f, "repaired", &repair.to_string())?;
         }
         for warning in &record.warnings {
             remark(f, "note", warning)?;
@@ -295,17 +295,17 @@ mod tests {
             ScaleRule::MetresPerUnit(1.0),
             SizeRule::default(),
         );
-        assert_eq!(report.counts, MeshCheckCounts { total: 5, fine: 2, mended: 1, refused: 2, copies: 2 });
+        assert_eq!(report.counts, MeshCheckCounts { total: 5, fine: 2, repaired: 1, refused: 2, copies: 2 });
         assert!(report.has_refusals());
         let text = report.to_string();
         assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
         for part in [
             "  fine\n",
-            "    mended   1 face against its neighbours reversed\n",
+            "    repaired 1 face against its neighbours reversed\n",
             "    copy     the same triangles as ",
             "    remedy   the file is probably in millimetres: set unit = \"mm\"\n",
             "    problem  no such file\n",
-            "\n5 meshes: 2 fine, 1 mended, 2 refused; 2 copies\n",
+            "\n5 meshes: 2 fine, 1 repaired, 2 refused; 2 copies\n",
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }

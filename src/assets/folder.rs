@@ -1,4 +1,4 @@
-//! Which mesh files a folder holds, what they are called, and which are copies.
+//! Mesh files of a folder, their names, and which are copies.
 
 use std::{
     collections::BTreeMap,
@@ -55,7 +55,7 @@ pub struct DuplicateOf {
     pub of: usize,
 }
 
-/// The meshes whose geometry stands earlier in the list already, whatever their names and the order of their faces.
+/// Meshes with the same geometry as an earlier one in the list, with any name and order of faces.
 pub fn duplicates<'a>(records: impl IntoIterator<Item = &'a AssetRecord>) -> Vec<DuplicateOf> {
     let mut first = BTreeMap::new();
     let find = |(index, record): (usize, &AssetRecord)| match *first.entry(record.geometry).or_insert(index) {

@@ -1,8 +1,8 @@
 //! Object meshes: find, read, make, check, repair and hash them; objects whose derived parts are made once and shared.
 //!
-//! [`prepare`] is the only entry to a mesh that all rooms can trust: a [`MeshSource`] becomes a [`PreparedMesh`], or a
-//! [`MeshRefusal`] with file, location and remedy. [`read_triangles`] reads a part of a robot as its file has it. [`list_folder`]
-//! finds files, [`built_in_names`] names shapes that need none. [`object::PreparedObject`] adds solid, surface, mass and resting
+//! [`prepare`] is the only entry to a checked mesh: a [`MeshSource`] becomes a [`PreparedMesh`], or a
+//! [`MeshRefusal`] with file, location and remedy. [`read_triangles`] reads a part of a robot unchanged from its
+//! file. [`list_folder`] finds files, [`built_in_names`] lists shapes that need none. [`object::PreparedObject`] adds solid, surface, mass and resting
 //! poses.
 
 // Tests compare with what the C library computes.

@@ -1,4 +1,4 @@
-//! A refusal in the making: everything but the file, which the caller knows.
+//! A refusal without its file, which the caller adds.
 
 use std::fmt::Display;
 
@@ -29,7 +29,7 @@ impl Refuse {
         Self { location: Some(location.into()), ..self }
     }
 
-    /// Adds to the problem what else is wrong.
+    /// Adds a further fault to the problem.
     pub(super) fn noting(self, note: &str) -> Self {
         Self { problem: format!("{}; {note}", self.problem), ..self }
     }

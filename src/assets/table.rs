@@ -15,7 +15,7 @@ use kernel::{
     words::Show,
 };
 
-/// Where a mesh comes from and how its numbers become metres; everything needed to prepare it again.
+/// Source of a mesh and scale of its numbers to metres; everything needed to prepare it again.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshSource {
     /// Unique name inside the job: the file's stem, the table's name or the built-in shape's name.
@@ -44,7 +44,7 @@ impl fmt::Display for MeshOrigin {
 }
 
 impl MeshSource {
-    /// A file in metres, of any size that passes by itself, of which nothing else is known.
+    /// A file in metres, of any accepted size, without other metadata.
     pub fn of_file(name: impl Into<String>, path: &Path) -> Self {
         Self {
             name: name.into(),
@@ -58,7 +58,7 @@ impl MeshSource {
     }
 }
 
-/// Where the triangles come from.
+/// Source of the triangles.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MeshOrigin {
     /// A mesh file.
@@ -76,7 +76,7 @@ pub enum ScaleRule {
     LongestSide(f64),
 }
 
-/// Which longest sides pass, after scaling [m]; 5 mm to 2 m unless the job says otherwise.
+/// Accepted longest sides, after scaling [m]; 5 mm to 2 m by default.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SizeRule {
     /// Shortest accepted longest side [m].
@@ -100,14 +100,14 @@ pub struct PreparedMesh {
     pub record: AssetRecord,
 }
 
-/// One row of the asset table. Whoever reads it passes over what a dataset says of its objects beyond it, such as masses.
+/// One row of the asset table. Readers ignore further values of a dataset about its objects, such as masses.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AssetRecord {
     /// Name inside the job.
     pub name: String,
-    /// Digest of the prepared mesh (positions and faces as they stand): the subject of its samples.
+    /// Digest of the prepared mesh (positions and faces, unchanged): the subject of its samples.
     pub object: ObjectId,
-    /// Digest of the triangles whatever their order and first corner: equal for equal geometry in two files.
+    /// Digest of the triangles in any order and with any first corner: equal for equal geometry in two files.
     pub geometry: Digest,
     /// Digest of the file as found; `None` for a built-in shape.
     pub file: Option<Digest>,
@@ -141,7 +141,7 @@ pub struct AssetRecord {
     /// About how many times as long its solid takes to make as that of a closed mesh; `None` below a hundred times.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub solid_effort: Option<u32>,
-    /// Things a user should know, in words.
+    /// Remarks for the user.
     pub warnings: Vec<String>,
     /// Licence, where known.
     pub licence: Option<String>,
@@ -157,7 +157,7 @@ pub struct AssetRecord {
 pub enum Winding {
     /// Counter-clockwise seen from outside, everywhere.
     Outward,
-    /// Neighbouring faces disagree and could not be mended.
+    /// Neighbouring faces disagree and could not be repaired.
     Mixed,
 }
 
@@ -181,7 +181,7 @@ impl InsideMethod {
     }
 }
 
-/// One thing that was mended, with how many elements it touched.
+/// One kind of repair, with the number of its elements.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "repair")]
 pub enum Repair {

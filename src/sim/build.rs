@@ -1,14 +1,14 @@
-//! Lets whatever cargo runs find libmujoco: tests and doctests of every crate above.
+//! Lets all programs that cargo runs find libmujoco: tests and doctests of every crate above.
 
 use std::{env, error::Error, fs, os::unix::fs::symlink, path::PathBuf};
 
-/// Cargo lets programs that it starts find libraries in the folder of a build script: a link to ours stands there.
+/// Cargo lets programs that it starts find libraries in the folder of a build script: this adds a link to ours there.
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-env-changed=MUJOCO_DYNAMIC_LINK_DIR");
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR")?);
     println!("cargo:rustc-link-search=native={}", out.display());
-    // Where there is no library, building says so later, and how to get it.
+    // Without a library, building fails later, with a message that explains how to get it.
     let entries = env::var_os("MUJOCO_DYNAMIC_LINK_DIR").and_then(|folder| fs::read_dir(folder).ok());
     for entry in entries.into_iter().flatten() {
         let entry = entry?;

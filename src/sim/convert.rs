@@ -5,7 +5,7 @@ use nalgebra::{IsometryMatrix3, Matrix3, Quaternion, Rotation3, Translation3, Un
 
 use kernel::geom::{Frame, Pose, Shape, World};
 
-/// MuJoCo's indices are C integers; those of what is there are not negative.
+/// MuJoCo's indices are C integers; those of existing elements are not negative.
 pub(super) fn index(value: i32) -> usize {
     usize::try_from(value).expect("an index of the compiled model")
 }

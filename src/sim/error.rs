@@ -21,7 +21,7 @@ pub enum SceneError {
     NoCamera {
         /// The scene.
         path: PathBuf,
-        /// The name asked for.
+        /// The requested name.
         name: String,
         /// The names that there are.
         present: Vec<String>,
@@ -57,9 +57,9 @@ pub enum SceneError {
 /// A statement of a description that is not understood.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RefusedStatement {
-    /// File and line, or the file alone.
+    /// File and line, or only the file.
     pub place: String,
-    /// The statement, as it is written.
+    /// The statement as written.
     pub statement: String,
     /// Why it is refused here, as a clause; empty where it always is.
     pub when: &'static str,
@@ -77,7 +77,7 @@ impl RefusedStatement {
         Self { place: statement.place.to_string(), statement: written, when: "", remedy }
     }
 
-    /// An element that no table knows, or with an attribute that none knows.
+    /// An element that no table contains, or with an attribute that none contains.
     pub(super) fn unknown(statement: &Statement, attribute: Option<&str>) -> Self {
         Self::new(statement, attribute, "take it out if it changes no shape and no motion")
     }
@@ -87,7 +87,7 @@ impl RefusedStatement {
         Self { when, ..Self::new(statement, None, remedy) }
     }
 
-    /// An element whose place is not known, refused under a condition.
+    /// An element without a known position, refused under a condition.
     pub(super) fn without_place(
         file: &Path,
         element: &str,
@@ -138,7 +138,7 @@ fn lines(refused: &[RefusedStatement]) -> String {
 /// Why a robot's description gives no planning group.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RobotError {
-    /// A text that cannot be read, or that asks for too much.
+    /// A text that cannot be read, or that needs too much memory or time.
     #[error("{message}; {remedy}")]
     Text {
         /// File, place and problem.
@@ -160,7 +160,7 @@ pub enum RobotError {
         /// Memory that has to be left [bytes].
         needed: usize,
     },
-    /// A joint that stands still at a value that the description does not allow.
+    /// A fixed joint with a value that the description does not allow.
     #[error("{}: joint {joint:?} is set to {given}, but its coupling (<equality><joint>, <mimic> in a URDF) sets it to {value}{}; give it that value, or none", path.shown(), follows(leader.as_deref()))]
     Contradicted {
         /// The robot.
@@ -179,7 +179,7 @@ pub enum RobotError {
     Refused {
         /// The robot.
         path: PathBuf,
-        /// MuJoCo's words, with line and column where it knows them.
+        /// MuJoCo's words, with line and column if it reports them.
         message: String,
     },
     /// A file that the description names is not there.
@@ -232,7 +232,7 @@ pub enum RobotError {
         /// Remedy: what to write instead.
         remedy: &'static str,
     },
-    /// A geom whose kind collision checking does not know.
+    /// A geom of a kind that collision checking does not support.
     #[error("{}: geom {geom} of body {body:?} is {kind}; {remedy}, or give it contype=\"0\" conaffinity=\"0\" if nothing can hit it", path.shown())]
     Geom {
         /// The robot.
@@ -261,7 +261,7 @@ pub enum RobotError {
     NoJoint {
         /// The robot.
         path: PathBuf,
-        /// The name asked for.
+        /// The requested name.
         name: String,
         /// The names that there are.
         present: Vec<String>,
@@ -271,7 +271,7 @@ pub enum RobotError {
     NoTarget {
         /// The robot.
         path: PathBuf,
-        /// The name asked for.
+        /// The requested name.
         name: String,
         /// The names that there are.
         present: Vec<String>,
@@ -281,13 +281,13 @@ pub enum RobotError {
     NoFrame {
         /// The robot.
         path: PathBuf,
-        /// The name asked for.
+        /// The requested name.
         name: String,
         /// The names that there are.
         present: Vec<String>,
     },
-    /// A frame that has to stand still does not.
-    #[error("{}: {name:?} is moved by joint {joint:?}; the frame of poses has to stand still", path.shown())]
+    /// A frame that must be fixed is moved by a joint.
+    #[error("{}: {name:?} is moved by joint {joint:?}; the frame of poses must be fixed", path.shown())]
     FrameMoves {
         /// The robot.
         path: PathBuf,
@@ -308,7 +308,7 @@ pub enum RobotError {
         /// The joints between the world and the target.
         moving: Vec<String>,
     },
-    /// A ball or free joint stands between the world and the target.
+    /// A ball or free joint is between the world and the target.
     #[error("{}: joint {joint:?} is a {kind} joint; a planning group needs hinge and slide joints", path.shown())]
     Kind {
         /// The robot.
@@ -348,7 +348,7 @@ pub enum HandError {
     /// A coupling that is not read.
     #[error("{place}: <equality>: joint {joint:?} {reason}")]
     Coupling {
-        /// File and line, or the file alone.
+        /// File and line, or only the file.
         place: String,
         /// The joint that follows.
         joint: String,
@@ -399,7 +399,7 @@ pub enum HandError {
         pairs: Vec<([String; 2], u32)>,
     },
     /// A hand with which grasps cannot be searched for.
-    #[error("{}: grasps are searched for with a hand that has {what}; docs/hands.md says how to give it some", path.shown())]
+    #[error("{}: grasps are searched for with a hand that has {what}; docs/hands.md explains how to add some", path.shown())]
     NoGrasps {
         /// The hand's table.
         path: PathBuf,
@@ -417,7 +417,7 @@ pub enum HandError {
     },
     /// A hand that cannot take a pair of points between two of its contacts.
     #[error(
-        "{}: no two of its contacts face each other in a posture of its eigengrasps, so it takes no pair of points between them; grasps.sampler = \"annealing\" and \"uniform\" take every hand",
+        "{}: no two of its contacts face each other in a posture of its eigengrasps, so it cannot hold a pair of points between them; grasps.sampler = \"annealing\" and \"uniform\" take every hand",
         path.shown()
     )]
     NoOpposition {
@@ -439,7 +439,7 @@ pub enum HandError {
     /// A posture of another length, or outside the joints' ranges.
     #[error("the posture {posture:?} does not fit: {} values within {ranges:?}", ranges.len())]
     Posture {
-        /// The posture asked for.
+        /// The requested posture.
         posture: Vec<f64>,
         /// The driven joints' ranges.
         ranges: Vec<[f64; 2]>,
@@ -454,7 +454,7 @@ fn overlapping(pairs: &[([String; 2], u32)], postures: u32) -> String {
     pairs.iter().map(share).collect::<Vec<_>>().join(", ")
 }
 
-/// Lines of MJCF for the pairs that overlap in every posture; of a hand that has none, for all pairs.
+/// Lines of MJCF for the pairs that overlap in every posture; if there are none, for all pairs.
 fn excludes(pairs: &[([String; 2], u32)], postures: u32) -> String {
     let always = pairs.iter().filter(|(_, count)| *count == postures);
     let chosen: Vec<_> = if always.clone().next().is_some() { always.collect() } else { pairs.iter().collect() };
@@ -486,8 +486,8 @@ fn list(names: &[String]) -> String {
 /// Why MuJoCo cannot make a depth image.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SimError {
-    /// Too little for a body; MuJoCo wants four vertices and one face at least.
-    #[error("a mesh of {vertices} vertices and {triangles} triangles: MuJoCo wants at least 4 and 1")]
+    /// Too little for a body; MuJoCo needs at least four vertices and one face.
+    #[error("a mesh of {vertices} vertices and {triangles} triangles: MuJoCo needs at least 4 and 1")]
     TooSmall {
         /// Vertices given.
         vertices: usize,

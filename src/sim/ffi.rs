@@ -52,7 +52,7 @@ pub(super) fn prepare_library() {
         }
         let mut own = [None; SOLIDS.len()];
         for (own, solid) in own.iter_mut().zip(SOLIDS) {
-            // SAFETY: as above; what we put there does all that was there before for whoever lends no collider.
+            // SAFETY: as above; our function does the same as the old one for threads that lend no collider.
             #[expect(unsafe_code, reason = "MuJoCo keeps its collision functions in a plain global")]
             unsafe {
                 let entry = &raw mut mjCOLLISIONFUNC[solid as usize][MjtGeomBase::mjGEOM_MESH as usize];
@@ -60,7 +60,7 @@ pub(super) fn prepare_library() {
                 entry.write(Some(collide_with_mesh));
             }
         }
-        // Inside the `Once` nobody else has set it.
+        // Inside the `Once` no other code has set it.
         let _ = OWN_COLLISIONS.set(own);
         // SAFETY: as above.
         #[expect(unsafe_code, reason = "MuJoCo keeps its collision functions in a plain global")]
@@ -73,8 +73,8 @@ pub(super) fn prepare_library() {
     });
 }
 
-/// Takes the free joints of what stands in the world out of a description, so that it stands still. Keyframes would have
-/// another length; they go to the joints' own values.
+/// Removes the free joints of bodies in the world from a description, so that they are fixed. Keyframes would have
+/// another length; they are moved to the joints' own values.
 pub(super) fn drop_free_joints(spec: &mut MjSpec) -> Result<(), MjEditError> {
     let mut dropped = false;
     for body in spec.world_body_mut().body_iter_mut() {
@@ -96,8 +96,8 @@ pub(super) fn drop_free_joints(spec: &mut MjSpec) -> Result<(), MjEditError> {
     Ok(())
 }
 
-/// Lets MuJoCo size its memory by what a model holds, whatever the description asks for: too little would drop contacts in silence,
-/// too much would end the process.
+/// Lets MuJoCo size its memory by a model's content, not by the description's request: too little would drop contacts
+/// silently, too much would end the process.
 pub(super) fn size_memory_by_content(spec: &mut MjSpec) {
     spec.set_memory(-1);
     spec.set_nuserdata(0);
@@ -125,7 +125,7 @@ pub(super) fn schema() -> String {
     String::from_utf8(buffer).expect("ASCII")
 }
 
-/// Takes all meshes out of a description that was compiled to this model, whose bodies weigh what they did; `false` where a
+/// Removes all meshes from a description that was compiled to this model, whose bodies keep their masses; `false` if a
 /// body without a name cannot be reached.
 pub(super) fn drop_meshes(spec: &mut MjSpec, model: &MjModel) -> Result<bool, MjEditError> {
     for body in 1..model.body_mass().len() {
@@ -241,7 +241,7 @@ unsafe fn pose_at(positions: *const f64, rotations: *const f64, number: usize) -
     }
 }
 
-/// Writes contacts, with their normals from the first geom to the second; their count.
+/// Writes contacts, with their normals from the first geom to the second; returns their number.
 #[expect(unsafe_code, reason = "MuJoCo's structs")]
 unsafe fn write_contacts(room: *mut mjPreContact, found: impl Iterator<Item = WorldContact>) -> c_int {
     let mut count = 0;
@@ -254,7 +254,7 @@ unsafe fn write_contacts(room: *mut mjPreContact, found: impl Iterator<Item = Wo
     count as c_int
 }
 
-/// Gives the bodies of a thread's own model of a scene, in order, what they weigh and the boxes that they stand in.
+/// Gives the bodies of a thread's own model of a scene, in order, their masses and bounding boxes.
 ///
 /// # Panics
 /// When there are not as many as the model has.
@@ -262,7 +262,7 @@ pub(super) fn set_scene_bodies(data: &mut MjData<Box<MjModel>>, patches: &[BodyP
     // SAFETY: sizes, indices and addresses of the model stay as they are.
     #[expect(unsafe_code, reason = "whoever has the model could swap it")]
     let model = unsafe { data.model_mut() };
-    assert_eq!(model.body_mass().len(), patches.len() + 1, "one patch per body beside the world");
+    assert_eq!(model.body_mass().len(), patches.len() + 1, "one patch per body except the world");
     for (number, patch) in patches.iter().enumerate() {
         // Body 0 is the world; geom 0 is the container.
         let (body, geom) = (number + 1, number + 1);
@@ -291,7 +291,7 @@ pub(super) fn set_object(data: &mut MjData<Box<MjModel>>, object: &FreeObject, [
     let model = unsafe { data.model_mut() };
     model.body_mass_mut()[object.body] = mass;
     model.body_inertia_mut()[object.body] = object.inertia.map(|moment| mass * moment);
-    // What is there for rolling counts for contacts of another kind alone.
+    // The value for rolling is used only by contacts of another kind.
     let friction = [friction, friction * torsion, 1e-4];
     match object.touched {
         Touched::Geom(geom) => model.geom_friction_mut()[geom] = friction,
@@ -327,7 +327,7 @@ pub(super) fn libc_version() -> String {
         unsafe extern "C" {
             safe fn gnu_get_libc_version() -> *const std::ffi::c_char;
         }
-        // SAFETY: glibc returns a string of its own that lives as long as the process.
+        // SAFETY: glibc returns its own string, which lives as long as the process.
         #[expect(unsafe_code, reason = "a C string")]
         let version = unsafe { std::ffi::CStr::from_ptr(gnu_get_libc_version()) };
         format!("glibc {}", version.to_string_lossy())
@@ -338,12 +338,12 @@ pub(super) fn libc_version() -> String {
     }
 }
 
-/// MuJoCo cannot go on after an error and ends the process with exit code 1 once this returns. Shards in work keep their
-/// temporary names, so nothing half written is taken for finished. Warnings are counted in MuJoCo's own state: whoever steps
-/// reads them there.
+/// MuJoCo cannot continue after an error and ends the process with exit code 1 once this returns. Shards in work keep
+/// their temporary names, so no partial file counts as finished. Warnings are counted in MuJoCo's own state, where the
+/// stepping code reads them.
 fn report_fatal(message: &MjLogMessage) {
     if message.level() == MjtLogLevel::mjLOG_ERROR {
-        // The process ends here: no printer will come by to pick this up.
+        // The process ends here: no printer would print this.
         let _ = writeln!(std::io::stderr(), "error: MuJoCo gave up: {}", message.subject());
     }
 }
@@ -424,7 +424,8 @@ impl GlContext {
             .map_err(|error| GlError::Failed(format!("eglMakeCurrent: {error}")))
     }
 
-    /// Makes lookups in a shadow map of so many texels along each side read the texel that was drawn there, see [`upload`].
+    /// Makes lookups in a shadow map of `size` texels along each side read the texel that was drawn there, see
+    /// [`upload`].
     fn align_shadow_map(&self, texture: u32, size: i32) -> Result<(), GlError> {
         let lacks = |missing: &str| GlError::Lacks { renderer: self.renderer.clone(), missing: missing.into() };
         let function = |name: &str| self.egl.get_proc_address(name).ok_or_else(|| lacks(name));
@@ -435,9 +436,9 @@ impl GlContext {
         let (scale, shift) = ((size - 2) as f32 / size as f32, 1.0 / size as f32);
         let drawn_from_read =
             [[scale, 0.0, 0.0, 0.0], [0.0, scale, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [shift, shift, 0.0, 1.0]];
-        // SAFETY: OpenGL defines the functions with these types; the context is current on this thread, and the texture is one of
-        // its own. MuJoCo binds a texture before it draws with it, selects a unit and a matrix before it changes them, and has
-        // no matrix of its own for this unit.
+        // SAFETY: OpenGL defines the functions with these types; the context is current on this thread and owns the
+        // texture. MuJoCo binds a texture before it draws with it, selects a unit and a matrix before it changes them,
+        // and has no matrix for this unit.
         #[expect(unsafe_code, reason = "OpenGL is reached through function pointers")]
         unsafe {
             let bind: extern "system" fn(u32, u32) = std::mem::transmute(bind);
@@ -542,7 +543,7 @@ fn devices(egl: &Egl) -> Vec<*mut c_void> {
 
 fn platform_display(get: extern "system" fn(), platform: egl::Enum, native: *mut c_void) -> Option<egl::Display> {
     // SAFETY: EGL_EXT_platform_base defines this type; `native` is a device that EGL returned, or null where the
-    // platform asks for null.
+    // platform requires null.
     #[expect(unsafe_code, reason = "EGL's extensions are reached through function pointers")]
     unsafe {
         let get: extern "system" fn(egl::Enum, *mut c_void, *const egl::Int) -> *mut c_void = std::mem::transmute(get);
@@ -557,7 +558,7 @@ fn open(egl: &Egl, display: egl::Display) -> Result<egl::Context, egl::Error> {
     egl.bind_api(egl::OPENGL_API)?;
     let wanted = [egl::SURFACE_TYPE, egl::PBUFFER_BIT, egl::RENDERABLE_TYPE, egl::OPENGL_BIT, egl::NONE];
     let config = egl.choose_first_config(display, &wanted)?.ok_or(egl::Error::BadConfig)?;
-    // No version asked for: MuJoCo draws with the compatibility profile.
+    // No version requested: MuJoCo draws with the compatibility profile.
     let context = egl.create_context(display, config, None, &[egl::NONE])?;
     if let Err(error) = egl.make_current(display, None, None, Some(context)) {
         let _ = egl.destroy_context(display, context);

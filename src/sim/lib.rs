@@ -1,16 +1,17 @@
-//! MuJoCo: the only room that names it. A scene's camera, depth and colours of one object by MuJoCo's own rays or renderer,
-//! of robots planning groups, what can collide, and MuJoCo's contacts, and of hands their description and how they close.
+//! MuJoCo: the only crate that uses it. For a scene, the camera, depth and colours of one object by MuJoCo's own rays
+//! or renderer; for robots, planning groups, colliding geoms and MuJoCo's contacts; for hands, their description and
+//! how they close.
 //!
 //! A [`SimModel`] is one object before the camera of `scenes/single_view.xml`, compiled once and shared; a [`SimWorker`]
 //! is what one thread needs to render it. Both renderers agree with our rasteriser (`tests/depth_oracles.rs`),
 //! and neither is of class `exact`: the compiler's choice of inertial frame and the rays run through the C library's
 //! maths (class `physics`), the renderer's pixels are the driver's (class `colour`).
 //!
-//! A [`HandModel`] is a hand and its table; a [`HandSim`] is it with an object that nothing pushes away, compiled once and
-//! shared, a [`HandWorker`] what one thread needs to move it. The object may be a true mesh: MuJoCo itself collides the convex
-//! hull of one. A [`TrialSim`] is a hand with an object that moves freely, a [`TrialWorker`] closes, lifts and shakes: the
-//! physics label of a grasp. A [`SettleWorker`] lets bodies fall and come to rest in a container, and a [`ClutterWorker`] tries a grasp
-//! of one of them. Stepping is of class `physics`.
+//! A [`HandModel`] is a hand and its table; a [`HandSim`] is it with a fixed object, compiled once and shared, a
+//! [`HandWorker`] the state that one thread needs to move it. The object may be a true mesh: MuJoCo itself collides the
+//! convex hull of one. A [`TrialSim`] is a hand with an object that moves freely, a [`TrialWorker`] closes, lifts and
+//! shakes: the physics label of a grasp. A [`SettleWorker`] lets bodies fall and come to rest in a container, and a
+//! [`ClutterWorker`] tries a grasp of one of them. Stepping is of class `physics`.
 //!
 //! MuJoCo ends the process on an error inside its engine (`mju_error`). So names, sizes and finiteness are checked
 //! before each call, and what still happens is reported by a handler that `ffi` installs before the first call.
@@ -18,9 +19,9 @@
 // Tests compare with what the C library computes.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
-/// An environment variable and its value that keep Mesa's software driver from starting threads of its own in each of
-/// ours: with all cores busy a view takes a quarter of the time (2.5 ms instead of 12), and no bit changes. It must
-/// stand before the process starts: the command line runs itself again with it.
+/// An environment variable and its value that keep Mesa's software driver from starting its own threads in each of
+/// ours: with all cores busy a view takes a quarter of the time (2.5 ms instead of 12), and no bit changes. It must be
+/// set before the process starts: the command line runs itself again with it.
 pub const GL_ENVIRONMENT: (&str, &str) = ("LP_NUM_THREADS", "0");
 
 mod clutter;

@@ -7,8 +7,8 @@ use crate::{
     ffi::{self, GlContext},
 };
 
-/// blake3 of libmujoco.so.3.17.0 for x86-64, as packed in the Python package `mujoco` (its sha256 stands in
-/// `scripts/fetch.py`).
+/// blake3 of libmujoco.so.3.17.0 for x86-64, as packed in the Python package `mujoco` (`scripts/fetch.py` has its
+/// sha256).
 const PINNED: &str = "e5611a62d8cb6d2a84892f3f9f12428212d766db14352a0b0da3a95c96dc3246";
 
 /// Libraries that the program runs with.
@@ -16,7 +16,7 @@ const PINNED: &str = "e5611a62d8cb6d2a84892f3f9f12428212d766db14352a0b0da3a95c96
 pub struct SimFacts {
     /// MuJoCo's version.
     pub version: String,
-    /// The file that the program was linked with at its start; `None` where the system does not say.
+    /// The library file that the program loaded at its start; `None` if the system does not report it.
     pub library: Option<PathBuf>,
     /// blake3 of that file, in hexadecimal: the first part of the label of data of class `physics`.
     pub digest: Option<String>,
@@ -80,7 +80,7 @@ pub struct GlFacts {
     pub largest: u32,
 }
 
-/// Asks libmujoco.
+/// Queries libmujoco.
 pub fn sim_facts() -> SimFacts {
     ffi::prepare_library();
     let library = loaded_library();
@@ -94,10 +94,10 @@ pub fn sim_facts() -> SimFacts {
     }
 }
 
-/// Asks the OpenGL driver. Opens and closes a context without a window: tens of milliseconds.
+/// Queries the OpenGL driver. Opens and closes a context without a window: tens of milliseconds.
 ///
 /// # Errors
-/// Where there is no such context.
+/// If there is no such context.
 pub fn gl_facts() -> Result<GlFacts, GlError> {
     let gl = GlContext::new()?;
     Ok(GlFacts {

@@ -14,7 +14,7 @@ use crate::{
     trial::usable::{mass_of_small_box, small_box},
 };
 
-/// A gripper of two fingers with a camera and a part that is drawn or, `SHOWN` says, can collide.
+/// A gripper of two fingers with a camera and a part that is only drawn or can collide, depending on `SHOWN`.
 const MJCF: &str = r#"<mujoco model="base">
   <compiler angle="degree" autolimits="true"/>
   <option timestep="0.002"><flag energy="disable"/></option>
@@ -130,7 +130,7 @@ torque = 0.5
 /// Ways to give an orientation: one excludes the others.
 const ORIENTATIONS: [&str; 5] = ["quat", "axisangle", "euler", "xyaxes", "zaxis"];
 
-/// Attributes that exclude each other, beside [`ORIENTATIONS`].
+/// Attributes that exclude each other, in addition to [`ORIENTATIONS`].
 const EXCLUSIVE: [(&str, &[&str]); 4] =
     [("fromto", &["pos"]), ("vertex", &["file"]), ("builtin", &["file"]), ("density", &["mass"])];
 
@@ -425,7 +425,7 @@ fn a_content_type_that_is_the_ending_changes_nothing() {
     }
 }
 
-/// Otherwise nothing of trials would be compared.
+/// Otherwise no trials would be compared.
 #[test]
 fn the_hand_of_the_base_holds_the_box_of_its_trial() {
     let reading = read(Format::Mjcf, Usage::Hand, MJCF).expect("a hand");

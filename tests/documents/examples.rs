@@ -118,6 +118,6 @@ fn meshes_are_checked() {
     let report = Program::on("meshes", "check").arg("meshes").read_json();
     let counts: BTreeMap<String, f64> = serde_json::from_value(report["counts"].clone()).expect("counts");
     let printed = numbers(output.lines().last().unwrap_or_default());
-    assert_eq!(printed, ["total", "fine", "mended", "refused"].map(|name| counts[name]), "{output}");
+    assert_eq!(printed, ["total", "fine", "repaired", "refused"].map(|name| counts[name]), "{output}");
     assert_eq!(output.matches("triangles, ").count() as f64, counts["total"] - counts["refused"], "{output}");
 }

@@ -482,7 +482,7 @@ fn judge(row: &MeshCheckRow, wanted: Wanted) -> (&'static str, String, bool) {
     let is_whole = record.watertight && (record.volume / VOLUME - 1.0).abs() < 1e-5;
     let (verdict, is_right) = match wanted {
         Accepted(words) => ("accepted", repairs.is_empty() && is_whole && remarks.contains(words)),
-        Mended(words) => ("mended", !repairs.is_empty() && is_whole && remarks.contains(words)),
+        Mended(words) => ("repaired", !repairs.is_empty() && is_whole && remarks.contains(words)),
         Open(words) => ("accepted", remarks.contains(words)),
         Refused(..) => ("accepted", false),
     };

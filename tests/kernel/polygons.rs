@@ -124,7 +124,7 @@ fn faces_with_holes_on_a_bridge_are_what_their_triangles_are() {
         let wanted = volume.iter().find(|(name, _)| row.contains(name)).expect("one of them").1;
         assert_eq!(row.split_whitespace().rev().nth(1), Some(wanted), "{row}");
     }
-    assert!(!text.contains("note") && text.contains("10 fine, 0 mended, 0 refused"), "{text}");
+    assert!(!text.contains("note") && text.contains("10 fine, 0 repaired, 0 refused"), "{text}");
 
     let solid = |name: &str| {
         let prepared = prepare(&source(&folder.path(name))).expect("a usable mesh");
@@ -171,7 +171,7 @@ fn a_face_that_crosses_itself_is_left_out_counted_and_located() {
     // A bow tie: as much area one way round as the other.
     let (text, path) = check("bow.obj", cube_with_top(&[&[4, 7, 5, 6]]), 0);
     for part in
-        ["mended, open", "1 face without an inside left out", "at line 14: its outline runs around as much area"]
+        ["repaired, open", "1 face without an inside left out", "at line 14: its outline runs around as much area"]
     {
         assert!(text.replace("\n             ", " ").contains(part), "{part}\n{text}");
     }

@@ -86,7 +86,7 @@ fn seams_within_rounding_are_joined_in_every_format_and_said() {
     }
     assert!(geometries.iter().all(|geometry| *geometry == geometries[0]));
     let text = Program::on("meshes", "check").arg(folder.path("loose.obj")).expect_code(0).stdout;
-    let said = format!("mended   {joined} vertices at a seam joined");
+    let said = format!("repaired {joined} vertices at a seam joined");
     assert!(text.contains(&said) && !text.contains("open"), "{text}");
 
     // In another order of faces, corners and vertices: the same triangles.

@@ -38,20 +38,20 @@ pub enum NoHalfShape {
 }
 
 impl HalfShape {
-    /// Sizes that a name may ask for [mm]: what a hand can close on or touch.
+    /// Sizes that a name may request [mm], limited to what a hand can close on or touch.
     pub const MILLIMETRES: RangeInclusive<u32> = 20..=300;
 
-    /// Size of a shape whose name does not say it [mm].
+    /// Default size of a shape [mm].
     const DEFAULT_MILLIMETRES: u32 = 100;
 
-    /// All nine pairs of a front and a back, of this size [mm]; without one, under the names that say none.
+    /// All nine pairs of a front and a back, of this size [mm]; without one, under the names without size.
     pub fn all(millimetres: Option<u32>) -> impl Iterator<Item = Self> {
         let with = move |front| Half::ALL.into_iter().map(move |back| Self { front, back, millimetres });
         Half::ALL.into_iter().flat_map(with)
     }
 
-    /// Whether a head-on camera sees the same of this shape as of another with the same front and size: nothing of the
-    /// back, and this front hides more backs than one.
+    /// Whether a head-on camera cannot distinguish this shape from another with the same front and size: the back is
+    /// hidden, and this front hides more backs than one.
     ///
     /// So it is of a cube before any back, and of a sphere before a sphere or a diamond.
     pub fn is_ambiguous(self) -> bool {
@@ -59,7 +59,7 @@ impl HalfShape {
         self.front.hides(self.back) && hidden.count() > 1
     }
 
-    /// The shape in at least so many triangles [m].
+    /// The shape in at least `triangles` triangles [m].
     pub(super) fn surface(self, triangles: usize) -> Surface {
         let Self { front, back, millimetres } = self;
         let radius = f64::from(millimetres.unwrap_or(Self::DEFAULT_MILLIMETRES)) / 1000.0 / 2.0;
@@ -150,7 +150,8 @@ impl Half {
         }
     }
 
-    /// Whether a head-on camera sees nothing of `back` behind this half: its rim, where it is widest, is nowhere wider.
+    /// Whether `back` is completely hidden behind this half for a head-on camera: its rim, where it is widest, is
+    /// nowhere wider.
     fn hides(self, back: Self) -> bool {
         // Rims that differ do so at an eighth of a revolution, where the corners are.
         EIGHTHS.into_iter().all(|direction| back.reach(direction) < self.reach(direction) + 1e-12)

@@ -67,13 +67,13 @@ impl Profile {
         self
     }
 
-    /// Revolves the profile, which must have come back to the axis, into at least so many triangles.
+    /// Revolves the profile, which must have returned to the axis, into at least `triangles` triangles.
     fn revolve(self, triangles: usize) -> Surface {
         let sampled = self.sample(triangles);
         revolve_points(&sampled.points, sampled.columns, &[]).surface
     }
 
-    /// Chooses rows and columns so that the cells are nearly square and make at least so many triangles.
+    /// Chooses rows and columns so that the cells are nearly square and make at least `triangles` triangles.
     pub(super) fn sample(&self, triangles: usize) -> Sampled {
         let lengths: Vec<f64> = self.curves.iter().map(|curve| length(curve)).collect();
         let total: f64 = lengths.iter().sum();
@@ -109,7 +109,7 @@ pub(super) struct Sampled {
     pub(super) rows_of_curve: Vec<std::ops::Range<usize>>,
 }
 
-/// Cells of a surface of revolution that are left open, for a handle to go on from.
+/// Cells of a surface of revolution that are left open, where a handle continues.
 pub(super) struct Patch {
     /// Rows of cells; row r lies between points r and r + 1.
     pub(super) rows: std::ops::Range<usize>,
@@ -194,7 +194,7 @@ fn length(curve: &[[f64; 2]]) -> f64 {
     curve.windows(2).map(|step| distance(step[0], step[1])).sum()
 }
 
-/// The point so far along a polyline.
+/// The point at a distance along a polyline.
 fn along(curve: &[[f64; 2]], mut arc: f64) -> [f64; 2] {
     for step in curve.windows(2) {
         let length = distance(step[0], step[1]);
@@ -329,7 +329,7 @@ pub(super) fn vase(draw: &mut Stream, triangles: usize) -> Surface {
         .revolve(triangles)
 }
 
-/// A screwdriver, standing on its tip: shaft, collar, grip.
+/// A screwdriver, upright on its tip: shaft, collar, grip.
 pub(super) fn screwdriver(draw: &mut Stream, triangles: usize) -> Surface {
     let (shaft, length) = (draw.uniform(0.002, 0.004), draw.uniform(0.06, 0.14));
     let (grip, height) = (draw.uniform(0.011, 0.018), draw.uniform(0.07, 0.115));
@@ -349,7 +349,7 @@ pub(super) fn screwdriver(draw: &mut Stream, triangles: usize) -> Surface {
 mod tests {
     use super::*;
 
-    /// Sum of frustums over a regular polygon: exact for what `revolve_points` makes.
+    /// Sum of frustums over a regular polygon: exact for the result of `revolve_points`.
     fn closed_form(points: &[[f64; 2]], columns: usize) -> f64 {
         let circle = columns as f64 / 2.0 * (TAU / columns as f64).sin();
         let frustum = |s: &[[f64; 2]]| {

@@ -1,9 +1,9 @@
 //! Built-in shapes: a household set made by formula, so that a job needs no download.
 //!
-//! A name says everything: `can-03` is the third can, `can-03@16k` the same can in at least 16,000 triangles. Every shape is a
-//! single watertight surface in metres, z up, standing on z = 0 with its main axis on z; half-shapes ([`HalfShape`]) stand
-//! around the origin instead. The numbers of a shape are drawn from its own stream, so that asking for more shapes changes
-//! none.
+//! The name defines the shape: `can-03` is the third can, `can-03@16k` the same can in at least 16,000 triangles. Every
+//! shape is a single watertight surface in metres, z up, resting on z = 0 with its main axis on z; half-shapes
+//! ([`HalfShape`]) are around the origin instead. The numbers of a shape are drawn from its own stream, so that using
+//! more shapes changes none.
 
 mod halves;
 mod lathe;
@@ -18,10 +18,10 @@ use self::surface::Surface;
 use crate::{MeshOrigin, MeshSource, Refuse, ScaleRule, SizeRule, read::RawMesh, repair::mend};
 use kernel::seed::Stream;
 
-/// Triangles of a shape whose name does not say how many, at least.
+/// Default for the least number of triangles.
 const DEFAULT_TRIANGLES: usize = 6_000;
 
-/// Fewest and most triangles that a name may ask for.
+/// Fewest and most triangles that a name may request.
 const TRIANGLES: std::ops::RangeInclusive<usize> = 500..=4_000_000;
 
 /// Names of the first `count` household shapes: one family after another, so that any number is a mixture.
@@ -53,7 +53,7 @@ pub fn built_in_source(name: &str) -> MeshSource {
 /// One family of shapes.
 struct Family {
     name: &'static str,
-    /// Draws the numbers of one shape and makes it with at least so many triangles.
+    /// Draws the numbers of one shape and makes it with at least this many triangles.
     make: fn(&mut Stream, usize) -> Surface,
 }
 

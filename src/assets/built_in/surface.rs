@@ -24,7 +24,7 @@ impl Surface {
         self.join_where(below, above, |_| true);
     }
 
-    /// Joins two rows where the cell that starts at a column is wanted.
+    /// Joins two rows where `wanted` is true for the cell that starts at a column.
     pub(super) fn join_where(&mut self, below: &[u32], above: &[u32], wanted: impl Fn(usize) -> bool) {
         let count = below.len().max(above.len());
         let pick = |row: &[u32], i: usize| if row.len() == 1 { row[0] } else { row[i % count] };

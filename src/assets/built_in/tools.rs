@@ -1,4 +1,4 @@
-//! Things with handles: solids of revolution with tubes growing out of them, each a single surface.
+//! Objects with handles: solids of revolution with tubes growing out of them, each a single surface.
 
 use std::f64::consts::PI;
 
@@ -17,12 +17,12 @@ fn radius_at(sampled: &Sampled, rows: &std::ops::Range<usize>) -> [f64; 2] {
     sampled.points[(rows.start + rows.end) / 2]
 }
 
-/// Sections of a tube with this many columns that bring a surface to the wanted triangles.
+/// Sections of a tube with this many columns that bring a surface to the wanted number of triangles.
 fn sections(wanted: usize, faces: usize, columns: usize) -> usize {
     wanted.saturating_sub(faces).div_ceil(2 * columns).max(6)
 }
 
-/// Triangles for a solid of revolution, given the area of what grows out of it.
+/// Triangles for a solid of revolution, given the area of its handles.
 fn body_share(triangles: usize, profile: &Profile, handle_area: f64) -> usize {
     let area = profile.area();
     libm::ceil(triangles as f64 * area / (area + handle_area)) as usize
@@ -111,7 +111,7 @@ fn with_sticks(profile: &Profile, sticks: &[Stick], triangles: usize) -> Surface
     for (stick, patch) in sticks.iter().zip(&patches) {
         let [x, z] = radius_at(&sampled, &patch.rows);
         let rim = revolved.rim(patch);
-        // Straight out at first, so that the root stands square on the wall; then the rise sets in.
+        // Straight out at first, so that the root is perpendicular to the wall; then the rise begins.
         let path = |u: f64| {
             let u = towards_end(u);
             [x + stick.reach * u, z + stick.rise * u * u]
@@ -224,7 +224,7 @@ pub(super) fn kettle(draw: &mut Stream, triangles: usize) -> Surface {
     with_sticks(&profile, &sticks, triangles)
 }
 
-/// A hammer, standing on the end of its handle: a revolved head across, the handle growing out of its side.
+/// A hammer, upright on the end of its handle: a revolved head across, the handle growing out of its side.
 pub(super) fn hammer(draw: &mut Stream, triangles: usize) -> Surface {
     let radius = draw.uniform(0.012, 0.019);
     let length = radius * draw.uniform(4.2, 6.5);

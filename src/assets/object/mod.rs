@@ -28,7 +28,7 @@ use kernel::{
     voxel::{InsideTest, channels::Surface, solid_occupancy},
 };
 
-/// A prepared mesh with its derived parts. Each part is made once, by the first thread that asks for it, and is a function
+/// A prepared mesh with its derived parts. Each part is made once, by the first thread that uses it, and is a function
 /// of the mesh alone (class `exact`).
 pub struct PreparedObject {
     mesh: TriMesh,
@@ -42,10 +42,10 @@ pub struct PreparedObject {
 }
 
 impl PreparedObject {
-    /// Reads, checks and repairs a mesh; parts are made later, when they are asked for.
+    /// Reads, checks and repairs a mesh; parts are made later, on first use.
     ///
     /// # Errors
-    /// When the mesh cannot be used; says the file, the location and the remedy.
+    /// If the mesh cannot be used, with file, location and remedy.
     pub fn prepare(source: &MeshSource) -> Result<Self, MeshRefusal> {
         prepare(source).map(Self::from)
     }
@@ -81,11 +81,11 @@ impl PreparedObject {
         self.solid.get_or_init(|| Arc::new(solid_occupancy(&self.mesh, self.inside_test(), false)))
     }
 
-    /// Refuses an object of whose solid no cell is inside, such as a sheet of a hair's thickness: it has no mass. `source` is
-    /// what it was prepared from.
+    /// Refuses an object whose solid has no cell inside, such as a sheet as thin as a hair: it has no mass. `source` is
+    /// the mesh that it was prepared from.
     ///
     /// # Errors
-    /// Says the thickness and the remedy.
+    /// With the thickness and the remedy.
     pub fn check_solid(&self, source: &MeshSource) -> Result<(), MeshRefusal> {
         if self.mass().is_some() {
             return Ok(());
@@ -108,12 +108,11 @@ impl PreparedObject {
     /// # Errors
     /// When the mesh has no extent.
     pub fn contact_surface(&self) -> Result<&Arc<ContactSurface>, NoSurface> {
-        self.make_contact_surface(&Cancel::new()).expect("nobody cancels it");
+        self.make_contact_surface(&Cancel::new()).expect("it is never cancelled");
         self.contact_surface.get().expect("it was made").as_ref().map_err(Clone::clone)
     }
 
-    /// Makes [`Self::contact_surface`] and what it needs, which takes seconds for a large mesh, unless somebody wishes to
-    /// stop.
+    /// Makes [`Self::contact_surface`] and its parts, which takes seconds for a large mesh, unless it is cancelled.
     ///
     /// # Errors
     /// When it is cancelled; parts that were made until then stay.

@@ -1,4 +1,4 @@
-//! Mass of an object that nobody has put on scales: by its material, or by the area of its convex hull.
+//! Mass of an object without a measured one: by its material, or by the area of its convex hull.
 
 use nalgebra::Point3;
 
@@ -8,13 +8,13 @@ use kernel::{
     words::Material,
 };
 
-/// Mass over the area of the convex hull of an object of which nothing is known [kg/m^2]: the median of the 47 scans of the YCB
-/// set whose masses Calli et al. 2015 publish. Things that people handle are mostly skins, walls and frames, so that their mass
-/// goes with the area around them rather than with the volume of a scan: half of the 47 are within a factor of 1.5 of this
-/// rule, and within 2.3 of 400 kg/m^3 (docs/benchmarks.md has the table; a test computes it again).
+/// Default mass over the area of an object's convex hull [kg/m^2]: the median of the 47 scans of the YCB set whose
+/// masses Calli et al. 2015 publish. Objects that people handle are mostly skins, walls and frames, so that their mass
+/// scales with the area around them rather than with the volume of a scan: half of the 47 are within a factor of 1.5 of
+/// this rule, and within 2.3 of 400 kg/m^3 (docs/benchmarks.md has the table; a test computes it again).
 pub const AREAL_DENSITY: f64 = 3.7;
 
-/// The least and the largest mass of an object of which nothing is known [kg].
+/// Smallest and largest default mass of an object [kg].
 pub const MASSES: [f64; 2] = [0.005, 5.0];
 
 /// Material and walls of an object.
@@ -22,7 +22,8 @@ pub const MASSES: [f64; 2] = [0.005, 5.0];
 pub struct MadeOf {
     /// The material.
     pub material: &'static Material,
-    /// Thickness of the walls of a hollow object, below every face of its mesh [m]; `None` where the mesh shows what is solid.
+    /// Thickness of the walls of a hollow object, below every face of its mesh [m]; `None` if the mesh shows the solid
+    /// itself.
     pub wall: Option<f64>,
 }
 
@@ -37,7 +38,8 @@ impl MadeOf {
 }
 
 impl PreparedObject {
-    /// Mass of the object out of a material [kg]: of its solid, or of its walls where it is hollow; `None` when no cell is solid.
+    /// Mass of the object for a material [kg]: of its solid, or of its walls if it is hollow; `None` when no cell is
+    /// solid.
     pub fn mass_of_material(&self, made_of: &MadeOf) -> Option<f64> {
         let solid = self.mass()?.volume;
         // Walls fill no more than the solid, so that those which a mesh shows are not made thicker.
@@ -45,7 +47,7 @@ impl PreparedObject {
         Some(made_of.material.density * volume)
     }
 
-    /// Mass of an object of which nothing is known [kg]: [`AREAL_DENSITY`] times the area of its convex hull, within [`MASSES`].
+    /// Default mass of an object [kg]: [`AREAL_DENSITY`] times the area of its convex hull, within [`MASSES`].
     pub fn mass_of_hull(&self) -> f64 {
         let corners: Vec<Point3<f64>> =
             self.mesh.vertices.iter().map(|vertex| Point3::from(vertex.map(f64::from))).collect();

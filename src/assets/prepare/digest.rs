@@ -1,4 +1,4 @@
-//! Digests of a mesh: of its prepared content, and of its triangles whatever their order.
+//! Digests of a mesh: of its prepared content, and of its triangles in any order.
 
 use crate::repair::weld;
 use kernel::{
@@ -33,7 +33,7 @@ const BLOCK: usize = 4096;
 /// numbering of the vertices.
 ///
 /// Each triangle is hashed from the hashes of its corners, smallest first, to two 64-bit lanes; the lanes are added up,
-/// which forgets the order, and BLAKE3 names the sums. Made to recognise copies, not to withstand forgery.
+/// independent of order, and BLAKE3 digests the sums. Made to recognise copies, not to withstand forgery.
 pub(crate) fn geometry(mesh: &TriMesh) -> Digest {
     let corners: Vec<u64> = mesh.vertices.iter().map(|&position| weld::hash(position)).collect();
     let (mut low, mut high) = (0u128, 0u128);

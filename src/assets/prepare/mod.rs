@@ -1,8 +1,9 @@
 //! From a file or a built-in shape to a mesh that every room can trust.
 //!
-//! In this order: read, join seams and cut polygons, drop unused vertices, scale, merge equal positions, drop faces without area,
-//! settle faces on the same three vertices, orient faces and shells, check. Nothing is moved, simplified or filled but by rounding
-//! at seams. The bytes of the result depend on the file's content, the scale rule and this code alone.
+//! In this order: read, join seams and cut polygons, drop unused vertices, scale, merge equal positions, drop faces
+//! without area, settle faces on the same three vertices, orient faces and shells, check. Nothing is moved, simplified
+//! or filled, except by rounding at seams. The bytes of the result depend only on the file's content, the scale rule
+//! and this code.
 
 mod digest;
 pub(crate) mod thin;
@@ -34,8 +35,8 @@ use kernel::{
 /// Reads or makes a mesh, scales it to metres, checks, repairs and hashes it.
 ///
 /// # Errors
-/// Says the file, the location and the remedy when the mesh cannot be read, is no solid of a plausible size, or is broken in
-/// a form that cannot be mended without guessing.
+/// With file, location and remedy, if the mesh cannot be read, is no solid of a plausible size, or is broken in a form
+/// that cannot be repaired without guessing.
 pub fn prepare(source: &MeshSource) -> Result<PreparedMesh, MeshRefusal> {
     prepare_and_judge(source).map(|(prepared, _)| prepared)
 }
@@ -44,8 +45,8 @@ pub fn prepare(source: &MeshSource) -> Result<PreparedMesh, MeshRefusal> {
 pub(super) struct Judgement {
     /// Share of the surface at which the winding number is farther than 1/4 from a whole number; 0 for a closed mesh.
     pub(super) undecided: f64,
-    /// Closed parts lie in one another and are wound alike, or their boxes meet: the volume in the record, a sum over parts,
-    /// may count space twice.
+    /// Closed parts are in one another and wound alike, or their boxes meet: the volume in the record, a sum over
+    /// parts, may count space twice.
     pub(super) counts_space_twice: bool,
 }
 
@@ -116,8 +117,8 @@ fn finish_faces(
     Ok((PreparedMesh { mesh, record }, Judgement { undecided, counts_space_twice }))
 }
 
-/// The parts of a mesh that nothing joins, each as a prepared mesh of its own [m]; none where the mesh hangs together, or has too many
-/// bodies to tell.
+/// The parts of a mesh that nothing joins, each as a separate prepared mesh [m]; none if the mesh is connected, or has
+/// too many bodies to distinguish.
 ///
 /// # Errors
 /// When the mesh cannot be used.
@@ -128,7 +129,7 @@ pub fn parts(source: &MeshSource) -> Result<Vec<TriMesh>, MeshRefusal> {
     Ok(Bodies::of(&mesh, &shells).apart(&mesh, &shells))
 }
 
-/// Settles the faces that are no part of a plain surface; returns the edges of what is left.
+/// Settles the faces that are not part of a plain surface; returns the edges of the rest.
 fn mend_faces(mesh: &mut TriMesh, warnings: &mut Vec<String>) -> Result<(Edges, Vec<Repair>), Refuse> {
     let mut zero_area = mend::drop_collapsed(mesh);
     let mut edges = Edges::of(&mesh.triangles, mesh.vertices.len());
@@ -145,7 +146,7 @@ fn mend_faces(mesh: &mut TriMesh, warnings: &mut Vec<String>) -> Result<(Edges, 
         zero_area += flat;
         mend::drop_unused(&mut mesh.vertices, &mut mesh.triangles);
         edges = Edges::of(&mesh.triangles, mesh.vertices.len());
-        // Splitting a neighbour can make a face that stands there already.
+        // Splitting a neighbour can make a second face on the same vertices.
         let more = mend::drop_twins(mesh, &edges);
         if more.dropped() > 0 {
             mend::drop_unused(&mut mesh.vertices, &mut mesh.triangles);
@@ -154,7 +155,7 @@ fn mend_faces(mesh: &mut TriMesh, warnings: &mut Vec<String>) -> Result<(Edges, 
         }
     }
     if mesh.triangles.is_empty() {
-        let problem = "no face encloses anything: all are without area or stand back to back in pairs";
+        let problem = "no face encloses anything: all are without area or back to back in pairs";
         return Err(Refuse::new("no_volume", problem, "check the unit, or export a solid"));
     }
     if twins.lost_area > 0.01 * area {
@@ -195,7 +196,7 @@ fn scaled(raw: RawMesh, rule: ScaleRule) -> Result<(TriMesh, f64), Refuse> {
     let scale = match rule {
         ScaleRule::MetresPerUnit(scale) => scale,
         ScaleRule::LongestSide(_) if longest <= 0.0 => {
-            return Err(Refuse::new("flat", "all vertices stand in one point", "export a solid"));
+            return Err(Refuse::new("flat", "all vertices are at one point", "export a solid"));
         }
         ScaleRule::LongestSide(wanted) => wanted / longest,
     };
@@ -230,7 +231,7 @@ fn check_distance_from_origin(farthest: f64, longest: f64) -> Result<(), Refuse>
         length(longest)
     );
     let remedy = "move the mesh to its origin in the program that made it, and export it again: what the file has lost by \
-                  then, such as a binary STL, cannot be mended here";
+                  then, such as a binary STL, cannot be repaired here";
     Err(Refuse::new("far_from_origin", problem, remedy))
 }
 
@@ -271,7 +272,7 @@ fn guess_unit(longest: f64, diagonal: f64, source: &MeshSource) -> String {
     const TYPICAL: f64 = 0.15;
     /// Units that modelling programs write.
     const COMMON: [&str; 4] = ["mm", "cm", "in", "m"];
-    /// A second unit is named where it is less than so much farther from the typical size.
+    /// A second unit is named if its distance from the typical size is less than this many times larger.
     const AS_LIKELY: f64 = 4.0;
     let ScaleRule::MetresPerUnit(unit) = source.scale else {
         return "change its size, or widen the job's size limits".to_owned();
@@ -302,8 +303,8 @@ fn guess_unit(longest: f64, diagonal: f64, source: &MeshSource) -> String {
     }
 }
 
-/// The size that data sets of shapes give all of their meshes, if a mesh with this longest side and this diagonal of its box,
-/// in the file's unit, has one: ModelNet and ShapeNet, for example.
+/// The size that data sets of shapes give all of their meshes, if a mesh with this longest side and this diagonal of
+/// its box, in the file's unit, has one: ModelNet and ShapeNet, for example.
 pub(super) fn normalised_size(longest: f64, diagonal: f64, tolerance: f64) -> Option<&'static str> {
     let sizes = [(longest, 1.0, "longest side 1"), (longest, 2.0, "longest side 2"), (diagonal, 1.0, "diagonal 1")];
     let is_near = |found: f64, size: f64| libm::fabs(found - size) < tolerance * size;
@@ -341,11 +342,11 @@ fn check_volume(mesh: &TriMesh, shells: &Shells) -> Result<(), Refuse> {
     Ok(())
 }
 
-/// Refuses surfaces that have no inside; returns the share of the surface that leaves open which of its sides is inside.
+/// Refuses surfaces without an inside; returns the share of the surface where the inside is undecided.
 fn check_sides(mesh: &TriMesh, edges: &Edges, shells: &Shells) -> Result<f64, Refuse> {
     /// Largest share of the area in one-sided shells.
     const MAX_ONE_SIDED: f64 = 0.5;
-    /// Largest share of the surface that may leave open which of its sides is inside.
+    /// Largest accepted share of the surface where the inside is undecided.
     const MAX_UNDECIDED: f64 = 0.9;
     /// Largest such share where the shells, one by one, are sheets: of a dense soup half is undecided by chance.
     const MAX_UNDECIDED_OF_SHEETS: f64 = 0.3;
@@ -405,7 +406,7 @@ fn describe(
     let longest = aabb.longest_side();
     let away = aabb.centre().coords.norm();
     if away > 1000.0 * longest {
-        warnings.push(format!("stands {} from its origin, so positions are coarse (f32)", length(away)));
+        warnings.push(format!("is {} from its origin, so positions are coarse (f32)", length(away)));
     }
     let is_closed = !shells.mixed && shells.shells.iter().all(|shell| shell.closed);
     let inside = if is_closed { InsideMethod::Crossings } else { InsideMethod::WindingNumber };
@@ -439,14 +440,14 @@ fn describe(
 
 /// Duration of making the solid over that of a closed mesh, to two digits, where that is worth a warning.
 fn dear_effort(mesh: &TriMesh) -> Option<u32> {
-    /// From here on it is: a quarter of a second.
+    /// Effort from which a solid counts as expensive: a quarter of a second.
     const DEAR: f64 = 100.0;
     let effort = solid_effort(mesh);
     let digit = libm::pow(10.0, libm::floor(libm::log10(effort)) - 1.0);
     (effort >= DEAR).then(|| (digit * libm::round(effort / digit)) as u32)
 }
 
-/// Words about a solid that takes so many times as long as that of a closed mesh.
+/// Text about a solid that takes `times` times as long as that of a closed mesh.
 pub fn effort_words(times: u32) -> String {
     format!("it is open: its solid takes about {times} times as long to make as that of a closed mesh")
 }

@@ -13,14 +13,14 @@ pub(crate) fn thickness(mesh: &TriMesh, volume: f64) -> f64 {
     2.0 * volume / (0..mesh.triangles.len()).map(area).sum::<f64>()
 }
 
-/// Refusal of a mesh of whose solid, with cells of side `cell` [m], no cell is inside: it has no mass and no inertia.
+/// Refusal of a mesh whose solid, with cells of side `cell` [m], has no cell inside: it has no mass and no inertia.
 pub fn refuse_without_solid(source: &MeshSource, mesh: &TriMesh, volume: f64, cell: f64) -> MeshRefusal {
     let problem = format!("no solid inside: {}", words(mesh, volume, cell));
     let remedy = format!("make it at least {} thick, or `exclude` it from the job", length(cell));
     Refuse::new("no_solid", problem, remedy).about(&source.origin)
 }
 
-/// Words about such a mesh.
+/// Text about such a mesh.
 pub(crate) fn words(mesh: &TriMesh, volume: f64, cell: f64) -> String {
     let cells = SolidGrid::SIDE;
     format!(

@@ -1,9 +1,10 @@
 //! Faces of any number of corners, cut into triangles.
 //!
-//! A triangle stays as it is. Where all corners of a face are seen from its first one in their turn, the triangles are a fan
-//! around that corner. Any other outline, one that passes a corner twice or joins its holes by bridges among them, is cut by a
-//! Delaunay triangulation of its plane. In both cases the triangles have the sides of the outline and no other open ones, none
-//! is turned over, and their areas add up to that of the outline: what cannot be cut so has crossing sides, and is refused.
+//! A triangle is kept unchanged. If all corners of a face are visible from its first one in their order, the triangles
+//! are a fan around that corner. Any other outline, including one that passes a corner twice or joins its holes by
+//! bridges, is cut by a Delaunay triangulation of its plane. In both cases the triangles have the sides of the outline
+//! and no other open ones, none is flipped, and their areas add up to that of the outline: an outline that cannot be
+//! cut like this has crossing sides, and is refused.
 
 use super::{
     delaunay::{Fault, fill},
@@ -11,7 +12,7 @@ use super::{
 };
 use crate::repair::{edges::NEXT, seams::Seams};
 
-/// A triangle of a fan that has less than this share of the area of its face is no part of it but for rounding.
+/// A triangle of a fan with less than this share of the area of its face is only rounding.
 const THINNEST: f64 = 1e-12;
 
 /// Error of areas by rounding, as a share.
@@ -37,7 +38,7 @@ impl<'a> Cutter<'a> {
             triangles.push([a, b, c]);
             return Ok(());
         }
-        // Sides without length are none.
+        // Sides without length are dropped.
         let mut ring = face.to_vec();
         ring.dedup();
         while ring.len() > 1 && ring.first() == ring.last() {
@@ -55,7 +56,7 @@ impl<'a> Cutter<'a> {
             triangles.extend(fan(&ring));
             return Ok(());
         }
-        // What the area changes by when every point of the outline moves by as much as two vertices that are one.
+        // Change of the area when every point of the outline moves by the distance within which two vertices are one.
         let reach = self.seams.reach / plane.unit;
         let slack = reach * plane.perimeter + ROUNDING * plane.area;
         if plane.area <= slack {
@@ -88,7 +89,7 @@ fn fan(ring: &[u32]) -> impl Iterator<Item = [u32; 3]> {
 
 /// The plane of a face. Lengths and areas in its unit.
 struct Plane {
-    /// Unit of the plane in that of the positions: a power of two, so that dividing by it rounds nothing.
+    /// Unit of the plane in that of the positions: a power of two, so that dividing by it is exact.
     unit: f64,
     /// Out of the face.
     normal: [f64; 3],
@@ -103,7 +104,7 @@ impl Plane {
         let largest = coordinates
             .map(libm::fabs)
             .try_fold(0.0, |largest: f64, coordinate| coordinate.is_finite().then_some(largest.max(coordinate)))?;
-        // The exponent alone: a power of two between half of the largest coordinate and all of it.
+        // Only the exponent: a power of two between half of the largest coordinate and all of it.
         let unit = f64::from_bits(largest.to_bits() & 0x7ff0_0000_0000_0000);
         if unit == 0.0 {
             return None;
@@ -199,7 +200,7 @@ impl Plane {
     }
 }
 
-/// A coordinate of the order of 1; what is too small for exact predicates is 0.
+/// A coordinate of the order of 1; a value too small for exact predicates becomes 0.
 fn without_dust(coordinate: f64) -> f64 {
     if libm::fabs(coordinate) < 1e-40 { 0.0 } else { coordinate }
 }
@@ -279,7 +280,7 @@ mod tests {
         sum
     }
 
-    /// Area by Newell's sum, which knows no triangles.
+    /// Area by Newell's sum, which needs no triangles.
     fn area_vector(positions: &[[f64; 3]], ring: &[u32]) -> [f64; 3] {
         let next = ring.iter().skip(1).chain(ring.first());
         ring.iter().zip(next).fold([0.0; 3], |sum, (from, to)| {
@@ -380,7 +381,7 @@ mod tests {
         // A spike outward and a slit inward have no area.
         assert_covers("spike", &[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
         assert_covers("slit", &[[0.0, 0.0], [1.0, 0.0], [0.5, 0.5], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
-        // Bridges with corners of their own on the way in, and none on the way out.
+        // Bridges with separate corners on the way in, and none on the way out.
         let mut bridged: Vec<[f64; 2]> = vec![[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0], [0.0, 0.0]];
         bridged.extend([[1.0, 1.0], [2.0, 2.0], [3.0, 3.0], [3.0, 6.0], [6.0, 6.0], [6.0, 3.0], [3.0, 3.0]]);
         assert_covers("a bridge with corners on one side", &bridged);
@@ -431,13 +432,13 @@ mod tests {
         assert_eq!(cut(&point, 0.0), Ok(vec![]));
     }
 
-    /// Time that this thread had a processor [ns], whatever else the machine does.
+    /// Processor time of this thread [ns], independent of other load.
     fn processor_time() -> u64 {
         let text = std::fs::read_to_string("/proc/thread-self/schedstat").expect("Linux");
         text.split(' ').next().and_then(|first| first.parse().ok()).expect("a number")
     }
 
-    /// A gear and a comb of about so many corners.
+    /// A gear and a comb of about `count` corners.
     fn large_outlines(count: u32) -> [Vec<[f64; 2]>; 2] {
         let gear = (circle(1.0, count).into_iter().zip(0..))
             .map(|(point, step)| point.map(|part| if step % 4 < 2 { 3.0 * part } else { 4.0 * part }));

@@ -1,8 +1,8 @@
 //! The area inside of outlines in a plane, cut into triangles.
 //!
 //! The triangulation is a constrained Delaunay one by the crate `spade`, whose predicates are exact (Shewchuk 1997, "Adaptive
-//! precision floating-point arithmetic and fast robust geometric predicates"). Points are inserted one by one in an order of our
-//! own: loading them at once goes through a hash table, whose order differs from run to run.
+//! precision floating-point arithmetic and fast robust geometric predicates"). Points are inserted one by one in a fixed
+//! order: loading them at once goes through a hash table, whose order differs from run to run.
 
 use std::{collections::BTreeSet, fmt};
 
@@ -13,7 +13,7 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation, handles::Fi
 pub(super) enum Fault {
     /// Two sides of the outline cross.
     Crossing([[u32; 2]; 2]),
-    /// The outline runs around some area more than once, or the other way round.
+    /// The outline runs around some area more than once, or in the opposite direction.
     Overlapping,
     /// Two corners are at one position of the plane, seen along its normal.
     Folded([u32; 2]),
@@ -89,9 +89,9 @@ pub(super) fn fill(points: &[[f64; 2]], sides: &[Side]) -> Result<Vec<[u32; 3]>,
 /// Places of a list in the order in which its points are inserted, each with a place that has been inserted before: the nearest one
 /// below it, where the search for the point begins.
 ///
-/// The order is scattered: a point then changes a few triangles on average, wherever the points are (Guibas, Knuth and Sharir 1992,
-/// "Randomized incremental construction of Delaunay and Voronoi diagrams"). An order along the outline changes most of them again
-/// and again where teeth are regular.
+/// The order is scattered: a point then changes a few triangles on average, for all positions of the points (Guibas,
+/// Knuth and Sharir 1992, "Randomized incremental construction of Delaunay and Voronoi diagrams"). An order along the
+/// outline changes most of them again and again where teeth are regular.
 fn insertion_order(count: usize) -> Vec<(usize, Option<usize>)> {
     let mut places: Vec<usize> = (0..count).collect();
     places.sort_unstable_by_key(|place| scattered(*place as u64));
@@ -149,8 +149,8 @@ impl Filling {
         Err(Fault::Crossing([ends, other.unwrap_or(ends)]))
     }
 
-    /// The triangles that outlines run around once. Outside they run around nothing; what is left of a side is run around as
-    /// often more than what is right of it as outlines run along it.
+    /// The triangles around which the outlines run once. The winding number outside is 0; it increases from the right
+    /// of a side to its left by the number of outlines along it.
     fn inside(&self, sides: &[Side]) -> Result<Vec<[u32; 3]>, Fault> {
         let plane = &self.plane;
         let mut turns: Vec<Option<i32>> = vec![None; plane.num_all_faces()];

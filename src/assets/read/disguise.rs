@@ -1,4 +1,4 @@
-//! Files that are something else than their names say: archives, web pages, text in UTF-16, other formats of meshes.
+//! Files whose content differs from their extension: archives, web pages, text in UTF-16, other formats of meshes.
 
 use super::raw::CONVERT;
 use crate::Refuse;
@@ -20,7 +20,7 @@ const NOT_READ: [(&[u8], &str); 4] =
 /// First words of the text formats that are read, with the extensions of their files.
 const READ: [(&[u8], &str); 3] = [(b"ply", "ply"), (b"OFF", "off"), (b"solid", "stl")];
 
-/// Refusal of a file that does not read as its extension says, if its first bytes tell what it is.
+/// Refusal of a file that cannot be read as its extension, if its first bytes identify another format.
 pub(super) fn refusal(bytes: &[u8], extension: Option<&str>) -> Option<Refuse> {
     let starts = |magic: &[u8]| bytes.starts_with(magic);
     if let Some((_, program)) = COMPRESSED.iter().find(|(magic, _)| starts(magic)) {
@@ -37,7 +37,7 @@ pub(super) fn refusal(bytes: &[u8], extension: Option<&str>) -> Option<Refuse> {
     let says = |word: &[u8]| text.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word));
     if says(b"<!doctype html") || says(b"<html") {
         let remedy = "download the file itself: the address led to a page about it";
-        return Some(Refuse::new("web_page", "a web page stands in for the mesh", remedy));
+        return Some(Refuse::new("web_page", "the file is a web page instead of a mesh", remedy));
     }
     // A whole word: a comment or a name may begin with the same letters.
     let is_word = |word: &[u8]| says(word) && text.get(word.len()).is_some_and(u8::is_ascii_whitespace);

@@ -1,4 +1,4 @@
-//! Mesh files: STL, OBJ, PLY and OFF, with the byte or line of whatever is wrong. Seams are joined and polygons cut into
+//! Mesh files: STL, OBJ, PLY and OFF, with the byte or line of every error. Seams are joined and polygons cut into
 //! triangles, nothing else is changed.
 
 mod cut;
@@ -33,8 +33,8 @@ pub(super) fn read(path: &Path) -> Result<(Vec<u8>, RawMesh), MeshRefusal> {
     Ok((bytes, raw))
 }
 
-/// The triangles of a mesh file in the file's unit, seams joined and nothing else mended; corners that share a position may be
-/// one.
+/// The triangles of a mesh file in the file's unit, seams joined and nothing else repaired; corners that share a
+/// position may be one.
 ///
 /// # Errors
 /// When the file can't be read, or holds a position that is not finite or a face whose outline crosses itself.
@@ -64,7 +64,7 @@ fn load(path: &Path) -> Result<Vec<u8>, Refuse> {
         _ => Refuse::new("unreadable", format!("cannot be read: {error}"), remedy::for_reading(&error)),
     };
     let mut file = files::open_bounded(path, Bound::MESH).map_err(unreadable)?;
-    // What has no head of its format is refused by its first bytes.
+    // A file without the header of its format is refused by its first bytes.
     let head = files::peek(&file).map_err(unreadable)?;
     if let (Some(refuse), true) = (judged(path, &head), head.len() as u64 == files::HEAD_BYTES) {
         return Err(refuse);
@@ -72,7 +72,7 @@ fn load(path: &Path) -> Result<Vec<u8>, Refuse> {
     files::read_open(&mut file, Bound::MESH).map_err(unreadable)
 }
 
-/// Refusal of a file by its first bytes, where a reader needs no others for it.
+/// Refusal of a file by its first bytes, if a reader needs no others for it.
 fn judged(path: &Path, head: &[u8]) -> Option<Refuse> {
     let has_head = match extension_of(path).as_deref() {
         Some("ply") => text::without_mark(head).starts_with(b"ply"),
@@ -93,7 +93,7 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<RawMesh, Refuse> {
         return Err(Refuse::new("empty_file", "the file is empty", "export or copy it again"));
     }
     if bytes.starts_with(b"version https://git-lfs") {
-        return Err(Refuse::new("lfs_pointer", "a Git LFS pointer stands in for the mesh", "run git lfs pull"));
+        return Err(Refuse::new("lfs_pointer", "the file is a Git LFS pointer instead of a mesh", "run git lfs pull"));
     }
     let extension = extension_of(path);
     let reader: fn(&[u8]) -> Result<RawMesh, Refuse> = match extension.as_deref() {
@@ -106,7 +106,7 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<RawMesh, Refuse> {
         }
         None => return Err(Refuse::new("format", "the file has no extension that names its format", CONVERT)),
     };
-    // A file that does not read as its name says may be something else that tells its name.
+    // A file that cannot be read as its extension may have another format that its first bytes identify.
     read_faces(reader, bytes).map_err(|refuse| disguise::refusal(bytes, extension.as_deref()).unwrap_or(refuse))
 }
 

@@ -16,7 +16,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
     let mut lines = Lines::of(without_mark(bytes));
     let mut joined = Vec::new();
     while let Some((line, mut text)) = lines.next() {
-        // A backslash at the end goes on in the next line.
+        // A backslash at the end continues the line.
         if text.ends_with(b"\\") {
             joined.clear();
             while let Some(start) = text.strip_suffix(b"\\") {

@@ -1,4 +1,4 @@
-//! The outline of a face in its plane, with what rounding does to outlines undone.
+//! The outline of a face in its plane, with the effects of rounding undone.
 
 use std::collections::BTreeMap;
 
@@ -29,8 +29,9 @@ impl Outline {
         self.sides.times.iter().map(|(ends, times)| Side { ends: *ends, times: *times }).collect()
     }
 
-    /// Cuts sides that pass within `reach` of a point of the outline in two at that point, so that what touches but for rounding
-    /// touches. Where the outline then runs along a side both ways, it has no such side.
+    /// Cuts sides that pass within `reach` of a point of the outline in two at that point, so that parts that touch
+    /// except for rounding touch exactly. If the outline then runs along a side in both directions, the side is
+    /// removed.
     ///
     /// Where another face shares a side, that face ends in the side uncut: between it and its parts are thin triangles, which
     /// are returned. `is_shared` tells so of two vertices.
@@ -165,7 +166,7 @@ impl Search {
     }
 }
 
-/// Orders a range of points as [`Tree`] says.
+/// Orders a range of points as in a [`Tree`].
 fn split(points: &[[f64; 2]], order: &mut [u32], axis: usize) {
     if order.len() < 2 {
         return;
@@ -197,7 +198,7 @@ fn clipped([a, b]: [[f64; 2]; 2], axis: usize, limit: f64, sign: f64) -> Option<
 mod tests {
     use super::*;
 
-    /// An outline through points, each a point of its own.
+    /// An outline through points, each a separate point.
     fn outline(points: &[[f64; 2]]) -> Outline {
         let path: Vec<u32> = (0..points.len() as u32).collect();
         Outline::through(&path, path.clone(), points.to_vec())

@@ -15,7 +15,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
     for element in &header.elements {
         let vertex = element.vertex_properties();
         let corners = element.corner_property();
-        // Every value takes at least a byte, so that a lying count cannot ask for much memory.
+        // Every value takes at least a byte, so that a false count cannot allocate much memory.
         let plausible = (element.count as usize).min(bytes.len() / element.properties.len().max(1));
         match (&*element.name, vertex, corners) {
             ("vertex", Some(axes), _) => {
@@ -189,7 +189,7 @@ impl Header {
                 }
                 Some(b"end_header") => {
                     let form = form.ok_or_else(|| syntax("the header names no format", line))?;
-                    // Where the line lies in the file: it is a slice of it.
+                    // Position of the line in the file: it is a slice of it.
                     let mut end = text.as_ptr() as usize - bytes.as_ptr() as usize + text.len();
                     end += if bytes[end..].starts_with(b"\r\n") { 2 } else { 1 };
                     return Ok(Self { form, elements, end, line: line + 1 });

@@ -26,7 +26,7 @@ pub(super) struct Builder {
 }
 
 impl Builder {
-    /// A builder without vertices and faces, whose faces are numbered in the file by what `counted` names.
+    /// A builder without vertices and faces; `counted` is the noun for numbered faces in the file.
     pub(super) fn new(counted: &'static str) -> Self {
         Self {
             mesh: RawMesh::default(),
@@ -62,8 +62,8 @@ impl Builder {
 
     pub(super) fn vertex(&mut self, position: [f64; 3], location: impl FnOnce() -> String) {
         if !position.iter().all(|coordinate| coordinate.is_finite()) {
-            // A scan may have a NaN for every missing pixel: those beyond the first thousand lose their location, not their
-            // count.
+            // A scan may have a NaN for every missing pixel: those beyond the first thousand lose their location, but
+            // are counted.
             let location = if self.mesh.not_finite.len() < 1000 { location() } else { String::new() };
             self.mesh.not_finite.push((self.mesh.positions.len() as u32, location));
         }

@@ -1,4 +1,4 @@
-//! Triangles of a mesh file as they stand in it.
+//! Triangles of a mesh file, unchanged.
 
 use crate::Refuse;
 
@@ -15,7 +15,7 @@ pub(crate) struct RawMesh {
     pub(crate) merged: usize,
     /// Merged vertices that were within rounding of the other, not at the same position.
     pub(crate) joined: usize,
-    /// Faces that no triangles can stand for.
+    /// Faces that triangles cannot represent.
     pub(crate) left_out: Option<LeftOut>,
     /// Positions that are NaN or infinite, with their location in the file.
     pub(crate) not_finite: Vec<(u32, String)>,
@@ -23,7 +23,7 @@ pub(crate) struct RawMesh {
     pub(crate) notes: Vec<String>,
 }
 
-/// Faces that no triangles can stand for.
+/// Faces that triangles cannot represent.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LeftOut {
     pub(crate) count: u32,

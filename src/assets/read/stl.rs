@@ -1,6 +1,6 @@
 //! STL, binary and ASCII (3D Systems, "StereoLithography Interface Specification", 1989).
 //!
-//! Stored normals and attribute words are ignored: the winding of the corners says which side is out.
+//! Stored normals and attribute words are ignored: the winding of the corners defines the outside.
 
 use super::{
     polygons::Builder,
@@ -30,7 +30,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, Refuse> {
     }
 }
 
-/// ASCII files start with "solid" and soon say "facet" or "endsolid"; nothing binary does both.
+/// ASCII files start with "solid", soon followed by "facet" or "endsolid"; no binary file does both.
 fn looks_ascii(bytes: &[u8]) -> bool {
     let start = bytes.trim_ascii_start();
     let start = &start[..start.len().min(4096)];
@@ -128,7 +128,7 @@ fn ascii(bytes: &[u8]) -> Result<RawMesh, Refuse> {
     builder.finish()
 }
 
-/// Words of an ASCII STL that say nothing about its triangles.
+/// Words of an ASCII STL that do not describe its triangles.
 const IGNORED: [&[u8]; 4] = [b"facet", b"outer", b"endfacet", b"color"];
 
 #[cfg(test)]

@@ -45,7 +45,7 @@ pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
-/// A word as messages quote it: without what a terminal would obey, and only its beginning where it is long.
+/// A word for messages: without control characters of terminals, and shortened if it is long.
 pub(super) fn clipped(word: &[u8]) -> String {
     const LONGEST: usize = 40;
     let start = String::from_utf8_lossy(&word[..word.len().min(LONGEST)]);
@@ -53,7 +53,7 @@ pub(super) fn clipped(word: &[u8]) -> String {
     format!("{}{rest}", start.escape_debug())
 }
 
-/// A line without what follows `#`.
+/// A line up to `#`.
 pub(super) fn without_comment(line: &[u8]) -> &[u8] {
     &line[..line.iter().position(|&byte| byte == b'#').unwrap_or(line.len())]
 }
@@ -96,7 +96,7 @@ pub(super) fn whole(word: Option<&[u8]>, what: &str, line: usize) -> Result<i64,
     }
 }
 
-/// A line that does not read as the format says.
+/// A line that violates the format.
 pub(super) fn syntax(problem: impl Into<String>, line: usize) -> Refuse {
     Refuse::new("syntax", problem, "export it again").at(format!("line {line}"))
 }

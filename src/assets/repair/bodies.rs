@@ -1,5 +1,5 @@
-//! Whether the bodies of a mesh hang together: a scan may lack what joins them, such as the glass of a lid between its rim and
-//! its handle.
+//! Tests whether the bodies of a mesh belong together: a scan may lack the part that joins them, such as the glass of a
+//! lid between its rim and its handle.
 
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +26,7 @@ impl LooseParts {
 
 /// More bodies than this are not compared with one another, as with shells.
 const MAX_BODIES: usize = 4096;
-/// Questions to trees that the search may cost, some seconds; bodies that it leaves open count as joined.
+/// Largest number of tree queries of the search, some seconds; bodies that it leaves undecided count as joined.
 const MAX_QUESTIONS: u64 = 20_000_000;
 
 /// Bodies of a mesh: connected by shared vertices.
@@ -75,7 +75,7 @@ impl Bodies {
         (count > 1).then_some(LooseParts { parts: count as u32, gap: distance, joined_below: gap })
     }
 
-    /// The parts as meshes of their own, whose triangles share no vertex; none where [`Self::loose`] finds none.
+    /// The parts as separate meshes, whose triangles share no vertex; none if [`Self::loose`] finds none.
     pub(crate) fn apart(self, mesh: &TriMesh, shells: &Shells) -> Vec<TriMesh> {
         let Some(Grouped { pieces, parts, .. }) = self.grouped(mesh, shells) else { return Vec::new() };
         let numbers = distinct(&parts);
@@ -94,7 +94,7 @@ impl Bodies {
 
     /// The bodies, and which part each is of; `None` of one body, where all hangs together, or where there are too many to tell.
     fn grouped(mut self, mesh: &TriMesh, shells: &Shells) -> Option<Grouped> {
-        // What lies in a body cannot leave it: a cavity's wall, a filling.
+        // A surface inside a body cannot leave it: a cavity's wall, a filling.
         for (shell, outer) in (0..).zip(&shells.container) {
             if let Some(outer) = outer {
                 self.sets.unite(shell, *outer);
@@ -112,7 +112,7 @@ impl Bodies {
         Some(Grouped { pieces, parts, gap })
     }
 
-    /// The bodies as meshes of their own.
+    /// The bodies as separate meshes.
     fn pieces(&mut self, mesh: &TriMesh, shells: &Shells, roots: &[u32]) -> Vec<Piece> {
         let mut faces: Vec<Vec<[u32; 3]>> = vec![Vec::new(); roots.len()];
         for (face, &shell) in mesh.triangles.iter().zip(&shells.of_face) {
@@ -163,7 +163,7 @@ impl Piece {
         Self { tree: TriangleTree::new(&mesh), mesh, bounds }
     }
 
-    /// Whether a face of this body comes nearer to another body than a gap, to a quarter of it. Counts its questions.
+    /// Whether a face of this body is nearer to another body than a gap, to a quarter of it. Counts its queries.
     fn comes_near(&self, other: &Self, gap: f32, questions: &mut u64) -> bool {
         let mut waiting: Vec<[[f32; 3]; 3]> =
             self.mesh.triangles.iter().map(|face| face.map(|vertex| self.mesh.vertices[vertex as usize])).collect();
@@ -189,7 +189,7 @@ impl Piece {
         false
     }
 
-    /// The lesser of a squared distance and that of this body's vertices from another [m^2].
+    /// The smaller of a squared distance and that of this body's vertices from another [m^2].
     fn distance_squared(&self, other: &Self, mut bound: f32) -> f32 {
         if self.bounds.distance_squared(&other.bounds) >= f64::from(bound) {
             return bound;
@@ -201,7 +201,7 @@ impl Piece {
     }
 }
 
-/// Which bodies come nearer to each other than a gap; `None` where all are joined.
+/// Pairs of bodies that are nearer to each other than a gap; `None` if all are joined.
 fn joined(pieces: &[Piece], gap: f64) -> Option<Sets> {
     let mut sets = Sets::new(pieces.len());
     let mut parts = pieces.len();

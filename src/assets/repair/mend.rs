@@ -42,13 +42,13 @@ pub(crate) fn drop_collapsed(mesh: &mut TriMesh) -> usize {
     before - mesh.triangles.len()
 }
 
-/// Removes the faces whose three corners stand in a line; returns how many.
+/// Removes the faces whose three corners are in a line; returns how many.
 ///
 /// Dropping one would open a slit: the face across its longest edge is split at the middle corner instead, so that
 /// a closed mesh stays closed and no vertex moves.
 pub(crate) fn drop_zero_area(mesh: &mut TriMesh) -> usize {
     let mut dropped = 0;
-    // Each pass removes at least one such face that has no other beside it; chains of them need a few passes.
+    // Each pass removes at least one such face without a neighbour of its kind; chains of them need a few passes.
     for _ in 0..32 {
         let flat: Vec<u32> = (0..mesh.triangles.len() as u32)
             .filter(|&face| is_zero_area(mesh, mesh.triangles[face as usize]))
@@ -117,7 +117,7 @@ fn remove(faces: &mut Vec<[u32; 3]>, gone: &[u32]) {
     });
 }
 
-/// Result of removing faces that stand on the same three vertices as others.
+/// Result of removing faces that have the same three vertices as others.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct Twins {
     /// Copies and opposite pairs dropped.

@@ -1,10 +1,10 @@
 //! Seams: vertices along open edges that are one but for rounding.
 //!
-//! Many programs write every face, or every patch of a surface, with vertices of its own, and rounding moves them apart. A
-//! vertex at an edge of a single face is joined with the others at such edges that lie within [`SHARE`] of the mesh's longest
-//! side of it, at the position of one of them. No other vertex is: a closed surface keeps every feature, however thin. The two ends
-//! of a side stay apart, so that every face keeps its corners. Joining opens no edge, because the sides of the faces that meet in
-//! an edge are those that met in its parts before.
+//! Many programs write every face, or every patch of a surface, with separate vertices, and rounding moves them apart.
+//! A vertex at an edge of a single face is joined with the others at such edges within [`SHARE`] of the mesh's longest
+//! side, at the position of one of them. No other vertex is joined: a closed surface keeps every feature, however thin.
+//! The two ends of a side stay apart, so that every face keeps its corners. Joining opens no edge, because the sides of
+//! the faces that meet in an edge are those that met in its parts before.
 
 use std::collections::HashMap;
 
@@ -38,8 +38,8 @@ pub(crate) struct Seams {
 }
 
 impl Seams {
-    /// Joins the vertices at the seams of a mesh. Faces then name the lowest of the vertices that are one; the others are named
-    /// by none.
+    /// Joins the vertices at the seams of a mesh. Faces then name the lowest of the joined vertices; no face names the
+    /// others.
     pub(crate) fn join(positions: &mut [[f64; 3]], polygons: &mut Polygons) -> Self {
         let reach = SHARE * longest_side(positions, polygons.corners);
         let mut seams = Self { open: open_edges(polygons, positions.len()), reach, ..Self::default() };
@@ -71,7 +71,7 @@ impl Seams {
             return;
         };
         part_sides(polygons, &vertices, &mut groups, positions.len());
-        // Of the positions of a group the least stays, whichever vertex has it.
+        // The smallest position of a group is kept, for any order of vertices.
         for (point, &group) in points.iter().zip(&groups) {
             let kept = &mut positions[vertices[group as usize] as usize];
             if is_less(point, kept) {
@@ -197,7 +197,7 @@ fn each_side(polygons: &Polygons, mut visit: impl FnMut(u32, u32)) {
 mod tests {
     use super::*;
 
-    /// A cube of side 1 whose six faces have corners of their own, each moved by up to `by` along every axis.
+    /// A cube of side 1 whose six faces have separate corners, each moved by up to `by` along every axis.
     fn cube_of_patches(by: f64) -> (Vec<[f64; 3]>, Vec<u32>, Vec<u32>) {
         let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         let mut state = 7_u32;

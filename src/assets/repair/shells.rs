@@ -1,11 +1,11 @@
 //! Shells: pieces of surface connected across edges, their orientation and how they lie in one another.
 //!
-//! Repairs, and what is left as it is:
+//! Repairs and unchanged parts:
 //! - Inside a shell, faces that disagree with their neighbours are reversed to agree with the majority.
-//! - A closed shell that lies in no other one must enclose a positive volume. If it does not, it is reversed, **together with
-//!   every shell inside it**: so a mesh that is inside out as a whole comes right, cavities and all, and a shell inside another
-//!   keeps its meaning: wound against its container it is a cavity, wound alike it is a solid inside a solid.
-//!   A cavity is never "mended" into a solid.
+//! - A closed shell outside all others must enclose a positive volume. If it does not, it is reversed, **together with
+//!   every shell inside it**: so a mesh that is inside out as a whole becomes right, with its cavities, and a shell
+//!   inside another keeps its meaning: wound against its container it is a cavity, wound alike it is a solid inside a
+//!   solid. A cavity is never turned into a solid.
 //! - Open shells cannot be judged one by one (the inner wall of a cup looks inside out on its own), so they are reversed together
 //!   or not at all, by the sign of the volume under all of them.
 
@@ -189,7 +189,7 @@ fn measure(mesh: &TriMesh, of_face: &[u32]) -> Vec<Shell> {
     };
     let mut shells = vec![empty; count];
     let mut face = 0;
-    // Faces of one shell mostly stand together: each run is summed up in registers.
+    // Faces of one shell are mostly consecutive: each run is summed up in registers.
     for run in of_face.chunk_by(|a, b| a == b) {
         let sum = &mut shells[run[0] as usize];
         let mut shell = sum.clone();
@@ -283,7 +283,8 @@ impl Containers {
     }
 }
 
-/// Face tests that finding the containers may cost, a few seconds; a crowd of parts beyond it counts as overlapping.
+/// Largest number of face tests for finding the containers, a few seconds; a crowd of parts beyond it counts as
+/// overlapping.
 const CONTAINER_BUDGET: u64 = 500_000_000;
 /// More closed shells than this are not compared with one another.
 const MAX_SHELLS: usize = 16_384;

@@ -1,9 +1,9 @@
-//! Share of a surface where nothing says which side of it is inside.
+//! Share of a surface without a clear inside.
 //!
-//! The generalised winding number (Jacobson, Kavan and Sorkine-Hornung 2013) is a whole number everywhere around a closed
-//! surface, and nearly one beside a surface with small holes. Where it is farther than 1/4 from a whole number, no side of the
-//! surface is clearly inside. It differs from a whole number only by the winding number of anything that closes the surface,
-//! so the rim alone tells how far.
+//! The generalised winding number (Jacobson, Kavan and Sorkine-Hornung 2013) is a whole number everywhere around a
+//! closed surface, and nearly one near a surface with small holes. Where it is farther than 1/4 from a whole number, no
+//! side of the surface is clearly inside. It differs from a whole number only by the winding number of any surface that
+//! closes the mesh, so the rim alone determines how far.
 
 use std::f64::consts::TAU;
 

@@ -14,7 +14,7 @@ pub(super) struct Glide {
 }
 
 impl Glide {
-    /// No motion, for so long.
+    /// No motion for a time.
     pub(super) fn still(at: Vector3<f64>, time: f64) -> Self {
         Self { from: at, to: at, time }
     }

@@ -1,4 +1,4 @@
-//! The compiled model of a hand, a scene and one body of it that is to be grasped.
+//! The compiled model of a hand, a scene and the body of it to grasp.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -31,7 +31,7 @@ use kernel::{contact::ContactSurface, geom::Aabb};
 /// The body that the scene's container is.
 const CONTAINER: &str = "graspmill container";
 
-/// The geom that stands for the mesh of a container without boxes.
+/// The geom that represents the mesh of a container without boxes.
 const WALLS: &str = "graspmill walls";
 
 /// Kind of contact that bodies of a scene and its container have among themselves.
@@ -73,7 +73,7 @@ impl ClutterScene {
         let count = self.bodies.len();
         if self.scene_from_objects.len() != count || awake.len() != count || target >= count {
             return wrong(format!(
-                "a scene of {count} bodies with {} poses, of {} said whether it is awake, and body {target} to grasp",
+                "a scene of {count} bodies with {} poses, {} states of being awake, and body {target} to grasp",
                 self.scene_from_objects.len(),
                 awake.len()
             ));
@@ -85,7 +85,7 @@ impl ClutterScene {
     }
 }
 
-/// A body that moves beside the target.
+/// A body other than the target that moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Neighbour {
     /// Index in the scene.
@@ -112,19 +112,19 @@ pub struct ClutterSim {
     pub(super) scene: ClutterScene,
     /// Index of the body to grasp.
     pub(super) target: usize,
-    /// Bodies that move beside it.
+    /// Other bodies that move.
     pub(super) neighbours: Vec<Neighbour>,
     /// Bodies in MuJoCo's order after the container.
     pub(super) order: Vec<usize>,
     /// MuJoCo's number of the container's body.
     pub(super) container: usize,
-    /// Slides of the hand's base, three for each body that stands in the world of its description.
+    /// Slides of the hand's base, three for each body that is in the world of its description.
     pub(super) slides: Vec<BaseSlide>,
 }
 
 impl ClutterSim {
-    /// Compiles a hand with a scene, one body of which is to be grasped. Bodies that are not `awake` stand still in the container;
-    /// the target is awake whatever stands there.
+    /// Compiles a hand with a scene and the body of it to grasp. Bodies that are not `awake` are fixed in the
+    /// container; the target is always awake.
     ///
     /// # Errors
     /// When there is not one pose and one word per body, a pose is not finite, no solid has the mass properties of a body, a geom
@@ -201,7 +201,7 @@ impl std::fmt::Debug for ClutterSim {
     }
 }
 
-/// Name of the geom that stands for a body's true mesh.
+/// Name of the geom that represents a body's true mesh.
 fn mesh_name(body: usize) -> String {
     format!("graspmill true mesh {body}")
 }
@@ -215,7 +215,7 @@ fn patch_of(scene: &ClutterScene, body: usize) -> BodyPatch {
     BodyPatch::new(&scene.bodies[body], scene.rolling)
 }
 
-/// Lets the bodies that stand in the world of the hand's description slide along its axes; their count.
+/// Lets the bodies in the world of the hand's description slide along its axes; returns their number.
 fn add_slides(spec: &mut MjSpec, model: &HandModel) -> Result<usize, HandError> {
     let refused = |message: &str| {
         let message = format!(
@@ -225,7 +225,7 @@ fn add_slides(spec: &mut MjSpec, model: &HandModel) -> Result<usize, HandError> 
     };
     let world = spec.world_body_mut();
     if world.geom_iter_mut(false).any(|geom| geom.contype() != 0 || geom.conaffinity() != 0) {
-        return refused("a geom that can touch stands in the world itself");
+        return refused("a geom that can touch is part of the world itself");
     }
     let known = &model.robot.model;
     let in_world = (1..known.body_parentid().len()).filter(|body| known.body_parentid()[*body] == 0);
@@ -234,7 +234,7 @@ fn add_slides(spec: &mut MjSpec, model: &HandModel) -> Result<usize, HandError> 
         if body.joint_iter_mut(false).next().is_some() {
             return refused("a body in the world has a joint");
         }
-        // Axes of slides are expressed in the body's frame, which may stand turned in the world.
+        // Axes of slides are expressed in the body's frame, which may be rotated in the world.
         let body_from_base = isometry(&[0.0; 3], &known.body_quat()[number]).rotation.matrix().transpose();
         for axis in 0..3 {
             let along = body_from_base.column(axis).into_owned();
@@ -242,7 +242,7 @@ fn add_slides(spec: &mut MjSpec, model: &HandModel) -> Result<usize, HandError> 
             slide.with_name(&slide_name(roots, axis));
             slide.set_type(MjtJoint::mjJNT_SLIDE);
             *slide.axis_mut() = along.into();
-            // The hand's description may have defaults of its own.
+            // The hand's description may set its own defaults.
             slide.set_limited(MjtLimited::mjLIMITED_FALSE);
             slide.set_armature(SLIDE_MASS);
             slide.set_frictionloss(0.0);
@@ -264,7 +264,7 @@ fn add_container(spec: &mut MjSpec, scene: &ClutterScene, asleep: &[usize]) {
     container.with_name(CONTAINER).set_mocap(true);
     *container.pos_mut() = [0.0, 0.0, -20.0 * PARKED];
     let stand_in = add_box(container, &scene.container.bounds());
-    // Of two frictions the larger counts: the container has none of its own among bodies.
+    // The larger of two frictions applies: the container has none for bodies.
     *stand_in.friction_mut() = [0.0; 3];
     stand_in.set_condim(6);
     touch_bodies(stand_in);
@@ -312,13 +312,13 @@ fn add_awake(spec: &mut MjSpec, scene: &ClutterScene, body: usize, target: usize
     }
 }
 
-/// Puts the true mesh on a body beside the target.
+/// Puts the true mesh on a body other than the target.
 fn add_mesh(spec: &mut MjSpec, scene: &ClutterScene, body: usize) {
     let SceneBody { body: mesh, friction, .. } = &scene.bodies[body];
     let on_body = |spec| body_named(spec, &name_of(body));
     let geom = true_mesh::add_named_geom(spec, &mesh_name(body), mesh.surface(), on_body);
     touch_hand(geom);
-    // Its friction counts, whatever touches it, as the target's does.
+    // Its friction applies to every contact, as the target's does.
     geom.set_priority(1);
     geom.set_condim(if scene.torsion > 0.0 { 4 } else { 3 });
     *geom.friction_mut() = [*friction, friction * scene.torsion, 1e-4];
@@ -342,7 +342,7 @@ fn touch_hand(geom: &mut MjsGeom) {
     set_kinds(geom, 0, WITH_HAND);
 }
 
-/// Sets what a geom touches, and takes from it what the hand's description has by default.
+/// Sets the groups that a geom touches, and removes the defaults of the hand's description from it.
 fn set_kinds(geom: &mut MjsGeom, contype: i32, conaffinity: i32) {
     drop_defaults(geom);
     geom.set_contype(contype);
@@ -378,7 +378,7 @@ fn wall_mesh(container: &Container) -> Option<&Arc<ContactSurface>> {
     }
 }
 
-/// Lets the hand touch a part of the container, whose friction counts, whatever touches it.
+/// Lets the hand touch a part of the container, whose friction applies to every contact.
 fn touch_hand_as_container(geom: &mut MjsGeom) {
     touch_hand(geom);
     geom.set_priority(2);

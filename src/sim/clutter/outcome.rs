@@ -10,13 +10,13 @@ use crate::{
 /// A part of a trial in a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ClutterPhase {
-    /// The hand comes along its approach.
+    /// The hand approaches.
     Approach,
     /// The hand closes.
     Closing,
     /// The hand lifts.
     Lift,
-    /// The hand keeps what it has.
+    /// The hand holds the target.
     Hold,
 }
 
@@ -55,7 +55,7 @@ pub enum ClutterVerdict {
     Unstable {
         /// When.
         phase: ClutterPhase,
-        /// In which step, and what.
+        /// The step, and the event.
         what: Unstable,
     },
 }
@@ -84,7 +84,7 @@ impl ClutterVerdict {
     }
 }
 
-/// Something that the hand pressed on beside the target.
+/// Something other than the target on which the hand pressed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneContact {
     /// Index of the body in the scene; `None` for the container.
@@ -97,12 +97,12 @@ pub struct SceneContact {
     pub force: f64,
 }
 
-/// Motion of a body beside the target.
+/// Motion of a body other than the target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NeighbourMotion {
     /// Index of the body in the scene.
     pub body: usize,
-    /// Largest distance of its centre of mass from where it lay [m].
+    /// Largest distance of its centre of mass from its first position [m].
     pub moved: f64,
     /// Height by which its centre of mass is up in the end [m].
     pub raised: f64,
@@ -113,12 +113,12 @@ pub struct NeighbourMotion {
 pub struct ClutterOutcome {
     /// Verdict on the trial.
     pub verdict: ClutterVerdict,
-    /// Things that the hand pressed on beside the target, in the order in which it did; bodies that touch first in one step by their
-    /// indices, the container before them.
+    /// Things other than the target on which the hand pressed, in order of time; bodies with a first touch in the same
+    /// step by their indices, the container before them.
     pub touched: Vec<SceneContact>,
     /// Motions of the neighbours that were awake, by their indices.
     pub neighbours: Vec<NeighbourMotion>,
-    /// The target in the closed hand, expressed in its base frame; `None` where the hand did not come so far.
+    /// The target in the closed hand, expressed in its base frame; `None` if the hand did not get that far.
     pub closed: Option<IsometryMatrix3<f64>>,
     /// Touches on the target in the closed hand, expressed in the base frame of the hand.
     pub touches: Vec<LinkTouch>,
@@ -136,7 +136,7 @@ impl ClutterOutcome {
         f64::from(self.steps) * STEP
     }
 
-    /// Bodies that came up with the target, by at least a height [m].
+    /// Bodies that were lifted with the target, by at least a height [m].
     pub fn carried(&self, height: f64) -> impl Iterator<Item = usize> {
         self.neighbours.iter().filter(move |motion| motion.raised >= height).map(|motion| motion.body)
     }

@@ -39,13 +39,13 @@ pub struct ClutterProtocol {
     pub start_depth: f64,
     /// Longest closing [s]; it ends before, when the hand is at rest.
     pub closing: f64,
-    /// Effort with which the hand closes, and goes on closing to the end.
+    /// Effort with which the hand closes, and keeps closing to the end.
     pub effort: Effort,
     /// Height of the lift [m], by minimum jerk in `lift_time`.
     pub lift: f64,
     /// See [`ClutterProtocol::lift`].
     pub lift_time: f64,
-    /// Time for which the hand keeps what it has lifted [s].
+    /// Time for which the hand holds the lifted target [s].
     pub hold_time: f64,
     /// Height by which the target's centre of mass has to be up in the end [m].
     pub raised: f64,
@@ -72,7 +72,7 @@ impl ClutterProtocol {
     };
 }
 
-/// Working memory of one thread that makes trials in a scene; its state is its own.
+/// Working memory of one thread that makes trials in a scene; it has its own state.
 pub struct ClutterWorker {
     sim: Arc<ClutterSim>,
     hand: HandWorker,
@@ -89,7 +89,7 @@ pub struct ClutterWorker {
 type Decided<T> = Result<T, ClutterVerdict>;
 
 impl ClutterWorker {
-    /// A worker with a model of its own.
+    /// A worker with its own model.
     pub fn new(sim: &Arc<ClutterSim>, protocol: ClutterProtocol) -> Self {
         let Hold::Free(object) = sim.sim.hold else { unreachable!("trials are compiled with a free object") };
         let mut hand = HandWorker::new(&sim.sim);
@@ -106,7 +106,8 @@ impl ClutterWorker {
     /// when it grasps. The trials before leave no trace.
     ///
     /// # Errors
-    /// When the posture does not fit the hand, or the pose is not finite. What goes wrong in the trial itself is in its verdict.
+    /// When the posture does not fit the hand, or the pose is not finite. Failures in the trial itself are in its
+    /// verdict.
     pub fn run(
         &mut self,
         posture: &[f64],
@@ -189,7 +190,7 @@ impl ClutterWorker {
         let come = Glide { from: approach * -stand_off, to: Vector3::zeros(), time: approach_time };
         self.glide(outcome, ClutterPhase::Approach, &come, &wait, |_, _| Ok(()))?;
         self.hand.begin_to_move();
-        // Closing, where the hand stands still.
+        // Closing, with the hand at rest.
         let from = self.hand.base_from_object() * self.object.centre;
         let here = Glide::still(Vector3::zeros(), closing);
         for step in 0..steps_in(closing) {
@@ -232,7 +233,7 @@ impl ClutterWorker {
         Ok(())
     }
 
-    /// A motion of the hand to its end; `look` is asked after each step.
+    /// A motion of the hand to its end; `look` is called after each step.
     fn glide(
         &mut self,
         outcome: &mut ClutterOutcome,
@@ -263,7 +264,7 @@ impl ClutterWorker {
         let stepped = self.hand.step(commands);
         drop(loan);
         stepped.map_err(|what| ClutterVerdict::Unstable { phase, what })?;
-        // What the hand pushes against moves it by less than what it is given in the next step.
+        // The pushed body moves by less than the motion commanded in the next step.
         self.hand.carried = glide.at(time + STEP)[0];
         self.observe(outcome, phase);
         Ok(())
@@ -281,7 +282,7 @@ impl ClutterWorker {
         }
     }
 
-    /// Notes what the hand presses on, and how far the neighbours have moved.
+    /// Records the things that the hand presses on, and how far the neighbours have moved.
     fn observe(&self, outcome: &mut ClutterOutcome, phase: ClutterPhase) {
         let time = f64::from(self.hand.steps()) * STEP;
         let known = outcome.touched.len();
@@ -312,7 +313,7 @@ impl ClutterWorker {
         }
     }
 
-    /// Depth of the hand in whatever it meets at the start [m].
+    /// Depth of the hand in the obstacles that it overlaps at the start [m].
     fn start_depth(&self) -> f64 {
         let meets = |contact: &&MjContact| match self.hand.owners_of(contact) {
             [Some(GeomOwner::Link(_)), Some(other)] | [Some(other), Some(GeomOwner::Link(_))] => {
@@ -439,7 +440,7 @@ mod tests {
         for turned in [0.0, std::f64::consts::FRAC_PI_2, std::f64::consts::PI] {
             let outcome = tried(&scene, 0, &above([0.1, -0.05, 0.04], turned));
             assert_eq!(outcome.verdict, ClutterVerdict::Held, "{outcome:?}");
-            // The block comes up with the hand.
+            // The block is lifted with the hand.
             assert!((outcome.raised - 0.1).abs() < 2e-3, "{outcome:?}");
             assert!(outcome.touched.is_empty() && outcome.neighbours.is_empty(), "{outcome:?}");
             assert!(outcome.penetration < 1e-3, "{outcome:?}");
@@ -464,13 +465,13 @@ mod tests {
     #[test]
     fn a_block_in_the_way_of_a_finger_is_touched_and_pushed() {
         let block = || block([0.02, 0.02, 0.04]);
-        // The opened fingers are from 40 to 52 mm to either side: one comes down on the neighbour.
+        // The opened fingers are from 40 to 52 mm to either side: one lands on the neighbour.
         let scene = scene(vec![(block(), standing(0.0, 0.0, 0.04)), (block(), standing(0.0, 0.07, 0.04))]);
         let outcome = tried(&scene, 0, &above([0.0, 0.0, 0.04], 0.0));
         let [first, ..] = outcome.touched[..] else { panic!("{outcome:?}") };
         assert_eq!((first.body, first.phase), (Some(1), ClutterPhase::Approach), "{outcome:?}");
         assert!(first.time > 0.1 && first.time < 0.5 && first.force > 1.0, "{outcome:?}");
-        // Beside it there is room.
+        // There is room next to it.
         let beside = tried(&scene, 0, &above([0.0, 0.0, 0.04], std::f64::consts::FRAC_PI_2));
         assert_eq!(beside.verdict, ClutterVerdict::Held, "{beside:?}");
         assert!(beside.touched.is_empty(), "{beside:?}");
@@ -510,7 +511,7 @@ mod tests {
             );
             let along = tried(&corner, 0, &above([0.0, 0.125, 0.04], std::f64::consts::FRAC_PI_2));
             assert_eq!(along.verdict, ClutterVerdict::Held, "{along:?}");
-            // A hand that comes down on the rim stops there.
+            // A hand that moves down onto the rim stops there.
             let rim = tried(&corner, 0, &above([0.0, 0.16, 0.1], 0.0));
             assert!(!rim.verdict.is_held() && rim.touched.iter().any(|thing| thing.body.is_none()), "{rim:?}");
         }

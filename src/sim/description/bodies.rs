@@ -46,10 +46,10 @@ pub struct Collidable {
     pub rest: Vec<f64>,
 }
 
-/// Which link carries what, for some joints of a description.
+/// Links and the bodies that they carry, for some joints of a description.
 pub(crate) struct LinkTable {
-    /// Link that carries each body of the model (0 stands still, link k is moved by the k-th joint), and the body's
-    /// frame expressed in the link's.
+    /// Link that carries each body of the model (0 is fixed, link k is moved by the k-th joint), and the body's frame
+    /// expressed in the link's.
     pub(crate) of_body: Vec<(usize, IsometryMatrix3<f64>)>,
     /// The joints, each after the one that carries it.
     pub(crate) chain: Vec<Joint>,
@@ -80,11 +80,11 @@ struct Part {
 
 impl RobotModel {
     /// Bodies that can collide, for the planning group of these joints; joints named in `fixed` [rad or m], and all
-    /// others, stand still: at the value given, else where the description has them.
+    /// others, are fixed: at the given value, else at the value of the description.
     ///
-    /// Every geom whose `contype` or `conaffinity` is not 0 is there, meshes with the triangles of their files (MuJoCo
+    /// Contains every geom whose `contype` or `conaffinity` is not 0, meshes with the triangles of their files (MuJoCo
     /// itself collides convex hulls of them). The pairs are those that MuJoCo checks: no two bodies of one link, no two
-    /// that are welded together, no parent with its child (unless that parent stands still in the world), none that
+    /// that are welded together, no parent with its child (unless that parent is fixed in the world), none that
     /// `<contact><exclude>` names or whose `contype` and `conaffinity` don't fit. A body whose geoms differ in these is
     /// listed once for each sort.
     ///
@@ -298,8 +298,8 @@ impl RobotModel {
 }
 
 /// A placement without the rounding that MuJoCo has added: positions to a tenth of a picometre, and entries of the
-/// rotation that are nearly -1, 0 or 1 made so. What MuJoCo adds depends on the machine's mathematics library; the map of
-/// a robot must not.
+/// rotation that are nearly -1, 0 or 1 made exact. MuJoCo's rounding depends on the machine's mathematics library; the
+/// map of a robot must not.
 fn as_written(placed: IsometryMatrix3<f64>) -> IsometryMatrix3<f64> {
     let position = placed.translation.vector.map(|metres| (metres * 1e13).round() / 1e13);
     let rotation =

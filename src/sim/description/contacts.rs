@@ -23,7 +23,7 @@ pub struct Contact {
     pub distance: f64,
 }
 
-/// Working memory of one thread that asks MuJoCo for contacts.
+/// Working memory of one thread that queries MuJoCo for contacts.
 ///
 /// MuJoCo collides convex hulls of meshes, so it finds contacts where the meshes themselves have none, and takes the frame of
 /// a mesh from that of its body's inertia where the two agree to a millionth.
@@ -119,8 +119,8 @@ impl ContactWorker {
         found.into_iter().map(|(bodies, distance)| Contact { bodies, distance }).collect()
     }
 
-    /// Whether no two bodies of different links touch or overlap at joint values `q` [rad or m]; what MuJoCo's margins
-    /// find before that does not count.
+    /// Whether no two bodies of different links touch or overlap at joint values `q` [rad or m]; contacts within
+    /// MuJoCo's margins before that are ignored.
     ///
     /// # Panics
     /// Panics of [`ContactWorker::contacts`].

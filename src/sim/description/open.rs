@@ -11,8 +11,9 @@ use crate::{
     statements::{self, Usage},
 };
 
-/// Memory that a compilation must find [bytes]. Where less is left, whatever MuJoCo reports may come from that: the C library reserves
-/// 128 MiB for the first allocation of a thread, and where it has to do without, its error number makes MuJoCo's parser refuse a number.
+/// Free memory that a compilation needs [bytes]. With less, any error of MuJoCo may come from that: the C library
+/// reserves 128 MiB for the first allocation of a thread, and if that fails, its error number makes MuJoCo's parser
+/// refuse a number.
 const NEEDED_MEMORY: usize = 192 << 20;
 
 /// A description as MuJoCo has read it, not compiled.

@@ -37,17 +37,17 @@ pub struct RobotModel {
     pub(crate) model: Arc<MjModel>,
     /// Use that the description is read for.
     pub(crate) usage: Usage,
-    /// Elements of the description as they are written.
+    /// Elements of the description as written.
     pub(crate) text: DescriptionText,
     /// Mesh files in the model's order.
     pub(crate) meshes: Vec<MeshFile>,
 }
 
-/// Where a mesh of the description comes from.
+/// Source of a mesh of the description.
 pub(crate) struct MeshFile {
     /// `None` for a mesh written into the description, or made by MuJoCo.
     pub(crate) file: Option<PathBuf>,
-    /// The frame that the file's points are taken into before they are scaled, expressed in the file's own.
+    /// The frame to which the file's points are mapped before they are scaled, expressed in the file's own.
     pub(crate) file_from_reference: IsometryMatrix3<f64>,
     /// By axis.
     pub(crate) scale: [f64; 3],
@@ -62,7 +62,7 @@ impl RobotModel {
         Self::open_edited(path, Usage::Robot, |_| Ok(()))
     }
 
-    /// Reads the description of something of which the shapes alone count.
+    /// Reads a description for its shapes only.
     ///
     /// # Errors
     /// Errors of [`RobotModel::open`].
@@ -88,16 +88,16 @@ impl RobotModel {
         let OpenedSpec { mut spec, text } = open_spec(path, usage)?;
         edit(&mut spec).map_err(refused)?;
         let mut model = spec.compile().map_err(refused)?;
-        // Contacts are what a robot is opened for.
+        // A robot is opened for its contacts.
         model.opt_mut().disableflags &= !(mjtDisableBit::mjDSBL_CONTACT as i32);
         let meshes = (0..model.mesh_pathadr().len()).map(|mesh| mesh_file(&spec, &model, mesh)).collect();
         let name = spec.modelname().to_owned();
         Ok(Self { path: path.to_owned(), name, model: Arc::new(model), usage, text, meshes })
     }
 
-    /// The joints between the world and a target, as a planning group; those named in `fixed` [rad or m], and all others
-    /// that are not in `joints`, stand still: at the value given, else where the description has them. The target is a site, or
-    /// else a body (a link of a URDF), and its frame the end effector.
+    /// The joints between the world and a target, as a planning group; those named in `fixed` [rad or m], and all
+    /// others that are not in `joints`, are fixed: at the given value, else at the value of the description. The target
+    /// is a site, or else a body (a link of a URDF), and its frame the end effector.
     ///
     /// # Errors
     /// When a name is not there, a joint does not move the target, something else ties a joint, or the joints make no planning group.
@@ -143,7 +143,7 @@ impl RobotModel {
         PlanningGroup::new(parts).map_err(|source| RobotError::Group { path: self.path.clone(), source })
     }
 
-    /// Where a body, or else a site, that stands still has its frame in the world, with the joints as in
+    /// Pose in the world of the frame of a fixed body, or else site, with the joints as in
     /// [`RobotModel::planning_group`]. The world itself is the body `world`.
     ///
     /// # Errors
@@ -208,7 +208,7 @@ impl RobotModel {
         for id in self.joints_of(body) {
             let name = self.model.id_to_name(MjtObjBase::mjOBJ_JOINT, id).unwrap_or_default();
             let (mut joint, reference) = match self.read_joint(id) {
-                // Where a ball or free joint stands at rest, its body is where the description puts it.
+                // A body with a ball or free joint at rest is where the description puts it.
                 Err(RobotError::Kind { .. }) if !joints.contains(&name) && !fixed.contains_key(name) => continue,
                 read => read?,
             };

@@ -22,7 +22,7 @@ use kernel::geom::{CameraGl, Intrinsics, Pose, World};
 /// Intrinsics and pose of a camera of an MJCF scene, the scene in its initial state.
 ///
 /// A field of view (`fovy`) is read as written, to the last bit. Focal lengths and principal points are 32-bit numbers in
-/// MuJoCo; those in pixels are taken as the shortest decimal that gives the same 32 bits, so `focalpixel="554.38"`
+/// MuJoCo; those in pixels become the shortest decimal that gives the same 32 bits, so `focalpixel="554.38"`
 /// is 554.38 here. `near` is `znear` times the extent.
 ///
 /// # Errors
@@ -61,7 +61,7 @@ fn intrinsics(
     if written.proj() == mjtProjection::mjPROJ_ORTHOGRAPHIC {
         return Err(SceneError::Orthographic { path: path(), name: name() });
     }
-    // MuJoCo's default of one pixel stands for "none given".
+    // MuJoCo's default of one pixel means "none given".
     let [width, height] = model.cam_resolution()[camera];
     let (Ok(width), Ok(height)) = (u32::try_from(width), u32::try_from(height)) else {
         return Err(SceneError::NoResolution { path: path(), name: name() });

@@ -1,4 +1,4 @@
-//! Equalities and tendons: statements that tie parts of a description beside the tree of its bodies.
+//! Equalities and tendons: statements that tie parts of a description outside the tree of its bodies.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,14 +12,14 @@ use crate::{
     statements::{Usage, condition_of},
 };
 
-/// Values that a tie asks for and those that a job gives may differ by rounding [rad or m].
+/// The values required by a tie and those of a job may differ by rounding [rad or m].
 const SAME: f64 = 1e-9;
 
 /// An equality or a tendon.
 struct Tie {
     /// Element of the description.
     element: &'static str,
-    /// Names of what it ties, by the attributes that name them; the first that is known finds its statement.
+    /// Names of the tied parts, by the attributes that name them; the first known one finds its statement.
     names: Vec<(&'static str, String)>,
     /// Bodies that it holds to each other.
     bodies: Vec<usize>,
@@ -42,7 +42,7 @@ impl RobotModel {
         if refused.is_empty() { Ok(()) } else { Err(RobotError::Statements { refused }) }
     }
 
-    /// Values of all joints that stand still but are not where the description has them [rad or m]: those given, and those that follow
+    /// Values of all fixed joints that differ from the description [rad or m]: those given, and those that follow
     /// another such joint by `<equality><joint>`.
     ///
     /// # Errors
@@ -155,8 +155,8 @@ impl RobotModel {
         found
     }
 
-    /// Tendons that hold what they tie, not only pull: those with limits; in a hand, where they would load joints beside the servos, all
-    /// but those that only measure.
+    /// Tendons that hold the tied parts, not only pull: those with limits; in a hand, where they would load joints in
+    /// addition to the servos, all except those that only measure.
     fn tendons(&self) -> Vec<Tie> {
         let model = &self.model;
         let driven: BTreeSet<usize> = (0..model.actuator_trntype().len())
@@ -205,7 +205,7 @@ impl RobotModel {
         (bodies, joints)
     }
 
-    /// The refusal of a tie, with the place of its statement.
+    /// The refusal of a tie, with the position of its statement.
     fn refused(&self, tie: &Tie) -> RefusedStatement {
         let (when, remedy) = condition_of(tie.element, None, self.usage);
         let is_it = |statement: &&Statement| {
@@ -241,14 +241,14 @@ impl RobotModel {
         statements.iter().filter(|statement| statement.is(self.follower_element())).find(|statement| {
             let follower = match self.text.format {
                 Format::Mjcf => statement.get("joint1"),
-                // It stands in the joint that follows.
+                // A URDF states it in the joint that follows.
                 Format::Urdf => statement.parent.and_then(|parent| statements[parent].get("name")),
             };
             follower == Some(joint)
         })
     }
 
-    /// File and line of the statement by which a joint follows another, or the file alone where it is not written so.
+    /// File and line of the statement by which a joint follows another, or only the file if it is written differently.
     pub(crate) fn follower_place(&self, joint: &str) -> String {
         self.follower_statement(joint)
             .map_or_else(|| self.path.display().to_string(), |statement| statement.place.to_string())

@@ -1,4 +1,4 @@
-//! Distances of a hand from the object and from what stands around it, without stepping.
+//! Distances of a hand from the object and its surroundings, without stepping.
 
 use kernel::contact::{ContactScratch, Probe};
 use nalgebra::{IsometryMatrix3, Point3, Translation3, Vector3};
@@ -12,10 +12,10 @@ use crate::{
     },
 };
 
-/// A hand that comes nearer to something than this meets it [m]; a path is followed in steps of at least as much.
+/// A hand nearer to something than this meets it [m]; a path is followed in steps of at least this length.
 const MEETS: f64 = 1e-4;
 
-/// Distances are told exactly up to this [m], and down to this far below 0.
+/// Distances are exact up to this [m], and down to this far below 0.
 const EXACT: f64 = 0.01;
 const DEEP: f64 = 1e-3;
 
@@ -64,9 +64,9 @@ impl HandSim {
         self.solids.iter().map(reach).fold(0.0, f64::max)
     }
 
-    /// The first thing around the object that a hand comes to meet on so much of its way, at most [m], with how far it has come then;
-    /// where it meets several at once, the first in their order. By conservative advancement (Mirtich 1996): in steps so short that
-    /// nothing is passed by.
+    /// The first thing around the object that a hand meets on its straight motion, at most [m], with the distance moved
+    /// until then; if it meets several at once, the first in their order. By conservative advancement (Mirtich 1996):
+    /// in steps short enough that nothing is skipped.
     pub(crate) fn first_met(
         &self,
         way: &StraightWay<'_>,
@@ -94,7 +94,7 @@ impl HandSim {
         first
     }
 
-    /// The least distance of the hand's solids from a thing [m], exact near it, and the solid.
+    /// Smallest distance of the hand's solids from a thing [m], exact near it, and the solid.
     fn nearest_solid(
         &self,
         thing: &StillThing,
@@ -136,7 +136,7 @@ fn touching_point(
         StillShape::Mesh(surface) => {
             let mut found = Vec::new();
             surface.contacts(probe, placed, 2.0 * MEETS, scratch, &mut found);
-            // A solid wholly inside of a body has none.
+            // A solid completely inside a body has no distance.
             found.first().map_or(placed.translation.vector.into(), |contact| contact.point)
         }
     }

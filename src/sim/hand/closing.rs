@@ -22,20 +22,20 @@ use robot::hand::{Driven, Hand, Motor};
 /// Share of a motor's stopping torque with which it accelerates: an instant start would count its gears as an obstacle.
 pub(crate) const START: f64 = 0.2;
 
-/// Share of its torque below which the load lets a standing motor start again.
+/// Share of its torque below which the load lets a stopped motor start again.
 pub(crate) const HOLDS: f64 = 0.95;
 
-/// Steps at a stand after which a clutch opens: an impact is over by then.
+/// Steps at rest after which a clutch opens: an impact is over by then.
 pub(crate) const STEPS_TO_OPEN: u32 = 10;
 
-/// A joint stands when it moves by less than its motor would in this time [s]: contacts never cease to creep.
+/// A joint is at rest when it moves by less than its motor would in this time [s]: contacts never cease to creep.
 pub(crate) const STANDING: f64 = 0.0005;
 
-/// Steps at a stand after which the hand is at rest.
+/// Steps without motion after which the hand is at rest.
 pub(crate) const STEPS_AT_REST: u32 = 25;
 
-/// Share of its torque that a motor keeps per step while a contact of its fingers presses too hard, at least, and the share below
-/// which it does not go: slowly, as the servos follow, and never so far that the contact is lost.
+/// Share of its torque that a motor keeps per step while a contact of its fingers presses too hard, and the smallest
+/// share: slow enough for the servos to follow, and large enough to keep the contact.
 const EASED_PER_STEP: f64 = 0.95;
 const EASED_MOST: f64 = 0.01;
 
@@ -75,20 +75,20 @@ struct Drive {
     speed: f64,
     /// Last direction: 1, -1, or 0 at the start.
     direction: f64,
-    /// For how many steps it has stood: it has arrived and its joints with it, or its torque holds it.
+    /// Number of steps at rest: it has arrived and its joints with it, or its torque holds it.
     stood: u32,
-    /// Steps since it stood last.
+    /// Steps since it was last at rest.
     since_stood: u32,
     /// Share of its torque that it uses: below 1 after its fingers have pressed too hard.
     share: f64,
-    /// For how many steps a contact of its fingers has pressed too hard.
+    /// Number of steps in which a contact of its fingers has pressed too hard.
     pressed: u32,
 }
 
 /// Working memory of one thread that moves a hand; its state is its own.
 pub struct HandWorker {
     pub(crate) sim: Arc<HandSim>,
-    /// Data with a model of its own: other threads do not see what the simulation sets in it.
+    /// Data with a separate model: other threads do not see what the simulation sets in it.
     pub(crate) data: MjData<Box<MjModel>>,
     drives: Vec<Drive>,
     /// Targets of the servos, one per joint of the tree.
@@ -109,14 +109,14 @@ pub struct HandWorker {
     steps: u32,
     /// Steps of MuJoCo in each of ours.
     substeps: u32,
-    /// Where the joints were when one of them moved last.
+    /// Joint values at the last motion of one of them.
     stood_at: Vec<f64>,
-    /// For how many steps they have stood.
+    /// Number of steps without motion of the joints.
     steps_at_rest: u32,
 }
 
 impl HandWorker {
-    /// A worker whose hand stands opened, the object at the hand's base until [`HandWorker::start`].
+    /// A worker whose hand is opened, the object at the hand's base until [`HandWorker::start`].
     pub fn new(sim: &Arc<HandSim>) -> Self {
         let data = MjData::new(Box::new(MjModel::clone(&sim.model)));
         let [wanted, torques, stood_at] = [(); 3].map(|()| vec![0.0; sim.servos.len()]);
@@ -199,7 +199,7 @@ impl HandWorker {
         self.look();
     }
 
-    /// Finds the contacts of the state as it is, as if nothing had been before.
+    /// Finds the contacts of the current state, without history.
     pub(crate) fn look(&mut self) {
         self.colliders.iter_mut().for_each(TrueMeshCollider::forget);
         let _loan = ColliderLoan::new(&mut self.colliders);
@@ -239,7 +239,7 @@ impl HandWorker {
         self.effort = effort;
     }
 
-    /// The object as it lies now, expressed in the hand's base frame.
+    /// Present pose of the object, expressed in the hand's base frame.
     pub fn base_from_object(&self) -> IsometryMatrix3<f64> {
         match self.sim.hold {
             Hold::Slides(slides) => {
@@ -295,7 +295,7 @@ impl HandWorker {
         Ok(())
     }
 
-    /// Takes torque from motors whose links press too hard for a while; contacts of the base are all motors' doing.
+    /// Takes torque from motors whose links press too hard for a while; all motors share the contacts of the base.
     fn ease_motors(&mut self) {
         let max_force = self.effort.max_force;
         if max_force.is_infinite() {
@@ -320,7 +320,7 @@ impl HandWorker {
         }
     }
 
-    /// Counts for how long no joint has moved.
+    /// Counts the steps in which no joint has moved.
     fn watch_for_rest(&mut self) {
         let at = |joint: usize| self.data.qpos()[self.sim.servos[joint].address];
         let stands = |driven: &Driven| {
@@ -336,12 +336,12 @@ impl HandWorker {
         }
     }
 
-    /// Counts anew for how long the hand has been at rest: other commands follow.
+    /// Restarts the count of steps at rest: other commands follow.
     pub(crate) fn begin_to_move(&mut self) {
         self.steps_at_rest = 0;
     }
 
-    /// Steps with the same commands until the hand comes to rest, at most so many.
+    /// Steps with the same commands until the hand comes to rest, at most `steps` steps.
     ///
     /// # Panics
     /// When there is not one command per driven joint.
@@ -405,7 +405,7 @@ impl HandWorker {
 
     /// Where a motor is after another step, before the joints move.
     fn driven_to(&self, driven: &Driven, drive: Drive, command: Command) -> Drive {
-        // What has been eased gives way wherever its motor is.
+        // An eased motor gives way at any angle.
         let drive = if drive.share < 1.0 { Drive { motor: self.slipped(driven, drive), ..drive } } else { drive };
         let motor = drive.motor;
         // Target angle of the command.
@@ -429,11 +429,11 @@ impl HandWorker {
         if arrived && drive.stood >= STEPS_AT_REST {
             return Drive { speed: 0.0, ..drive };
         }
-        // Count of the steps at a stand; a change of direction restarts it.
+        // Number of steps at rest; a change of direction restarts it.
         let direction = if arrived { drive.direction } else { left.signum() };
         let stood = if direction == drive.direction { drive.stood } else { 0 };
         let motor = self.slipped(driven, drive);
-        // Stopped by the torque of a joint: the motor stands, or its clutch opens after a while.
+        // Stopped by the torque of a joint: the motor stops, or its clutch opens after a while.
         if let Some(angle) = self.stop(driven, Drive { stood, ..drive }, direction) {
             let motor = driven.driven_to(motor, angle);
             // The clutch opens only towards the closed hand.
@@ -462,11 +462,11 @@ impl HandWorker {
         Drive { motor, speed: if arrives { 0.0 } else { speed }, direction, stood: 0, ..drive }
     }
 
-    /// Where a motor stands that a joint's torque has stopped in between; `None` while it moves freely.
+    /// Angle of a motor that a joint's torque has stopped on its way; `None` while it moves freely.
     ///
-    /// A servo that lags while it moves would be wound up by the lag when it is stopped. The motor is put where its spring
-    /// holds the torque and no more, until it has stood for a while: from then on its gears hold what they have reached, and
-    /// give way to what is more than their holding torque.
+    /// A servo that lags while it moves would be wound up by the lag when it is stopped. The motor is set to the angle
+    /// where its spring bears exactly the torque, until it has been at rest for a while: from then on its gears hold
+    /// the reached angle, and give way to loads above their holding torque.
     fn stop(&self, driven: &Driven, drive: Drive, left: f64) -> Option<f64> {
         let Drive { motor, stood, share, .. } = drive;
         if share < 1.0 {
@@ -486,7 +486,7 @@ impl HandWorker {
         stops.min_by(|a, b| (left * a).total_cmp(&(left * b)))
     }
 
-    /// A motor whose joint, left behind by an open clutch, gives way to more than its gears hold.
+    /// A motor whose joint, left behind by an open clutch, gives way above the load that its gears hold.
     fn slipped(&self, driven: &Driven, Drive { motor, share, .. }: Drive) -> Motor {
         let (closes, most) = (driven.closing_sign(), share * driven.holding_torque);
         if motor.released.is_some() && closes * self.torques[driven.joint] > most {
@@ -496,9 +496,10 @@ impl HandWorker {
         }
     }
 
-    /// Where a motor stands whose contacts have pressed too hard, by what its joints do to it together; `None` while it moves freely.
+    /// Angle of a motor whose contacts have pressed too hard, from the load of all its joints together; `None` while it
+    /// moves freely.
     ///
-    /// Joint by joint it would go to and fro: what relieves one loads the other.
+    /// Joint by joint it would oscillate: relief of one loads the other.
     fn eased(&self, driven: &Driven, Drive { motor, stood, share, .. }: Drive, left: f64) -> Option<f64> {
         let (mut pushes, mut stiffness, mut most) = (0.0, 0.0, 0.0f64);
         for Moved { joint, rate, torque, .. } in moved(driven, motor) {
@@ -512,7 +513,7 @@ impl HandWorker {
         (stood > 0 && pushes * left >= HOLDS * most).then_some(motor.angle)
     }
 
-    /// Command of a servo whose spring has a torque where its joint is.
+    /// Command of a servo whose spring has a torque at the joint's value.
     fn command_for(&self, joint: usize, torque: f64) -> f64 {
         let Servo { stiffness, address, .. } = self.sim.servos[joint];
         self.data.qpos()[address] + torque / stiffness
@@ -526,7 +527,8 @@ impl HandWorker {
         moved(driven, motor).map(of).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether the joints that a motor moves are where it has them, but for what the servos give way by at their torque.
+    /// Whether the joints that a motor moves are at their commanded values, within the deflection of the servos at
+    /// their torque.
     fn have_followed(&self, driven: &Driven, motor: Motor) -> bool {
         moved(driven, motor).all(|Moved { joint, torque, .. }| {
             let Servo { stiffness, address, .. } = self.sim.servos[joint];
@@ -572,7 +574,7 @@ mod tests {
         }
     }
 
-    /// Numbers that blow up are reported, and the next run is as good as new.
+    /// Unstable numbers are reported, and the next run is unaffected.
     #[test]
     fn instability_is_caught_and_forgotten() {
         let model =

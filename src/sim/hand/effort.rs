@@ -21,9 +21,9 @@ pub struct Effort {
     pub speed: f64,
     /// Share of the torque at which they stop, above 0 up to 1.
     pub torque: f64,
-    /// Whether what stops a joint opens its clutch.
+    /// Whether the load that stops a joint opens its clutch.
     pub clutches: bool,
-    /// Force of one contact to which the fingers that make it give way [N]; infinite where they give way to none.
+    /// Force of one contact at which its fingers give way [N]; infinite if they never do.
     pub max_force: f64,
 }
 

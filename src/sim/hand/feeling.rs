@@ -1,5 +1,5 @@
-//! A hand that comes straight to an object, stops where it touches first, and closes: gently, each finger until it has its own
-//! contact or its limit, or with all its force.
+//! A hand that moves straight to an object, stops at the first contact, and closes: gently, each finger until it has
+//! its own contact or its limit, or with full force.
 
 use std::sync::Arc;
 
@@ -19,10 +19,10 @@ use crate::{
 };
 use kernel::contact::ContactScratch;
 
-/// Speed of a guarded move [m/s]: 20 micrometres per step, so that what is as heavy as the object stops without a blow.
+/// Speed of a guarded move [m/s]: 20 micrometres per step, so that a hand as heavy as the object stops without a blow.
 const SPEED: f64 = 0.01;
 
-/// A hand that is known to be so far from the object at least comes nearer without simulation [m].
+/// A hand that is known to be at least this far from the object approaches without simulation [m].
 const CLEAR: f64 = 5e-4;
 
 /// Touches of a link that are nearer to each other are one [m].
@@ -31,8 +31,8 @@ const SAME_POINT: f64 = 0.002;
 /// Steps in which fingers come to rest, at most: a finger that feels takes 1,700 for its whole range.
 const MAX_STEPS: u32 = 3_000;
 
-/// With which a hand leans on what stopped it [N], how many steps it takes to come to that, and how much of what it leans too
-/// much it gives way to in a step.
+/// Force with which a hand leans on its obstacle [N], number of steps to reach it, and share of the excess that it
+/// gives way to per step.
 const LEANS: f64 = 1.0;
 const STEPS_TO_EASE: u32 = 60;
 const EASING: f64 = 0.1;
@@ -48,7 +48,7 @@ pub struct HandApproach {
     pub object_from_start: IsometryMatrix3<f64>,
     /// Longest movement [m].
     pub distance: f64,
-    /// Share of their way that the joints which close the hand have gone when it comes, from 0, opened, to 1, closed.
+    /// Share of their range to which the closing joints are closed during the approach, from 0, opened, to 1, closed.
     pub closed: f64,
     /// Effort with which the fingers close in the end.
     pub effort: Effort,
@@ -80,34 +80,34 @@ pub enum ApproachEnd {
     Unstable,
     /// A contact pressed with more than [`OVERLOAD`] times the force to which the fingers give way.
     Overloaded,
-    /// Something that stands still around the object was in the way of the coming hand.
+    /// A fixed thing around the object blocked the approaching hand.
     Blocked,
 }
 
-/// Result of an approach: what the hand felt.
+/// Result of an approach: the contacts of the hand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Felt {
     /// End of the approach.
     pub end: ApproachEnd,
     /// Steps of 2 ms that were simulated.
     pub steps: u32,
-    /// Distance that the hand had come when it touched first, or the whole movement [m].
+    /// Distance that the hand had moved at the first contact, or the whole movement [m].
     pub travelled: f64,
     /// The hand's base in the end, expressed in the object's frame.
     pub object_from_base: IsometryMatrix3<f64>,
     /// Values of all joints in the end [rad or m], in the order of the hand's tree.
     pub joints: Vec<f64>,
-    /// Touches that pressed on the object when the hand stopped and no more in the end, and those in the end, expressed
-    /// in the object's frame; none where the numbers blew up or a contact pressed too hard.
+    /// Touches that pressed on the object when the hand stopped but not at the end, and those at the end, expressed in
+    /// the object's frame; none if the numbers became unstable or a contact pressed too hard.
     pub touches: Vec<LinkTouch>,
-    /// Touches of things that stand still around the object: of a hand that was blocked where it was, else as of the object.
+    /// Touches of fixed things around the object: for a blocked hand, where it stopped; otherwise as for the object.
     pub stops: Vec<ThingTouch>,
 }
 
 impl HandWorker {
-    /// Moves the hand along a direction of its base at a speed [m/s], its fingers holding still, until something touches the
-    /// object or what stands still around it, at most so far [m]: then it stops where it is. (What moves is the object, the other
-    /// way.)
+    /// Moves the hand along a direction of its base at a speed [m/s], its fingers at rest, until something touches the
+    /// object or a fixed thing around it, at most by `distance` [m]: then it stops. (In simulation the object moves, in
+    /// the opposite direction.)
     pub fn guarded_move(&mut self, direction: &Unit<Vector3<f64>>, speed: f64, distance: f64) -> MoveEnd {
         let hold = vec![Command::Hold; self.sim.hand().driven().len()];
         let step = self.base_from_mount.rotation.inverse() * direction.into_inner() * (-speed * STEP);
@@ -127,7 +127,7 @@ impl HandWorker {
             }
         }
         self.stopped_by = if end == MoveEnd::Touched { self.presses() } else { Vec::new() };
-        // What moves lags behind its command.
+        // The moving part lags behind its command.
         let slides = self.slides();
         let at = |axis: usize| self.data.qpos()[slides[axis].address];
         self.slid = Vector3::from_fn(|axis, _| at(axis));
@@ -155,7 +155,7 @@ impl HandWorker {
         MoveEnd::Touched
     }
 
-    /// Opens the hand, as far as the approach says, brings it near, and lets it feel; the runs before leave no trace.
+    /// Opens the hand, as far as the approach requires, brings it near, and lets it feel; earlier runs leave no trace.
     ///
     /// # Errors
     /// When the start is not finite.
@@ -186,7 +186,7 @@ impl HandWorker {
         let (mut touches, mut stops) = (Vec::new(), Vec::new());
         let end = match self.guarded_move(&ahead, SPEED, approach.distance - travelled) {
             MoveEnd::Touched => {
-                // What stopped the hand may be let go of when the fingers press.
+                // The fingers' pressure may open the contacts that stopped the hand.
                 (touches, stops) = (self.presses(), self.stops());
                 self.set_effort(approach.effort);
                 match self.close(MAX_STEPS).end {
@@ -231,7 +231,7 @@ impl HandWorker {
         stops.extend(last);
         let on_things = self.thing_touches().into_iter().map(|(_, touch)| touch.force);
         let is_too_hard = touches.iter().map(|touch| touch.force).chain(on_things).any(|force| force > max_force);
-        // What stopped the hand is kept where it was let go of since: nothing presses there any more.
+        // Contacts that stopped the hand stay at the position where they opened: nothing presses there any longer.
         if !self.sim.still.is_empty() {
             let stopped = self.stopped_by.iter().filter(|first| !touches.iter().any(|touch| is_same(first, touch)));
             let stopped: Vec<LinkTouch> = stopped.map(|first| LinkTouch { force: 0.0, ..*first }).collect();

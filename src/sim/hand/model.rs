@@ -1,4 +1,4 @@
-//! Hands out of a description and the table beside it.
+//! Hands from a description and a table in the same folder.
 
 use std::{
     collections::BTreeMap,
@@ -26,20 +26,21 @@ use robot::{
     kinematics::{JointTree, TreeJoint},
 };
 
-/// A hand's description, compiled by MuJoCo, and what its table says.
+/// A hand's description, compiled by MuJoCo, and its table.
 pub struct HandModel {
     pub(crate) robot: RobotModel,
     pub(crate) hand: Arc<Hand>,
 }
 
 impl HandModel {
-    /// Reads a description, MJCF or URDF, and the table beside it: the same name with `.toml`. The table's own path does as well.
+    /// Reads a description, MJCF or URDF, and the table in the same folder: the same name with `.toml`. The table's own
+    /// path works, too.
     ///
     /// # Errors
     /// When MuJoCo refuses the one, or the other is wrong or does not fit.
     pub fn open(path: &Path) -> Result<Self, HandError> {
         let description = description_of(path);
-        // A hand that floats in its file stands still here: grasps move the object against it.
+        // A hand that floats in its file is fixed here: grasps move the object against it.
         let robot = RobotModel::open_edited(&description, Usage::Hand, drop_free_joints)?;
         let table = HandTable::read(&HandTable::beside(&description))?;
         let hand = table.hand(robot.skeleton()?)?;
@@ -67,7 +68,7 @@ impl HandModel {
     }
 
     /// Bodies of the hand that can collide, carried by the links of its tree of joints, and all pairs of bodies that
-    /// move against each other, with why each is checked or not.
+    /// move against each other, with the reason why each is checked or not.
     ///
     /// # Errors
     /// When a mesh can't be read, or a geom is a plane, an ellipsoid, a height field or a distance field.
@@ -77,8 +78,8 @@ impl HandModel {
         Ok((carried.bodies, carried.rules))
     }
 
-    /// Whether grasps of true meshes can be searched with it: it has eigengrasps and contacts that may touch, what can touch is
-    /// simple, and in some posture it does not overlap itself.
+    /// Tests whether grasps of true meshes can be searched with it: it has eigengrasps and contacts that may touch, its
+    /// touching geoms are simple, and in some posture it does not overlap itself.
     ///
     /// # Errors
     /// When it can't.
@@ -164,7 +165,7 @@ impl HandModel {
     }
 }
 
-/// The description that a path means: that of a table is beside it, in MJCF or else in URDF.
+/// The description for a path: that of a table is in the same folder, in MJCF or else in URDF.
 fn description_of(path: &Path) -> PathBuf {
     if path.extension().is_none_or(|extension| extension != "toml") {
         return path.to_owned();
@@ -201,7 +202,7 @@ impl RobotModel {
         let bodies = named(MjtObjBase::mjOBJ_BODY, model.body_parentid().len())
             .map(|(body, name)| (name.to_owned(), mount(body as i32, nalgebra::IsometryMatrix3::identity())))
             .collect();
-        // Of several bodies welded together the first; the world counts where nothing stands on it.
+        // The first of several bodies welded together; the world itself if nothing is fixed to it.
         let first = |link: usize| (1..table.of_body.len()).find(|body| table.of_body[*body].0 == link).unwrap_or(0);
         let links = (0..=table.chain.len()).map(|link| self.body_name(first(link))).collect();
         let joints = table.chain.into_iter().zip(table.carried_by);

@@ -14,7 +14,7 @@ pub(crate) struct Moved {
     pub(crate) holding_torque: f64,
 }
 
-/// Joints that a motor moves now: with an open clutch one follower alone.
+/// Joints that a motor moves now: with an open clutch only one follower.
 pub(crate) fn moved(driven: &Driven, motor: Motor) -> impl Iterator<Item = Moved> {
     let Driven { joint, torque, holding_torque, .. } = *driven;
     let own = Moved { joint, rate: 1.0, torque, holding_torque };

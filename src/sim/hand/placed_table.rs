@@ -1,4 +1,4 @@
-//! The table of a simulated hand: put under the object, and taken away.
+//! The table of a simulated hand: placed under the object, and removed.
 
 use nalgebra::IsometryMatrix3;
 
@@ -23,7 +23,7 @@ impl HandWorker {
         self.put_table(&table::away());
     }
 
-    /// Depth of the lowest point of the hand, as it stands at the start of a run, below a table [m]; 0 where it is above.
+    /// Depth of the lowest point of the hand at the start of a run below a table [m]; 0 where it is above.
     pub(crate) fn depth_below(&self, base_from_table: &IsometryMatrix3<f64>) -> f64 {
         let depth = |table: &Table| table.depth_of_hand(base_from_table, self.data.geom_xpos(), self.data.geom_xmat());
         self.sim.table.as_ref().map_or(0.0, depth)

@@ -63,7 +63,7 @@ pub(crate) const MOUNT: &str = "graspmill place";
 pub(crate) const OBJECT: &str = "graspmill object";
 pub(crate) const SLIDES: [&str; 3] = ["graspmill x", "graspmill y", "graspmill z"];
 
-/// Mass that a slide has to move [kg]: so much that a slide can be stiff enough not to give way to fingers.
+/// Mass that a slide moves [kg]: large enough for a slide that is stiff against the forces of fingers.
 pub(crate) const SLIDE_MASS: f64 = 100.0;
 
 /// The free object's joint.
@@ -102,7 +102,7 @@ pub(crate) enum GeomOwner {
     Link(usize),
     Object,
     Table,
-    /// Something of a scene beside the object: 0 for the container, or the number of a body.
+    /// Something of a scene other than the object: 0 for the container, or the number of a body.
     Scene(usize),
 }
 
@@ -114,7 +114,7 @@ pub(crate) struct Held {
     pub(crate) true_mesh: Option<TrueMesh>,
     /// True meshes around it.
     pub(crate) neighbours: Vec<TrueMesh>,
-    /// The table, where the object may stand on one.
+    /// The table, if the object may rest on one.
     pub(crate) table: Option<Table>,
 }
 
@@ -136,9 +136,9 @@ pub struct HandSim {
     pub(crate) links_moved: Vec<Vec<bool>>,
     /// Owner of each geom of the model.
     pub(crate) owners: Vec<GeomOwner>,
-    /// The table, where the object may stand on one.
+    /// The table, if the object may rest on one.
     pub(crate) table: Option<Table>,
-    /// Things that stand still around a fixed object.
+    /// Fixed things around a fixed object.
     pub(crate) still: Vec<StillThing>,
     /// Names of the description's touch sensors, and where their values are.
     pub(crate) touch_sensors: Vec<(String, usize)>,
@@ -173,7 +173,7 @@ impl HandSim {
         Self::compile(model, None, |spec| contacts.add(spec, OBJECT, model.max_geoms_per_body(), object), None, None)
     }
 
-    /// Compiles as [`HandSim::with_mesh`], the object free to move, with what it weighs.
+    /// Compiles as [`HandSim::with_mesh`], with the object free to move and with its mass.
     pub(crate) fn with_free_mesh(
         model: &HandModel,
         object: &Arc<ContactSurface>,
@@ -182,13 +182,13 @@ impl HandSim {
         Self::with_free_mesh_over(model, object, mass, None)
     }
 
-    /// Compiles as [`HandSim::with_free_mesh`], with a table on which the object can stand.
+    /// Compiles as [`HandSim::with_free_mesh`], with a table on which the object can rest.
     pub(crate) fn with_free_mesh_on_table(
         model: &HandModel,
         object: &Arc<ContactSurface>,
         mass: &MassProperties,
     ) -> Result<Self, HandError> {
-        let flat = || HandError::Object { reason: "it lies in a plane: it has no side to stand on".into() };
+        let flat = || HandError::Object { reason: "it lies in a plane: it has no side to rest on".into() };
         let corners = object.hull_corners().ok_or_else(flat)?;
         Self::with_free_mesh_over(model, object, mass, Some(corners))
     }
@@ -254,7 +254,8 @@ impl HandSim {
         Self::assembled(model, compiled, &gains, Held { hold, true_mesh, neighbours: Vec::new(), table }, owner)
     }
 
-    /// Assembles a simulation of a compiled model, in which the hand comes first; `owner` says what owns the bodies after it.
+    /// Assembles a simulation of a compiled model, in which the hand comes first; `owner` gives the owner of each body
+    /// after it.
     pub(crate) fn assembled(
         model: &HandModel,
         mut compiled: MjModel,
@@ -270,7 +271,7 @@ impl HandSim {
         let hand = Arc::clone(&model.hand);
         let servos = servos(&compiled, &hand, gains);
         let links = model.robot.all_links()?;
-        // What is added comes last: the description's bodies keep their numbers.
+        // Added bodies come last: the description's bodies keep their numbers.
         let owner = |body: &i32| owner(index(*body)).unwrap_or_else(|| GeomOwner::Link(links.of_body[index(*body)].0));
         let owners = compiled.geom_bodyid().iter().map(owner).collect();
         let touch_sensors = (0..compiled.sensor_type().len())
@@ -337,14 +338,14 @@ pub(crate) fn hand_spec(model: &HandModel) -> Result<(MjSpec, Vec<f64>), HandErr
     for actuator in spec.actuator_iter_mut() {
         actuator.set_group(OWN_ACTUATORS);
     }
-    // The object's friction counts.
+    // The object's friction applies.
     for geom in spec.geom_iter_mut() {
         geom.set_priority(geom.priority().min(0));
     }
     for equality in spec.equality_iter_mut().filter(|equality| equality.type_() == MjtEq::mjEQ_JOINT) {
         equality.set_active(false);
     }
-    // The object's mount alone is placed from outside.
+    // Only the object's mount is placed from outside.
     for body in spec.world_body_mut().body_iter_mut() {
         body.set_mocap(false);
     }
@@ -368,7 +369,7 @@ fn check(object: &[Geometry]) -> Result<(), HandError> {
             Shape::Box { half } => half.to_vec(),
             Shape::Sphere { radius } => vec![*radius],
             Shape::Capsule { radius, half } | Shape::Cylinder { radius, half } => vec![*radius, *half],
-            Shape::Mesh(_) => return wrong("a mesh is an object of its own: give it to HandSim::with_mesh".into()),
+            Shape::Mesh(_) => return wrong("a mesh is a separate object: give it to HandSim::with_mesh".into()),
         };
         if !sizes.iter().all(|size| size.is_finite() && *size > 0.0) {
             return wrong(format!("{:?} has a size that is not above 0", geometry.shape));

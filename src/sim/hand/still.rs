@@ -1,4 +1,4 @@
-//! A hand and a fixed object among things that stand still: all hang on the same slides, so that they move as one before the hand.
+//! A hand and a fixed object among fixed things: all hang on the same slides, so that they move as one before the hand.
 
 use std::sync::Arc;
 
@@ -25,14 +25,14 @@ use crate::{
 };
 use kernel::contact::ContactSurface;
 
-/// Half the sides of the box that stands for the ground: wider than a hand can come [m].
+/// Half the sides of the box that represents the ground: wider than a hand can reach [m].
 const GROUND: [f64; 3] = [3.0, 3.0, 0.5];
 
-/// Mass and moments of inertia of a thing [kg, kg m^2]: as good as none beside what the slides have to move.
+/// Mass and moments of inertia of a thing [kg, kg m^2]: negligible compared with the mass that the slides move.
 const MASS: f64 = 1e-3;
 
 impl HandSim {
-    /// Compiles as [`HandSim::with_mesh`], with things that stand still around the object and stop the hand.
+    /// Compiles as [`HandSim::with_mesh`], with fixed things around the object that stop the hand.
     ///
     /// # Errors
     /// When a geom of the hand that can touch is no box, ball, capsule or cylinder, the pose of a thing is not finite, or MuJoCo refuses

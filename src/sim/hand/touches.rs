@@ -1,4 +1,4 @@
-//! Touches of a hand: on the object, on things that stand still around it, and on itself.
+//! Touches of a hand: on the object, on fixed things around it, and on itself.
 
 use std::collections::BTreeSet;
 
@@ -16,12 +16,12 @@ impl HandWorker {
             .collect()
     }
 
-    /// Touches that press on things beside the object, each with its number, in MuJoCo's order.
+    /// Touches that press on things other than the object, each with its number, in MuJoCo's order.
     pub(crate) fn thing_touches(&self) -> Vec<(usize, LinkTouch)> {
         self.touches_of(|owner| if let GeomOwner::Scene(number) = owner { Some(number) } else { None })
     }
 
-    /// Touches between the hand's links and what is looked for, in MuJoCo's order.
+    /// Touches between the hand's links and the given geoms, in MuJoCo's order.
     fn touches_of<T>(&self, of: impl Fn(GeomOwner) -> Option<T>) -> Vec<(T, LinkTouch)> {
         let mut found = Vec::new();
         for (index, contact) in self.data.contact().iter().enumerate() {
@@ -32,7 +32,7 @@ impl HandWorker {
                 _ => continue,
             };
             let Some(thing) = thing else { continue };
-            // From the first geom to the second; the point lies half way between the two surfaces.
+            // From the first geom to the second; the point is half way between the two surfaces.
             let along = Vector3::from_column_slice(&contact.frame[..3]);
             let normal = if thing_first { along } else { -along };
             let point = Point3::from(contact.pos) - self.carried - normal * (contact.dist / 2.0);

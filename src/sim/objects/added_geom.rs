@@ -2,7 +2,7 @@
 
 use mujoco_rs::wrappers::mj_editing::MjsGeom;
 
-/// Takes from a geom what the description has by default for its own.
+/// Removes from a geom the description's defaults.
 pub(crate) fn drop_defaults(geom: &mut MjsGeom) {
     geom.set_contype(1);
     geom.set_conaffinity(1);

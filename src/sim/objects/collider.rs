@@ -25,7 +25,7 @@ thread_local! {
     static LENT: RefCell<Option<SceneCollider>> = const { RefCell::new(None) };
 }
 
-/// While it lives, MuJoCo asks the collider on this thread.
+/// While it lives, MuJoCo calls the collider on this thread.
 pub(crate) struct SceneLoan<'a> {
     owner: &'a mut Option<SceneCollider>,
 }
@@ -60,7 +60,7 @@ impl SceneCollider {
         self.trackers.iter_mut().for_each(PairTracker::forget);
     }
 
-    /// Numbers of two bodies in the scene by MuJoCo's; `None` where one is none of it.
+    /// Numbers of two bodies in the scene by MuJoCo's; `None` if one is not part of it.
     pub(crate) fn pair_of(&self, bodies: [usize; 2]) -> Option<[usize; 2]> {
         let [one, other] = bodies.map(|body| body.checked_sub(self.first).filter(|body| *body <= self.bodies.len()));
         Some([one?, other?])
@@ -78,7 +78,7 @@ impl SceneCollider {
         let sign = if swapped { -1.0 } else { 1.0 };
         self.found.clear();
         let second = self.bodies[high - 1].as_ref();
-        // The frame that the contacts are in, and whether their normals come out of the lower body.
+        // The frame of the contacts, and whether their normals point out of the lower body.
         let (world_from_first, out_of_low) = match (low, &self.container) {
             (0, Container::Plane { .. }) => {
                 plane_contacts(second, &world_from_low.inv_mul(&world_from_high), &mut self.found);

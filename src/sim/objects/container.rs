@@ -9,7 +9,7 @@ use kernel::{
     geom::{Aabb, TriMesh},
 };
 
-/// Thickness of the box that stands for the plane, and half its sides [m].
+/// Thickness of the box that represents the plane, and half its sides [m].
 const GROUND: [f64; 2] = [2.0, 1e3];
 
 /// Container of a scene, fixed in the world.
@@ -24,7 +24,7 @@ pub enum Container {
     Bin(Vessel),
 }
 
-/// An open container that stands in the world, perhaps tilted. The origin of its own frame is the middle of its floor, z out of
+/// An open container in the world, possibly tilted. The origin of its own frame is the middle of its floor, z out of
 /// it.
 #[derive(Clone)]
 pub struct Vessel {

@@ -18,7 +18,7 @@ const FLEX_RADIUS: f64 = 1e-5;
 /// Memory that MuJoCo takes per pair of a geom and a triangle that may touch, at most: 50 contacts [bytes].
 const BYTES_PER_PAIR: usize = 7_000;
 
-/// Memory for all else [bytes], and the largest that a simulation with triangles may ask for. It is taken where it is needed.
+/// Memory for all else [bytes], and the largest that a simulation with triangles may need. It is allocated on demand.
 const BASE_MEMORY: usize = 32 << 20;
 const MAX_MEMORY: usize = 1 << 30;
 
@@ -50,7 +50,7 @@ impl NativeContacts {
             return Ok(());
         }
         let (count, bytes) = (object.triangles.len(), triangles_memory(hand_geoms, object));
-        let reason = format!("{count} triangles, for whose contacts MuJoCo may ask for {bytes} bytes");
+        let reason = format!("{count} triangles, for whose contacts MuJoCo may need {bytes} bytes");
         Err(HandError::Object { reason })
     }
 
@@ -73,13 +73,13 @@ impl NativeContacts {
     }
 }
 
-/// Memory that MuJoCo may ask for when it searches contacts of a hand with triangles [bytes]: it takes one body of the hand
+/// Memory that MuJoCo may need to search contacts of a hand with triangles [bytes]: it handles one body of the hand
 /// after another.
 fn triangles_memory(hand_geoms: usize, object: &TriMesh) -> usize {
     BASE_MEMORY + bytes_per_triangle(hand_geoms) * object.triangles.len()
 }
 
-/// Memory that MuJoCo may ask for per triangle [bytes].
+/// Memory that MuJoCo may need per triangle [bytes].
 fn bytes_per_triangle(hand_geoms: usize) -> usize {
     BYTES_PER_PAIR * hand_geoms
 }

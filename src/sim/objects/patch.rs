@@ -53,7 +53,7 @@ impl BodyPatch {
         }
     }
 
-    /// A body that is given to every model when it is compiled: oblique in all respects, so that MuJoCo takes no short cut that
+    /// A body that every model has when it is compiled: oblique in all respects, so that MuJoCo takes no short cut that
     /// a later body would not fit.
     pub(crate) fn oblique() -> Self {
         let inertia = Matrix3::new(2.0, 0.3, 0.2, 0.3, 2.5, 0.1, 0.2, 0.1, 3.0) * 1e-3;
@@ -88,7 +88,7 @@ impl BodyPatch {
         body.set_explicitinertial(true);
     }
 
-    /// Gives a body the box that stands for its true mesh.
+    /// Gives a body the box that represents its true mesh.
     pub(crate) fn add_box_to<'b>(&self, body: &'b mut MjsBody) -> &'b mut MjsGeom {
         let geom = body.add_geom();
         geom.set_type(MjtGeomBase::mjGEOM_BOX);

@@ -13,6 +13,6 @@ pub struct SceneBody {
     pub solid: MassProperties,
     /// [kg].
     pub mass: f64,
-    /// Coefficient of sliding friction; of two bodies the larger counts, the container has none of its own.
+    /// Coefficient of sliding friction; the larger one of two bodies applies, the container has none.
     pub friction: f64,
 }

@@ -1,9 +1,8 @@
-//! The table under the object of a trial: a plane that stands where the trial puts it, and the points at which it carries a
-//! true mesh.
+//! The table under the object of a trial: a plane at the trial's pose, and the points at which it carries a true mesh.
 //!
-//! A plane touches a mesh at corners of its convex hull and nowhere else, so that these contacts are exact without a search.
-//! MuJoCo has room for three contacts of a plane with a mesh, too few for a cup on its rim: the table is three planes in one,
-//! of which the second and the third touch nothing but the object.
+//! A plane touches a mesh at corners of its convex hull and nowhere else, so that these contacts are exact without a
+//! search. MuJoCo has room for three contacts of a plane with a mesh, too few for a cup on its rim: the table is three
+//! coincident planes, the second and third of which touch only the object.
 
 use mujoco_rs::wrappers::{
     mj_editing::{MjSpec, MjsBody, SpecItem},
@@ -23,7 +22,7 @@ const NAME: &str = "graspmill table";
 /// Depth below the hand's base at which the table waits for its trial [m]: nothing reaches it there.
 const AWAY: f64 = 1000.0;
 
-/// Kind of contact that the second and the third plane have with the object alone.
+/// Kind of contact that the second and the third plane have only with the object.
 const OBJECT_ONLY: i32 = 1 << 30;
 
 /// All kinds of contact.
@@ -32,13 +31,13 @@ const ANY: i32 = i32::MAX;
 /// Contacts of a plane with a mesh for which MuJoCo has room.
 const CONTACTS_OF_A_PLANE: usize = 3;
 
-/// Directions along the table in each of which one point is carried, beside the deepest point.
+/// Directions along the table, each with one carried point, in addition to the deepest point.
 const DIRECTIONS: usize = 8;
 
 /// Planes of the table.
 const PLANES: usize = (DIRECTIONS + 1).div_ceil(CONTACTS_OF_A_PLANE);
 
-/// A corner that lies deeper by a tenth of a millimetre is taken before one that lies farther out by a hundred times as much.
+/// A corner deeper by a tenth of a millimetre is preferred to one that is farther out by a hundred times as much.
 const STEEPNESS: f64 = 100.0;
 
 /// Pose of the table, expressed in the hand's base frame, where nothing touches it.
@@ -62,7 +61,7 @@ pub(crate) fn add(spec: &mut MjSpec, object: impl FnOnce(&mut MjSpec) -> &mut Mj
         let [contype, conaffinity] = if plane == 0 { [ANY, ANY] } else { [0, OBJECT_ONLY] };
         geom.set_contype(contype);
         geom.set_conaffinity(conaffinity);
-        // Its friction counts, whatever lies on it.
+        // Its friction applies to every contact.
         geom.set_priority(2);
         geom.set_condim(3);
         geom.set_margin(0.0);
@@ -185,7 +184,7 @@ impl TableContacts {
         }));
     }
 
-    /// Chooses the corners that a table carries whose points lie at `offset` along `up` [m].
+    /// Chooses the corners carried by a table whose points are at `offset` along `up` [m].
     fn choose(&mut self, up: &Vector3<f64>, offset: f64, margin: f64) {
         let Self { corners, directions, near, carried, .. } = self;
         carried.clear();

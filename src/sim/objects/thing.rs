@@ -1,4 +1,4 @@
-//! Things that stand still around a fixed object, and where a hand meets one.
+//! Fixed things around a fixed object, and contacts of a hand with one.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use nalgebra::{IsometryMatrix3, Point3};
 
 use kernel::contact::ContactSurface;
 
-/// A thing that stands still around a fixed object.
+/// A fixed thing around a fixed object.
 #[derive(Clone)]
 pub struct StillThing {
     /// Shape of the thing.
@@ -15,7 +15,7 @@ pub struct StillThing {
     pub object_from_thing: IsometryMatrix3<f64>,
 }
 
-/// Shape of a thing that stands still.
+/// Shape of a fixed thing.
 #[derive(Clone)]
 pub enum StillShape {
     /// A true mesh.
@@ -24,7 +24,7 @@ pub enum StillShape {
     Ground,
 }
 
-/// A hand that touches a thing beside the object.
+/// A hand that touches a thing other than the object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThingTouch {
     /// Index of the thing.

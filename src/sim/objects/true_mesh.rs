@@ -1,8 +1,9 @@
 //! True meshes in MuJoCo, which itself collides the convex hull of one.
 //!
-//! The object's geom is a mesh of eight corners, so that MuJoCo tests where its box is; what is found there comes from a
-//! [`ContactSurface`]. MuJoCo's table of collision functions is one for the process: `ffi` puts ours into it once, and ours
-//! asks what the thread that steps has [lent](ColliderLoan) to it. Whoever lends nothing gets MuJoCo's own contacts.
+//! The object's geom is a mesh of eight corners, so that MuJoCo tests its box; the contacts come from a
+//! [`ContactSurface`]. MuJoCo's table of collision functions is one for the process: `ffi` sets ours once, and ours
+//! uses the collider that the stepping thread has [lent](ColliderLoan) to it. A thread that lends none gets MuJoCo's
+//! own contacts.
 
 use std::{cell::RefCell, sync::Arc};
 
@@ -21,24 +22,24 @@ use crate::{
 };
 use kernel::contact::{ContactScratch, ContactSurface, ContactTracker, Probe, SurfaceContact};
 
-/// The geom and the mesh that stand for a true mesh.
+/// The geom and the mesh that represent a true mesh.
 const NAME: &str = "graspmill true mesh";
 
-/// A true mesh of a model, and what may touch it.
+/// A true mesh of a model, and the geoms that may touch it.
 pub(crate) struct TrueMesh {
-    /// MuJoCo's number of the geom that stands for it.
+    /// MuJoCo's number of the geom that represents it.
     pub(crate) geom: usize,
     pub(crate) surface: Arc<ContactSurface>,
     /// Solid of each geom of the model that may touch the mesh.
     pub(crate) probes: Vec<Option<Probe>>,
-    /// Corners of the mesh's convex hull, in `Object` [m], where it stands on a table.
+    /// Corners of the mesh's convex hull, in `Object` [m], if it can rest on a table.
     pub(crate) corners: Vec<Point3<f64>>,
 }
 
 /// Working memory of one thread that finds the contacts of one true mesh.
 pub(crate) struct TrueMeshCollider {
     surface: Arc<ContactSurface>,
-    /// MuJoCo's number of the geom that stands for it.
+    /// MuJoCo's number of the geom that represents it.
     pub(crate) geom: i32,
     /// Tracker of each geom of the model that may touch the mesh.
     trackers: Vec<Option<ContactTracker>>,
@@ -56,7 +57,7 @@ thread_local! {
     static LENT: RefCell<Vec<TrueMeshCollider>> = const { RefCell::new(Vec::new()) };
 }
 
-/// While it lives, MuJoCo asks the colliders on this thread.
+/// While it lives, MuJoCo calls the colliders on this thread.
 pub(crate) struct ColliderLoan<'a> {
     owner: &'a mut Vec<TrueMeshCollider>,
 }
@@ -74,7 +75,7 @@ impl Drop for ColliderLoan<'_> {
     }
 }
 
-/// Calls `ask` with the collider that stands for a geom on this thread, if there is one.
+/// Calls `ask` with the collider that represents a geom on this thread, if there is one.
 pub(crate) fn with_collider<T>(geom: i32, ask: impl FnOnce(&mut TrueMeshCollider) -> T) -> Option<T> {
     LENT.with_borrow_mut(|lent| lent.iter_mut().find(|collider| collider.geom == geom).map(ask))
 }
@@ -92,7 +93,7 @@ pub(crate) fn add_named_geom<'s>(
     body: impl FnOnce(&'s mut MjSpec) -> &'s mut MjsBody,
 ) -> &'s mut MjsGeom {
     let bounds = surface.bounds();
-    // As wide as a mesh has to be, at least.
+    // The smallest accepted width of a mesh.
     let half = (bounds.max - bounds.min).map(|side| side.max(1e-3)) / 2.0;
     let centre = bounds.centre();
     let corner = |index: usize| {
@@ -114,7 +115,7 @@ pub(crate) fn add_named_geom<'s>(
 }
 
 impl TrueMesh {
-    /// The model's only true mesh; `corners` are those of its convex hull, where it stands on a table.
+    /// The model's only true mesh; `corners` are those of its convex hull, if it can rest on a table.
     pub(crate) fn of_model(model: &MjModel, surface: &Arc<ContactSurface>, corners: Vec<Point3<f64>>) -> Self {
         Self { corners, ..Self::named(model, NAME, surface) }
     }
@@ -194,7 +195,7 @@ impl TrueMeshCollider {
     }
 }
 
-/// A contact as MuJoCo wants it.
+/// A contact in MuJoCo's form.
 pub(crate) struct WorldContact {
     /// [m], negative where the two overlap.
     pub(crate) distance: f64,
@@ -224,7 +225,7 @@ mod tests {
         prepare(&MeshSource::of_file(name, &path)).expect("a sound scan")
     }
 
-    /// A free ball above a mesh that stands still, z up.
+    /// A free ball above a fixed mesh, z up.
     fn ball_over(
         surface: &Arc<ContactSurface>,
         radius: f64,

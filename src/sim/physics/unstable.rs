@@ -1,4 +1,4 @@
-//! Simulations whose numbers blow up.
+//! Simulations that become unstable.
 
 use mujoco_rs::{
     mujoco_c::mjtWarning,

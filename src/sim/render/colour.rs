@@ -56,13 +56,13 @@ impl Default for Appearance {
 /// Part of an image: left and top pixel, width and height [px].
 pub type Window = [u32; 4];
 
-/// Distance of lights without shadows from the origin of a scene [m]: their direction alone counts.
+/// Distance of lights without shadows from the origin of a scene [m]: only their direction matters.
 const FAR: f64 = 20.0;
 
 /// Distance of a light from the world's origin, as a multiple of how far its shadows reach, at most.
 const FAR_OF_REACH: f64 = 4.0;
 
-/// The far plane of a colour image is so much farther than the farthest vertex [ratio].
+/// Ratio of the far plane of a colour image to the distance of the farthest vertex.
 const BEYOND: f64 = 1.05;
 
 /// A scene's light from the world's origin, and the far plane of camera and shadow maps [m]. The maps have 24 bits between near
@@ -72,8 +72,8 @@ fn planes(shadows: Shadowed, camera_distance: f64) -> [f64; 2] {
     [light, BEYOND * (2.0 * light).max(camera_distance + shadows.span)]
 }
 
-/// Lights a scene that was made for this pose of the object; with `shadows_from` [m] lights stand so far from its origin and throw
-/// shadows.
+/// Lights a scene that was made for this pose of the object; with `shadows_from` [m] lights are at this distance from
+/// its origin and throw shadows.
 fn light(
     scene: &mut MjvScene,
     appearance: &Appearance,
@@ -227,7 +227,7 @@ mod tests {
         Intrinsics::from_horizontal_fov(640, 480, 1.047, 0.1).expect("a camera")
     }
 
-    /// All light from everywhere: the object has its own colour, and what is around it the background's.
+    /// Light from all directions: the object has its own colour, and the rest the background's.
     #[test]
     fn colours_are_those_that_were_asked_for() {
         let dark = Light { direction: Vector3::z_axis(), colour: [0.0; 3] };
@@ -248,7 +248,7 @@ mod tests {
         assert_eq!(rgb[2 * 80 + 2], appearance.background);
         let covered = rgb.iter().filter(|pixel| **pixel != appearance.background).count() as f64;
         assert!((covered.sqrt() - 55.7).abs() < 1.2, "{}", covered.sqrt());
-        // The same pixels whatever the window, and again.
+        // The same pixels for every window, and when repeated.
         let mut part = Vec::new();
         worker.gl_colours(&camera(), &before_the_camera(), [310, 230, 20, 10], &appearance, &mut part).expect("EGL");
         let same = part.iter().enumerate().all(|(k, pixel)| *pixel == rgb[(30 + k / 20) * 80 + 30 + k % 20]);
@@ -293,8 +293,8 @@ mod tests {
         }
     }
 
-    /// A plain face that a light reaches has no pattern, whatever the angles of light and face: no sample of it is in a shadow, so
-    /// that each pixel is as bright as the mean of those around it.
+    /// A plain face that a light reaches has no pattern, for all angles of light and face: no sample of it is in a
+    /// shadow, so that each pixel is as bright as the mean of those around it.
     #[test]
     fn a_plain_lit_face_has_no_moire() {
         let plate = plate();
@@ -359,7 +359,7 @@ mod tests {
         assert!(lit > 1_000_000 && dimmer < 3.0, "{lit} pixels, {dimmer} of 255");
     }
 
-    /// A light from the left makes a tilted plate brighter than one from the right; depth is as it was before.
+    /// A light from the left makes a tilted plate brighter than one from the right; depth is unchanged.
     #[test]
     fn lights_shine_along_their_directions_and_leave_depth_alone() {
         let (mut worker, pose) = (worker(), Pose::from_xyz_rpy([0.0, 0.0, 2.0, 0.0, 0.6, 0.0]));

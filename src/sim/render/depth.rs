@@ -42,7 +42,7 @@ impl SimWorker {
 
     /// Depth by `mj_multiRay`, one ray through the centre of each pixel of the object's projected box.
     ///
-    /// Both sides of a face are seen. What lies nearer than the near plane is not, nor does it hide anything.
+    /// Both sides of a face are visible. A surface nearer than the near plane is neither visible nor an occluder.
     ///
     /// # Errors
     /// When the pose is not finite.
@@ -73,7 +73,7 @@ impl SimWorker {
             if depth >= camera.near {
                 *pixel = depth as f32;
             } else if depth >= 0.0 {
-                // Something stands before the near plane: render again from there.
+                // A surface is before the near plane: render again from there.
                 let start: [f64; 3] = std::array::from_fn(|axis| from[axis] + ray[axis] * camera.near);
                 let (_, beyond) = self.data.ray(&start, ray, None, true, None, None);
                 if beyond >= 0.0 {

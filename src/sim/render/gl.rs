@@ -26,7 +26,7 @@ const SAMPLES: u32 = 2;
 /// Room in a scene for geoms that are not the model's.
 const SPARE_GEOMS: usize = 3;
 
-/// A GL context and what MuJoCo keeps in it for one model. Fields are dropped in this order: GL objects first.
+/// A GL context and MuJoCo's objects in it for one model. Fields are dropped in this order: GL objects first.
 pub(crate) struct GlView {
     uploaded: Option<Uploaded>,
     raw: Vec<f32>,
@@ -46,7 +46,7 @@ impl GlView {
         Ok(Self { uploaded: None, raw: Vec::new(), colours: Vec::new(), gl: GlContext::new()? })
     }
 
-    /// Keeps the GL context, frees what belongs to the model.
+    /// Keeps the GL context, frees the objects of the model.
     pub(crate) fn without_model(mut self) -> Self {
         self.forget_model();
         self
@@ -102,7 +102,7 @@ impl GlView {
         let (width, height) = (SAMPLES * pixels.width(), SAMPLES * pixels.height());
         let far = shadows_to.unwrap_or(FAR);
         let Uploaded { context, scene, .. } = self.prepare(model, data, camera, (pixels, far), SAMPLES)?;
-        // No sky, and shadows where they are asked for.
+        // No sky, and shadows if requested.
         set_flags(scene, if shadows_to.is_some() { &[mjtRndFlag::mjRND_SHADOW] } else { &[] });
         lit(scene);
         let viewport = MjrRectangle::new(0, 0, width as i32, height as i32);
@@ -123,8 +123,8 @@ impl GlView {
         Ok(())
     }
 
-    /// The scene of a model, its camera aimed at the box with a far plane [m], and room for so many samples along each side of a
-    /// pixel.
+    /// The scene of a model, its camera aimed at the box with a far plane [m], and room for `samples` samples along
+    /// each side of a pixel.
     fn prepare(
         &mut self,
         model: &SimModel,
@@ -228,7 +228,7 @@ fn aim(scene: &mut MjvScene, camera: &Intrinsics, pixels: &PixelBox, far: f64) {
 
 /// From the depth buffer (1 = near plane, 0 = far plane or nothing; bottom row first) to metres.
 fn convert(raw: &[f32], width: usize, near: f64, depth: &mut [f32]) {
-    // The planes that the driver was given, not the ones we asked for.
+    // The planes as the driver got them, rounded to f32.
     let (near, far) = (f64::from(near as f32), f64::from(FAR as f32));
     for (to, from) in depth.chunks_exact_mut(width).zip(raw.chunks_exact(width).rev()) {
         for (metres, &value) in to.iter_mut().zip(from) {

@@ -17,10 +17,10 @@ use crate::{
 };
 use kernel::geom::{CameraCv, CameraGl, Intrinsics, Object, Pose, TriMesh, World};
 
-/// The scene travels in the program, so that a job needs no file beside it.
+/// The scene is built into the program, so that a job needs no file for it.
 const SCENE: &str = include_str!("single_view.xml");
 
-/// Lights beside the one at the camera.
+/// Lights in addition to the one at the camera.
 pub const LIGHTS: usize = 2;
 
 /// Pixels along each side of the map of a light's shadows.
@@ -65,7 +65,7 @@ impl SimModel {
         Self::filled(mesh, inertia, add_lights)
     }
 
-    /// Compiles meshes that stand still in one world as one object, whose frame is that world, with lights that throw shadows within
+    /// Compiles meshes that are fixed in one world as one object, whose frame is that world, with lights that throw shadows within
     /// `reach` [m] of its origin, for [`crate::SimWorker::gl_scene_colours`]. Parts are painted in their order.
     ///
     /// # Errors
@@ -152,14 +152,14 @@ impl SimModel {
     }
 }
 
-/// Gives the scene of [`SimModel::with_lights`] its lights; where they shine is said for each image.
+/// Gives the scene of [`SimModel::with_lights`] its lights; each image sets their directions.
 pub(crate) fn add_lights(spec: &mut MjSpec) {
     for _ in 0..LIGHTS {
         spec.world_body_mut().add_light();
     }
 }
 
-/// Makes a geom one of a mesh, for the eye alone.
+/// Makes a geom of a mesh that is only drawn.
 fn show_mesh(geom: &mut MjsGeom, name: &str) {
     geom.set_type(MjtGeomBase::mjGEOM_MESH);
     geom.set_meshname(name);

@@ -22,8 +22,8 @@ use kernel::{
 };
 
 impl SettleWorker {
-    /// Examines bodies at rest in poses of which nothing is known: what overlaps, what touches, and what moves when the bodies
-    /// are stepped from there. Nothing is a fault but numbers that blow up.
+    /// Examines bodies at rest in poses of unknown origin: what overlaps, what touches, and what moves when the bodies
+    /// are stepped from there. Only unstable numbers are a fault.
     ///
     /// # Panics
     /// When there are not as many poses as bodies, or there is no body.
@@ -41,7 +41,7 @@ impl SettleWorker {
         scene
     }
 
-    /// Refuses a scene whose bodies are in one another, or move when they are stepped again.
+    /// Refuses a scene whose bodies overlap, or move when they are stepped again.
     pub(super) fn check(&mut self, bodies: &[SceneBody], scene: &mut SettledScene) -> Result<(), Fault> {
         // Depths and crossings of the true meshes.
         let kept: Vec<SceneBody> = scene.bodies.iter().map(|settled| bodies[settled.index].clone()).collect();

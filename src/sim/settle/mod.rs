@@ -1,8 +1,8 @@
-//! Scenes: bodies that fall, are put down, and come to rest on true meshes.
+//! Scenes: bodies that fall, are placed, and come to rest on true meshes.
 //!
-//! A [`SettleWorker`] is what one thread needs. Contacts between bodies, and between bodies and their container, are those of
-//! [`kernel::contact`], found at their boxes by MuJoCo. Stepping is of class `physics`. A scene is settled, then put back at the
-//! poses that are stored and stepped again from rest: what moves then was no equilibrium.
+//! A [`SettleWorker`] is the state that one thread needs. Contacts between bodies, and between bodies and their
+//! container, are those of [`kernel::contact`], found at their boxes by MuJoCo. Stepping is of class `physics`. A scene
+//! is settled, then reset to the stored poses and stepped again from rest: if it moves then, it was not in equilibrium.
 
 mod check;
 mod model;

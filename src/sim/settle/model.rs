@@ -1,4 +1,4 @@
-//! The compiled model of a scene: as many bodies as it has, each a box that stands for a true mesh.
+//! The compiled model of a scene, with one box per body that represents its true mesh.
 //!
 //! A model is compiled once per count of bodies and thread, and given the masses and boxes of one scene after the other.
 
@@ -18,10 +18,10 @@ use mujoco_rs::{
     },
 };
 
-/// Ratio of the stiffness of friction to that of normal forces: how little heaps creep.
+/// Ratio of the stiffness of friction to that of normal forces: a higher ratio lets heaps creep less.
 const IMPRATIO: f64 = 100.0;
 
-/// Memory of a model [bytes]: the contacts of 20 nested cups and what the solver makes of them.
+/// Memory of a model [bytes]: the contacts of 20 nested cups and the solver's data for them.
 const MEMORY: usize = 64 << 20;
 
 /// A model of a thread, with its state.
@@ -32,7 +32,7 @@ pub(super) struct SceneModel {
 }
 
 impl SceneModel {
-    /// Compiles a model of so many bodies in a container.
+    /// Compiles a model of this many bodies in a container.
     pub(super) fn new(container: &Container, settings: &SettleSettings, count: usize) -> Self {
         Self::of_patches(container, settings, &vec![BodyPatch::oblique(); count])
     }
@@ -50,7 +50,7 @@ impl SceneModel {
         let bounds = container.bounds();
         *ground.pos_mut() = bounds.centre().into();
         *ground.size_mut() = ((bounds.max - bounds.min) / 2.0).into();
-        // Of two frictions the larger counts: the container's is none of its own.
+        // The larger of two frictions applies: the container has none.
         *ground.friction_mut() = [0.0; 3];
         ground.set_condim(6);
         for patch in bodies {

@@ -49,7 +49,7 @@ pub struct SettledBody {
     pub index: usize,
     /// Pose of the body.
     pub world_from_object: IsometryMatrix3<f64>,
-    /// Time at which it was let go [s].
+    /// Time of its release [s].
     pub released_at: f64,
     /// Motion of its centre of mass in the check [m].
     pub drift: f64,
@@ -85,7 +85,7 @@ pub struct SceneTouch {
 /// Result of settling a scene. A scene with a fault has numbers as far as it got.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SettledScene {
-    /// Why it is no scene, if it is none.
+    /// Why it is not a scene, if it is not one.
     pub fault: Option<Fault>,
     /// The bodies that stayed, in the order of their first release.
     pub bodies: Vec<SettledBody>,
@@ -109,7 +109,7 @@ impl SettledScene {
     /// Keeps the bodies that stayed, and the indices of those that left.
     ///
     /// # Errors
-    /// When fewer stayed than there have to be, or none.
+    /// If fewer than the required number stayed, or none.
     pub(super) fn keep(
         &mut self,
         bodies: Vec<SettledBody>,

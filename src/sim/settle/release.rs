@@ -9,7 +9,7 @@ use crate::objects::container::DropRoom;
 const FROM_WALL: f64 = 0.002;
 
 impl Run<'_> {
-    /// Lets the bodies go: the time of each release [s].
+    /// Releases the bodies; returns the time of each release [s].
     pub(super) fn fall(&mut self, placements: &[Placement]) -> Result<Vec<f64>, Fault> {
         let SettleSettings { timestep, release_every, .. } = *self.settings;
         let mut released: Vec<f64> = Vec::new();
@@ -60,7 +60,7 @@ impl Run<'_> {
         Ok(dropped)
     }
 
-    /// Pose from which a body is dropped: within the floor where it fits, its lowest point above all that lies there.
+    /// Pose from which a body is dropped: within the floor if it fits, its lowest point above all bodies already there.
     fn drop_pose(&self, index: usize, rotation: &Rotation3<f64>, shares: [f64; 2]) -> IsometryMatrix3<f64> {
         let (mut low, mut high) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
         for corner in self.bodies[index].body.corners() {

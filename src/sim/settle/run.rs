@@ -24,7 +24,7 @@ pub(super) const LOOK_EVERY: f64 = 0.05;
 /// A body below this has left the container for good [m].
 const LOST_BELOW: f64 = -0.5;
 
-/// Distance at which bodies wait for their release, one beside the other [m].
+/// Distance at which bodies wait for their release, next to each other [m].
 const PARKED: f64 = 50.0;
 
 /// A scene that is being settled.
@@ -36,7 +36,7 @@ pub(super) struct Run<'w> {
     pub(super) settings: &'w SettleSettings,
     /// Bodies that take part; the others wait for their release, or have left the container.
     pub(super) present: Vec<bool>,
-    /// Walls that stand around the bodies.
+    /// Walls around the bodies.
     pub(super) walls: Option<StandingWalls>,
     /// Steps so far.
     pub(super) steps: u32,
@@ -102,7 +102,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// One step, of which the bodies that are not present know nothing.
+    /// One step without the bodies that are not present.
     pub(super) fn step(&mut self) -> Result<(), Fault> {
         for index in 0..self.bodies.len() {
             if !self.present[index] {

@@ -94,7 +94,8 @@ fn walled(lift_speed: f64) -> Walls {
     Walls::new(Arc::new(ContactBody::new(&mesh, Arc::new(surface), Sampled::Edges)), inner, lift_speed)
 }
 
-/// Walls hold bodies together until they are lifted; what stays has no contact with them, and the same bits twice.
+/// Walls hold bodies together until they are lifted; the remaining bodies have no contact with them, and the same bits
+/// twice.
 #[test]
 fn a_pile_falls_apart_when_its_walls_are_lifted() {
     let bodies = ["box-01", "can-01", "box-02", "cup-01"].map(|name| scene_body(&built_in_source(name)));
@@ -105,7 +106,7 @@ fn a_pile_falls_apart_when_its_walls_are_lifted() {
     let pile = worker.settle(&bodies, &drops, 4);
     assert_eq!(pile.fault, None, "{pile:?}");
     assert_eq!(worker.settle(&bodies, &drops, 4), pile);
-    // The walls stood for as long as the last body fell and rested, and rose by more than their height.
+    // The walls stayed until the last body fell and rested, and rose by more than their height.
     let lifted = 0.3 / 0.2;
     assert!(f64::from(pile.steps) * SETTINGS.timestep > 3.0 * SETTINGS.release_every + lifted, "{}", pile.steps);
     let bodies_of = |touch: &SceneTouch| touch.pair.iter().flatten().copied().max();
@@ -202,7 +203,7 @@ fn a_patched_model_equals_a_compiled_one() {
     assert!(touched > 1000, "{touched}");
 }
 
-/// Two boxes that overlap by 5 mm, of which one hovers, and another that hovers: all is kept and measured.
+/// Two boxes that overlap by 5 mm, one of them hovering, and another that hovers: all are kept and measured.
 #[test]
 fn poses_of_others_are_examined_as_they_are() {
     let cube = scene_body(&built_in_source("box-01"));
@@ -223,8 +224,8 @@ fn poses_of_others_are_examined_as_they_are() {
     assert_eq!(worker.examine(&bodies, &poses), scene);
 }
 
-/// Cups that pass one another in steps of 2 ms settle in shorter ones, in which contacts give way less; what is stored is at
-/// rest in steps of 2 ms.
+/// Cups that pass one another in steps of 2 ms settle in shorter ones, in which contacts give way less; the stored
+/// scene is at rest in steps of 2 ms.
 #[test]
 fn forces_and_torques_balance_where_bodies_settled_in_shorter_steps() {
     let bodies = ["cup-01", "bowl-01", "mug-01", "cup-02", "bowl-01"].map(|name| scene_body(&built_in_source(name)));
@@ -258,8 +259,7 @@ fn forces_and_torques_balance_where_bodies_settled_in_shorter_steps() {
     }
 }
 
-/// Bins of scans, settled as jobs do it where they say nothing else: nearly all are kept (docs/jobs/scenes.md), and what a
-/// step costs.
+/// Bins of scans, settled with the defaults of jobs: nearly all are kept (docs/jobs/scenes.md), and the cost of a step.
 #[test]
 #[ignore = "slow: make test-all"]
 fn bins_of_scans_settle() {

@@ -1,7 +1,8 @@
 //! Walls around the middle of a plane, between which bodies are dropped, and which are lifted away from them.
 //!
-//! In a model walls are one more body, far heavier than the others, whose height and speed are given before each step, with the
-//! force that carries their weight. So they push and rub like anything else that moves, and nothing moves them.
+//! In a model, walls are one more body, far heavier than the others, whose height and speed are prescribed before each
+//! step, with the force that carries their weight. So they push and rub like any other moving body, and nothing moves
+//! them.
 
 use std::sync::Arc;
 
@@ -13,10 +14,10 @@ use kernel::{contact::ContactBody, geom::MassProperties};
 /// Mass of the walls: a body of 1 kg that is thrown against them at 1 m/s moves them by 1 mm/s within its step [kg].
 const MASS: f64 = 1000.0;
 
-/// Room below the walls while they stand: less than any body is thick [m].
+/// Room below the walls in place: less than the thickness of any body [m].
 const ABOVE_PLANE: f64 = 5e-4;
 
-/// Height to which walls are lifted where a body goes along with them, as a multiple of their own.
+/// Height to which walls are lifted if a body moves along with them, as a multiple of their own.
 const LIFTED_AT_MOST: f64 = 2.0;
 
 /// Four walls around the middle of a plane.
@@ -50,7 +51,7 @@ impl Walls {
         let inertia = Matrix3::from_diagonal(&[y + z, x + z, x + y].into());
         let solid =
             MassProperties { volume: inner.iter().product(), centre: Point3::new(0.0, 0.0, inner[2] / 2.0), inertia };
-        // Of two frictions the larger counts: walls have none of their own.
+        // The larger of two frictions applies: walls have none.
         Self { body: SceneBody { body, solid, mass: MASS, friction: 0.0 }, inner, lift_speed }
     }
 
@@ -64,7 +65,7 @@ impl StandingWalls {
     /// Force that carries their weight [N].
     pub(super) const LIFT: f64 = MASS * GRAVITY;
 
-    /// Whether they are clear of bodies whose highest point is this high [m], or were lifted as far as they are.
+    /// Whether they are clear of bodies whose highest point is this high [m], or were lifted to their limit.
     pub(super) fn are_away(&self, top: f64) -> bool {
         self.foot > top || self.foot > LIFTED_AT_MOST * self.inner[2]
     }

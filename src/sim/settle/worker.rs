@@ -46,13 +46,13 @@ impl SettleWorker {
         Self { walls: Some(walls), finer, ..self }
     }
 
-    /// Settles bodies from their placements, in the order in which they are let go; those before the scene leave no trace.
-    /// `min`: how many have to stay in the container.
+    /// Settles bodies from their placements, in the order of their release; earlier scenes leave no trace. `min`:
+    /// number of bodies that must stay in the container.
     ///
-    /// Thin walls can pass one another between two steps. Bodies that end up in one another settle once more from the same
-    /// placements, in shorter steps, and then on in those of the settings, in which contacts give way more; the check from the
-    /// stored poses always has the steps of the settings. Bodies that stand by every rule of speed may fall all the same: where
-    /// the check moves one, they settle on from where it leads.
+    /// Thin walls can pass one another between two steps. Bodies that end up in one another settle once more from the
+    /// same placements, in shorter steps, and then on in those of the settings, in which contacts give way more; the
+    /// check from the stored poses always has the steps of the settings. Bodies at rest by every rule of speed may
+    /// still fall: where the check moves one, they settle on from its result.
     ///
     /// # Panics
     /// When there are not as many placements as bodies, or there is no body.
@@ -70,7 +70,7 @@ impl SettleWorker {
         scene
     }
 
-    /// Checks bodies that rest, and lets them settle on while the check moves one of them.
+    /// Checks bodies at rest, and lets them settle on while the check moves one of them.
     fn conclude(&mut self, rested: Result<(), Fault>, bodies: &[SceneBody], min: usize, scene: &mut SettledScene) {
         let mut checked = rested.and_then(|()| self.check(bodies, scene));
         for _ in 0..MORE_RESTS {
@@ -140,7 +140,7 @@ impl SettleWorker {
             run.lift_walls(walls.lift_speed, bodies.len())?;
             speed = run.wait(bodies.len(), scene)?;
         }
-        // Bodies that left the container are none of the scene's.
+        // Bodies that left the container are not part of the scene.
         let [mut kept, mut gone] = run.kept_and_gone(bodies.len());
         for time in 0..run.settings.put_back {
             let is_over = speed.is_some() || kept.len() >= min.max(1);

@@ -9,8 +9,8 @@ use super::{
 };
 use crate::error::RefusedStatement;
 
-/// Refuses the statements of a description that this use does not understand; those whose refusal depends on what MuJoCo makes of
-/// them are left to whoever reads that.
+/// Refuses the statements of a description that this use does not understand; those whose refusal depends on MuJoCo's
+/// result are left to their readers.
 ///
 /// # Errors
 /// Every such statement.
@@ -32,7 +32,7 @@ fn refusal(format: Format, statement: &Statement, usage: Usage) -> Option<Refuse
         // `<mujoco>` of a URDF holds statements of MJCF.
         let format = if statement.within == "mujoco" { Format::Mjcf } else { format };
         let Some(row) = row(format, statement, attribute) else {
-            // MuJoCo refuses what its schema does not have; of a URDF it drops that in silence.
+            // MuJoCo refuses statements that its schema lacks; in a URDF it drops them silently.
             if format == Format::Urdf {
                 return Some(RefusedStatement::unknown(statement, attribute));
             }
@@ -53,7 +53,7 @@ fn refusal(format: Format, statement: &Statement, usage: Usage) -> Option<Refuse
     None
 }
 
-/// Whether a value is one of those that are taken.
+/// Whether a value is one of the accepted ones.
 fn is_one_of(value: &str, values: &[&str]) -> bool {
     let same = |word: &str, known: &str| match (word.parse::<f64>(), known.parse::<f64>()) {
         (Ok(word), Ok(known)) => word == known,
@@ -69,7 +69,7 @@ fn is_ending(content_type: &str, statement: &Statement) -> bool {
     ending.zip(format).is_some_and(|(ending, format)| ending.eq_ignore_ascii_case(format))
 }
 
-/// Whether an element of a URDF stands in one that is ignored with all that it holds: it speaks to other programs.
+/// Whether an element of a URDF is inside one that is ignored with all its content: it addresses other programs.
 fn is_in_another_program(text: &DescriptionText, statement: usize) -> bool {
     let mut next = text.statements[statement].parent;
     while let Some(parent) = next {

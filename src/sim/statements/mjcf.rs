@@ -8,18 +8,17 @@ use super::row::{
 /// A map is kinematics.
 const FORCES: Decision = Ignored { reason: "no force and no mass decides which poses are reached" };
 /// Nothing in a container moves.
-const STILL: Decision = Ignored { reason: "a container stands still" };
+const STILL: Decision = Ignored { reason: "a container is fixed" };
 /// The camera of a scene is read, nothing else.
 const CAMERA: Decision = Ignored { reason: "the camera alone is read" };
 const SHOWN: Decision = Ignored { reason: "it is only drawn" };
 const NAME: Decision = Ignored { reason: "a name alone" };
 const USER: Decision = Ignored { reason: "nothing reads it" };
 /// Actuators of the file are switched off.
-const SERVOS: Decision =
-    Ignored { reason: "the simulation has a servo of its own for each joint, by the hand's table" };
+const SERVOS: Decision = Ignored { reason: "the simulation adds its own servo for each joint, from the hand's table" };
 /// Options that the simulation of a hand sets.
 const OWN: Decision = Ignored { reason: "the simulation of a hand has its own" };
-const UNUSED: Decision = Ignored { reason: "nothing of what is read depends on it" };
+const UNUSED: Decision = Ignored { reason: "it does not affect what is read" };
 const SIZED: Decision = Ignored { reason: "memory is sized by what the model needs" };
 const ALWAYS: Decision = Ignored { reason: "the simulation of a hand always has it on" };
 
@@ -40,7 +39,7 @@ const fn attributes(element: &'static str, attributes: &'static str, decisions: 
     Row { element, attributes, example: "", decisions }
 }
 
-/// Attributes of an element beside others without which they make no difference.
+/// Attributes of an element that make a difference only with other attributes.
 const fn attributes_beside(
     element: &'static str,
     attributes: &'static str,
@@ -50,10 +49,10 @@ const fn attributes_beside(
     Row { element, attributes, example, decisions }
 }
 
-/// Ties of a robot that are none as long as they tie what stands still.
+/// Equalities and tendons of a robot, ignored as long as they tie fixed parts.
 const fn tie_of_robot(remedy: &'static str) -> Decision {
     IgnoredUnless {
-        reason: "what it ties stands still",
+        reason: "the parts that it ties are fixed",
         when: "it ties parts that the joints of the planning group move against each other",
         remedy,
     }
@@ -146,7 +145,7 @@ pub(super) const ROWS: &[Row] = &[
         r#"override="enable" sleep="enable""#,
         [
             FORCES,
-            Only { values: &["disable"], remedy: "the simulation of a hand has contacts of its own: take it out" },
+            Only { values: &["disable"], remedy: "the simulation of a hand has its own contacts: remove it" },
             STILL,
             CAMERA,
         ],
@@ -448,16 +447,16 @@ pub(super) const ROWS: &[Row] = &[
         [SOFT, SOFT, SOFT, CAMERA],
     ),
     element("flex/*", "", [SOFT, SOFT, SOFT, CAMERA]),
-    // What may touch.
+    // Contacts.
     element("mujoco/contact", "", all(Honoured)),
     element("contact/exclude", r#"<exclude body1="left" body2="right"/>"#, [Honoured, Honoured, STILL, CAMERA]),
     element(
         "contact/pair",
         r#"<pair geom1="left" geom2="right"/>"#,
         [
-            Refused { remedy: "say which geoms may touch by contype, conaffinity and <contact><exclude>" },
-            Refused { remedy: "say which geoms may touch by contype, conaffinity and <contact><exclude>" },
-            Refused { remedy: "say which geoms may touch by contype and conaffinity" },
+            Refused { remedy: "select the geoms that may touch by contype, conaffinity and <contact><exclude>" },
+            Refused { remedy: "select the geoms that may touch by contype, conaffinity and <contact><exclude>" },
+            Refused { remedy: "select the geoms that may touch by contype and conaffinity" },
             CAMERA,
         ],
     ),
@@ -528,7 +527,7 @@ pub(super) const ROWS: &[Row] = &[
         [FORCES, Refused { remedy: "suction is not understood: take it out" }, STILL, CAMERA],
     ),
     element("actuator/*", r#"<motor joint="left" gear="5"/>"#, [FORCES, SERVOS, STILL, CAMERA]),
-    // What is measured and noted.
+    // Measurements and notes.
     element("mujoco/sensor", "", all(Honoured)),
     attributes_beside(
         "sensor/rangefinder",

@@ -63,7 +63,7 @@ fn write_bounds(out: &mut String) -> std::fmt::Result {
     writeln!(out, "| elements, with all copies | {MAX_ELEMENTS} |")?;
     writeln!(out, "| elements within each other | {MAX_DEPTH} |")?;
     writeln!(out, "| files that include or attach each other in a row | {MAX_FILES_DEEP} |")?;
-    writeln!(out, "| memory that the sizes below ask for, together | {} MiB |", MAX_BYTES / (1024.0 * 1024.0))?;
+    writeln!(out, "| memory that the sizes below need, together | {} MiB |", MAX_BYTES / (1024.0 * 1024.0))?;
     for Bound { element, rule } in BOUNDS {
         let row = Row { element, attributes: "", example: "", decisions: [Decision::Honoured; 4] };
         let of = statement(&row);

@@ -9,7 +9,7 @@ pub enum Usage {
     Robot,
     /// A hand that touches and grasps.
     Hand,
-    /// A container of scenes: shapes alone.
+    /// A container of scenes: only its shapes.
     Container,
     /// A camera of a scene.
     Camera,
@@ -23,7 +23,7 @@ impl Usage {
 /// Treatment of a statement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decision {
-    /// Honoured: it changes what is read, as MuJoCo has it.
+    /// Honoured: it changes the result, as in MuJoCo.
     Honoured,
     /// Honoured, and refused under a condition.
     HonouredUnless {
@@ -32,7 +32,7 @@ pub enum Decision {
         /// Remedy: the statement to write instead.
         remedy: &'static str,
     },
-    /// Ignored: it changes nothing of what is read.
+    /// Ignored: it does not affect the result.
     Ignored {
         /// Why that is safe.
         reason: &'static str,
@@ -46,9 +46,9 @@ pub enum Decision {
         /// Remedy: the statement to write instead.
         remedy: &'static str,
     },
-    /// Some values change nothing of what is read, all others are refused.
+    /// Some values do not affect the result, all others are refused.
     Only {
-        /// The values that are taken; numbers are compared as numbers, one by one.
+        /// The accepted values; numbers are compared as numbers, one by one.
         values: &'static [&'static str],
         /// Remedy: the statement to write instead.
         remedy: &'static str,
@@ -63,10 +63,10 @@ pub enum Decision {
 /// A row of the table: an element, or some of its attributes.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
-    /// The element, as `section/element`; `body` stands for all that holds bodies.
+    /// The element, as `section/element`; `body` includes every element that contains bodies.
     pub element: &'static str,
-    /// Attributes of the element, each with a value that makes a difference, or none where it makes none alone; empty: the element with all
-    /// attributes that no other row names.
+    /// Attributes of the element, each with a value that makes a difference, or none if it makes no difference alone;
+    /// empty: the element with all attributes that no other row names.
     pub attributes: &'static str,
     /// Attributes without which these make no difference, or for a whole element an example of it.
     pub example: &'static str,
@@ -92,7 +92,7 @@ impl Row {
         self.decisions[index]
     }
 
-    /// Whether it is about an element, or about one of its attributes.
+    /// Whether the row is for an element, or for one of its attributes.
     pub(super) fn is_about(&self, statement: &Statement, attribute: Option<&str>) -> bool {
         let names_it = match attribute {
             None => self.attributes.is_empty(),

@@ -16,7 +16,7 @@ pub fn rows(format: Format) -> &'static [Row] {
     }
 }
 
-/// The row about an element, or about one of its attributes.
+/// The row for an element, or for one of its attributes.
 pub fn row(format: Format, statement: &Statement, attribute: Option<&str>) -> Option<&'static Row> {
     rows(format).iter().find(|row| row.is_about(statement, attribute))
 }

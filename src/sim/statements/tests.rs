@@ -5,7 +5,7 @@ use kernel::description::{Format, Place, Statement};
 use super::{Row, row, rows};
 use crate::ffi::{prepare_library, schema};
 
-/// Elements whose attributes need not be named one by one: a word about the element is a word about all.
+/// Elements whose attributes need not be named one by one: a row for the element covers them all.
 const AS_ELEMENTS: &[&str] =
     &["asset/mesh", "visual/map", "mujoco/statistic", "keyframe/key", "actuator/*", "sensor/rangefinder"];
 
@@ -17,7 +17,7 @@ fn linked_schema() -> BTreeMap<String, Vec<String>> {
     let mut key = String::new();
     for line in schema().lines().filter(|line| !line.trim().is_empty()) {
         let indent = line.len() - line.trim_start().len();
-        // Attributes go on in a column of their own.
+        // Attributes continue in a separate column.
         let rest = match line.trim_start().split_once(" (") {
             Some((name, rest)) if indent < 24 => {
                 path.truncate(indent / 3);

@@ -1,4 +1,4 @@
-//! The table of URDF. MuJoCo drops what it does not know; nothing is dropped here without a row.
+//! The table of URDF. MuJoCo silently drops unknown statements; here each one needs a row.
 
 use super::row::{
     Decision::{self, Honoured, HonouredUnless, Ignored},
@@ -7,7 +7,7 @@ use super::row::{
 
 const FORCES: Decision = Ignored { reason: "no force and no mass decides which poses are reached" };
 const TABLE: Decision = Ignored { reason: "the hand's table has speeds and gains" };
-const STILL: Decision = Ignored { reason: "a container stands still" };
+const STILL: Decision = Ignored { reason: "a container is fixed" };
 const CAMERA: Decision = Ignored { reason: "the camera alone is read" };
 const SHOWN: Decision = Ignored { reason: "it is only drawn" };
 const OTHERS: Decision = Ignored { reason: "it speaks to another program" };

@@ -5,11 +5,11 @@ use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Unit, Vector3};
 use crate::{error::HandError, hand::effort::Effort, physics::Numerics};
 use kernel::{geom::RestingPose, seed::Stream};
 
-/// Density where an object's mass is not known [kg/m^3], and the least and the largest mass that comes of it [kg].
+/// Density for objects without a known mass [kg/m^3], and the smallest and the largest resulting mass [kg].
 const DENSITY: f64 = 400.0;
 const MASSES: [f64; 2] = [0.02, 2.0];
 
-/// The mass of a solid of which only the volume [m^3] is known [kg]: 400 kg/m^3, brought within 0.02 to 2 kg.
+/// The mass of a solid of which only the volume [m^3] is known [kg]: 400 kg/m^3, limited to 0.02 to 2 kg.
 pub fn mass_of_volume(volume: f64) -> f64 {
     (DENSITY * volume).clamp(MASSES[0], MASSES[1])
 }
@@ -17,10 +17,10 @@ pub fn mass_of_volume(volume: f64) -> f64 {
 /// Gravity on the object once it is held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gravity {
-    /// Gravity along -z of the object as it lies at the start; the hand lifts it and shakes it.
+    /// Gravity along -z of the object in its pose at the start; the hand lifts it and shakes it.
     Lifted,
-    /// No lift and no shake: gravity along -z, z, -y, y, -x and x of the object as it lies at the start, one after another
-    /// without a pause.
+    /// No lift and no shake: gravity along -z, z, -y, y, -x and x of the object in its pose at the start, one after
+    /// another without a pause.
     Six,
 }
 
@@ -29,13 +29,12 @@ pub enum Gravity {
 pub struct TableSupport {
     /// Direction out of the table, in `Object`.
     pub up: Unit<Vector3<f64>>,
-    /// Coefficient of sliding friction between the table and whatever touches it, exactly: that of object and hand does not
-    /// count.
+    /// Coefficient of sliding friction of all contacts of the table, exactly: that of object and hand is ignored.
     pub friction: f64,
 }
 
 impl TableSupport {
-    /// Friction of a table of which nothing is known.
+    /// Default friction of a table.
     pub const FRICTION: f64 = 0.5;
 
     /// The table of a resting pose, with a friction of [`TableSupport::FRICTION`].
@@ -55,7 +54,7 @@ impl TableSupport {
 /// Conditions of a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrialConditions {
-    /// Coefficient of sliding friction between the object and whatever touches it, exactly: the hand's own does not count.
+    /// Coefficient of sliding friction of all contacts of the object, exactly: the hand's own is ignored.
     pub friction: f64,
     /// Torsional friction of a contact about its normal [m]: resists with a torque of at most friction * torsion *
     /// normal force, as a patch of one and a half times that radius under even pressure. 0 for a hard point.
@@ -66,24 +65,24 @@ pub struct TrialConditions {
     pub shift: Vector3<f64>,
     /// Rotation of the object there about its centre of mass: an axis of the hand's base times an angle [rad].
     pub turn: Vector3<f64>,
-    /// Distance by which the hand stands nearer to the object than the grasp has it, along its approach [m].
+    /// Distance by which the hand is nearer to the object than in the grasp, along its approach [m].
     pub advance: f64,
-    /// Whether a hand that would start too deep in the object opens its fingers until they are clear, and where its base is too
-    /// deep draws back by up to 5 mm; else such a trial is refused.
+    /// Whether a hand that would start too deep in the object opens its fingers until they are clear, and draws back by
+    /// up to 5 mm if its base is too deep; otherwise such a trial is refused.
     pub backs_off: bool,
     /// Gravity on the held object.
     pub gravity: Gravity,
-    /// Whether nothing supports the object while the hand closes, whatever the protocol says.
+    /// Whether nothing supports the object while the hand closes, for every protocol.
     pub is_free: bool,
     /// Whether the faces of the hand's boxes and cylinders reach to their edges, which else are
     /// [rounded](kernel::contact::EDGE_RADIUS): MuJoCo's own boxes are sharp.
     pub has_sharp_edges: bool,
     /// Settings of the simulation.
     pub numerics: Numerics,
-    /// Table on which the object rests while the hand closes, in a simulation that [has one](super::TrialSim::on_table).
-    /// Gravity pulls towards it from the beginning, the object is free whatever the protocol says, and the hand lifts it off;
-    /// errors of the pose move object and table together, against the hand. Without a table the object floats until it is
-    /// closed on.
+    /// Table on which the object rests while the hand closes, in a simulation that
+    /// [has one](super::TrialSim::on_table). Gravity pulls towards it from the beginning, the object is free in every
+    /// protocol, and the hand lifts it off; errors of the pose move object and table together, against the hand.
+    /// Without a table the object floats until the hand has closed on it.
     pub table: Option<TableSupport>,
     /// Whether the outcome has forces and drift over [time](super::Series).
     pub has_series: bool,
@@ -123,7 +122,7 @@ impl TrialConditions {
         Self { friction, mass, shift, turn, backs_off: true, ..*self }
     }
 
-    /// Where the object stands that a grasp has at a pose; `centre` is its centre of mass.
+    /// Pose of the object for a grasp's pose; `centre` is its centre of mass.
     pub(super) fn placed(&self, base_from_object: &IsometryMatrix3<f64>, centre: &Point3<f64>) -> IsometryMatrix3<f64> {
         if self.shift == Vector3::zeros() && self.turn == Vector3::zeros() {
             return *base_from_object;
@@ -189,7 +188,7 @@ impl TrialSpread {
 pub enum WhileClosing {
     /// Nothing: fingers push it about.
     Free,
-    /// The object moves as in syrup: it yields to what pushes it, and stands as soon as nothing does.
+    /// The object moves as in syrup: it yields to a push, and stops as soon as the push ends.
     Damped,
     /// The object stays where it is until the hand has closed.
     Still,
@@ -204,15 +203,16 @@ pub struct TrialProtocol {
     pub closing: f64,
     /// Support of the object meanwhile, unless it rests on a table.
     pub while_closing: WhileClosing,
-    /// Time for hand and object to settle once the object is let go, without gravity [s]; none on a table, where it is free.
+    /// Time for hand and object to settle after the object is released, without gravity [s]; none on a table, where it
+    /// is free.
     pub settling: f64,
-    /// Effort with which the hand closes, and goes on closing to the end.
+    /// Effort with which the hand closes, and keeps closing to the end.
     pub effort: Effort,
     /// Height of the lift [m], by minimum jerk in `lift_time`.
     pub lift: f64,
     /// See [`TrialProtocol::lift`].
     pub lift_time: f64,
-    /// Amplitude of the shake to either side, along each axis of the object as it lies at the start [m].
+    /// Amplitude of the shake to either side, along each axis of the object in its pose at the start [m].
     pub shake: f64,
     /// Frequencies of the shake along x, y and z [Hz].
     pub frequencies: [f64; 3],
@@ -266,7 +266,7 @@ impl TrialProtocol {
         Vector3::z() * (rate * s * (60.0 + s * (-180.0 + s * 120.0)))
     }
 
-    /// Height of the hand `time` after the lift began [m]: what [`TrialProtocol::lifting`] is the second derivative of.
+    /// Height of the hand `time` after the lift began [m]: [`TrialProtocol::lifting`] is its second derivative.
     pub(super) fn lifted(&self, time: f64) -> f64 {
         let s = time / self.lift_time;
         self.lift * s * s * s * (10.0 + s * (-15.0 + s * 6.0))
@@ -333,7 +333,7 @@ mod tests {
         assert!((moved.rotation.angle_to(&pose.rotation) - made[0].turn.norm()).abs() < 1e-9);
     }
 
-    /// A table's z is up in the object, whichever way that is, and no corner lies below it.
+    /// A table's z is up in the object, in any direction, and no corner is below it.
     #[test]
     fn tables_carry_the_lowest_corner() {
         let corners = [[0.1, 0.0, 0.0], [-0.1, 0.02, 0.0], [0.0, 0.0, 0.3], [0.0, -0.05, -0.04]].map(Point3::from);

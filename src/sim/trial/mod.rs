@@ -1,10 +1,10 @@
 //! Physics labels: a grasp closed on a free object, which floats or rests on a table, lifted and shaken.
 //!
-//! The hand's base is the world, so that a move of the hand is a field of acceleration: what is at rest in a hand that speeds
-//! up by `a` feels `g - a`. For translations this is exact, for the object and for the links of the hand alike, and each
-//! worker has a model of its own whose gravity it may set. A speed that stays the same is not felt, so that the shake may
-//! begin at its full speed: its acceleration begins and ends at 0. The table recedes as the hand lifts. To MuJoCo it stands
-//! still in every step: what follows it down does so in small falls.
+//! The hand's base is the world, so that a move of the hand is a field of acceleration: an object at rest in a hand
+//! that accelerates by `a` feels `g - a`. For translations this is exact, for the object and for the links of the hand
+//! alike, and each worker has its own model whose gravity it may set. A constant speed is not felt, so that the shake
+//! may begin at its full speed: its acceleration begins and ends at 0. The table recedes as the hand lifts. To MuJoCo
+//! it is fixed in every step: an object that follows it down does so in small falls.
 
 mod conditions;
 mod outcome;
@@ -49,7 +49,7 @@ pub struct TrialSim {
 }
 
 impl TrialSim {
-    /// Compiles the hand with a true mesh and what it weighs; trials follow [`TrialProtocol::STANDARD`].
+    /// Compiles the hand with a true mesh and its mass; trials follow [`TrialProtocol::STANDARD`].
     ///
     /// # Errors
     /// When a geom of the hand that would touch the mesh is no box, ball, capsule or cylinder, no solid has such mass
@@ -60,7 +60,7 @@ impl TrialSim {
     }
 
     /// Compiles as [`TrialSim::new`], with a table on which the object can rest: for conditions with a
-    /// [table](TrialConditions::table). Trials without one come out as those of [`TrialSim::new`].
+    /// [table](TrialConditions::table). Trials without one have the results of [`TrialSim::new`].
     ///
     /// # Errors
     /// Errors of [`TrialSim::new`], and when the mesh lies in a plane.
@@ -73,8 +73,8 @@ impl TrialSim {
     /// comparison.
     ///
     /// # Errors
-    /// When no solid has such mass properties, MuJoCo refuses the mesh or the hand, or [`TrialSim::can_touch_triangles`] says
-    /// no to contacts of triangles.
+    /// If no solid has such mass properties, MuJoCo refuses the mesh or the hand, or [`TrialSim::can_touch_triangles`]
+    /// is false for contacts of triangles.
     pub fn with_native_mesh(
         model: &HandModel,
         object: &TriMesh,
@@ -85,8 +85,8 @@ impl TrialSim {
         Ok(Self { sim, protocol: TrialProtocol::STANDARD })
     }
 
-    /// Whether a mesh has few enough triangles for contacts of each of them with the hand, which may take a gibibyte: 150,000
-    /// where each link is one solid.
+    /// Whether a mesh has few enough triangles for contacts of each of them with the hand, which may take a gibibyte:
+    /// 150,000 if each link is one solid.
     pub fn can_touch_triangles(model: &HandModel, object: &TriMesh) -> bool {
         NativeContacts::can_touch_triangles(model.max_geoms_per_body(), object)
     }

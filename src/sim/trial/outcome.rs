@@ -12,7 +12,7 @@ use robot::hand::Motor;
 /// Verdict on a trial, with the reason.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
-    /// The object stayed, and two links at least touch it.
+    /// The object stayed, and at least two links touch it.
     Held,
     /// The hand starts so deep in the object or the table [m] that nothing was simulated.
     Refused {
@@ -39,7 +39,7 @@ pub enum Verdict {
     Unstable {
         /// When.
         phase: Phase,
-        /// In which step, and what.
+        /// The step, and the event.
         what: Unstable,
     },
 }
@@ -70,13 +70,14 @@ impl Verdict {
 /// Where a trial began.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Start {
-    /// The posture, one value per driven joint [rad or m]: as asked for, or with its fingers backed off.
+    /// The posture, one value per driven joint [rad or m]: as requested, or with its fingers backed off.
     pub posture: Vec<f64>,
-    /// The object, expressed in the hand's base frame: as asked for, with the conditions' errors, and the hand drawn back.
+    /// The object, expressed in the hand's base frame: as requested, with the conditions' errors, and the hand drawn
+    /// back.
     pub base_from_object: IsometryMatrix3<f64>,
     /// Penetration of the object by the hand [m], 0 where it is clear; by exact distances from the true mesh.
     pub penetration: f64,
-    /// Depth of the hand's lowest point below the table [m], 0 where it is clear or there is none.
+    /// Depth of the hand's lowest point below the table [m], 0 if it is clear or there is no table.
     pub table_penetration: f64,
     /// Share of their range from closed to opened that the fingers have backed off, 0 to 1.
     pub opened_by: f64,
@@ -137,7 +138,7 @@ pub(crate) fn deepest(touches: &[LinkTouch]) -> f64 {
     touches.iter().map(|touch| -touch.distance).fold(0.0, f64::max)
 }
 
-/// Motion of the object in the hand during a phase that it stood to the end.
+/// Motion of the object in the hand during a phase that it completed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slip {
     /// Which.
@@ -157,13 +158,13 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// Where it began.
     pub start: Start,
-    /// The closed hand, where it came so far.
+    /// The closed hand, if the trial got that far.
     pub closed: Option<Grip>,
-    /// Whether the closed hand had come to rest; else its time was used up.
+    /// Whether the closed hand had come to rest before its time was used up.
     pub closed_at_rest: bool,
     /// Duration of closing [s].
     pub closing_time: f64,
-    /// Slips, one per phase that the object stood to the end.
+    /// Slips, one per phase that the object completed.
     pub slips: Vec<Slip>,
     /// Largest distance of the centre of mass from where it was when gravity came on [m].
     pub farthest: f64,
@@ -175,7 +176,7 @@ pub struct Outcome {
     pub steps: u32,
     /// Number of MuJoCo's warnings.
     pub warnings: u32,
-    /// Forces and drift over time; `None` where the conditions do not ask for them.
+    /// Forces and drift over time; `None` unless the conditions request them.
     pub series: Option<Series>,
 }
 

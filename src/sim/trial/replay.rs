@@ -1,4 +1,4 @@
-//! A hand as a stranger's MuJoCo can try it: MJCF with the servos, and what drives them.
+//! A hand for trials in an independent MuJoCo: MJCF with the servos, and their drives.
 
 use serde::Serialize;
 
@@ -15,7 +15,7 @@ use crate::{
 };
 use robot::hand::{Breakaway, Driven, Follower, Hand};
 
-/// Bytes written before asking for more room, at most.
+/// Bytes written before more memory is reserved, at most.
 const ROOM: usize = 1 << 16;
 
 /// A hand for plain MuJoCo.
@@ -93,9 +93,9 @@ struct Protocol {
     lost_angle: f64,
 }
 
-/// The hand alone as trials compile it, and how it is driven; `None` where the description names mesh files, without which
-/// plain MuJoCo could not read it, and bodies without a name. Meshes touch nothing in trials: they are left out. Trials on a
-/// table cannot be replayed from it: it says nothing of the table.
+/// The hand alone as trials compile it, and its drives; `None` if the description names mesh files, which plain MuJoCo
+/// would need to read it, and bodies without a name. Meshes touch nothing in trials: they are left out. Trials on a
+/// table cannot be replayed from it: it does not contain the table.
 ///
 /// # Errors
 /// When MuJoCo refuses the hand.
@@ -108,7 +108,7 @@ pub fn plain_hand(model: &HandModel, protocol: &TrialProtocol) -> Result<Option<
             return Ok(None);
         }
     }
-    // The object's file stands elsewhere.
+    // The object's file is in another folder.
     spec.compiler_mut().set_meshdir("");
     set_option(spec.option_mut());
     for geom in spec.geom_iter_mut() {

@@ -1,4 +1,5 @@
-//! Whether a hand can do what a job asks of its simulation: it is compiled as the job would compile it, with a small box.
+//! Tests whether a hand can perform the simulation of a job: it is compiled as the job would compile it, with a small
+//! box.
 
 use std::sync::{Arc, OnceLock};
 

@@ -20,8 +20,8 @@ pub enum Variant {
     PlainElliptic,
     /// MuJoCo's defaults: pyramidal friction cones, `impratio` 1, no iterations against slip.
     MujocoDefaults,
-    /// All at once what makes it harder to hold: friction lower by 20 %, elliptic friction cones and otherwise MuJoCo's defaults,
-    /// nothing that supports the object while the hand closes.
+    /// All conditions that make holding harder, at once: friction lower by 20 %, elliptic friction cones and otherwise
+    /// MuJoCo's defaults, nothing that supports the object while the hand closes.
     Adverse,
     /// Faces of the hand's boxes that reach to their edges, as those of MuJoCo's own boxes do.
     SharpEdges,
@@ -29,18 +29,18 @@ pub enum Variant {
     MoreFriction,
     /// Half the mass.
     HalfMass,
-    /// The hand stands 2 mm nearer to the object, along its approach.
+    /// The hand is 2 mm nearer to the object, along its approach.
     AdvancedHand,
-    /// MuJoCo's own contacts of the mesh's triangles, in a [simulation of its own](super::TrialSim::with_native_mesh): the
-    /// conditions stay as they are.
+    /// MuJoCo's own contacts of the mesh's triangles, in a [separate simulation](super::TrialSim::with_native_mesh):
+    /// the conditions do not change.
     NativeContacts,
 }
 
-/// Distance that [`Variant::AdvancedHand`] goes on [m]: twice what the edges of pads are rounded by.
+/// Additional motion of [`Variant::AdvancedHand`] [m]: twice the radius by which the edges of pads are rounded.
 const ADVANCE: f64 = 2.0 * EDGE_RADIUS;
 
 impl Variant {
-    /// Every variant that a robust grasp holds under, in the order of its verdict in a record.
+    /// Every variant under which a robust grasp holds, in the order of its verdict in a record.
     pub const ALL: [Self; 7] = [
         Self::LessFriction,
         Self::LittleFriction,
@@ -51,17 +51,17 @@ impl Variant {
         Self::MujocoDefaults,
     ];
 
-    /// Harder conditions, under which a grasp that held is tried again before it is a positive: a solver that lets loaded
-    /// contacts creep, less friction, and an object that nothing brakes. All at once: of 690 grasps of Panda's hand that a trial
-    /// for each of them left 516 of, one trial under all leaves 515.
-    /// Then by MuJoCo's default settings, as a stranger would simulate it: friction pyramids hold less where a contact is pulled
-    /// between their edges.
+    /// Harder conditions, under which a grasp that held is tried again before it is a positive: a solver that lets
+    /// loaded contacts creep, less friction, and an object that nothing brakes. All at once: of 690 grasps of Panda's
+    /// hand, separate trials for each condition left 516, and one trial under all of them leaves 515. Then with
+    /// MuJoCo's default settings, as in an independent simulation: friction pyramids hold less where a contact is
+    /// pulled between their edges.
     pub const HARDER: [Self; 2] = [Self::Adverse, Self::MujocoDefaults];
 
-    /// Easier conditions, under which a grasp that failed is tried again before it is a negative: mass and friction, as little
-    /// as both are known of real objects, and pads that take hold by more than their edges, from which thin objects slip or
-    /// not, depending on how round the edges are; at last as any other laboratory would simulate it. One after another, and no
-    /// further than the first under which it holds: under all of them at once nearly everything holds.
+    /// Easier conditions, under which a grasp that failed is tried again before it is a negative: mass and friction,
+    /// with the uncertainty of real objects, and pads that hold by more than their edges, from which thin objects slip
+    /// or not, depending on how round the edges are; finally as any other laboratory would simulate it. One after
+    /// another, up to the first under which it holds: under all of them at once nearly everything holds.
     pub const EASIER: [Self; 5] =
         [Self::SharpEdges, Self::AdvancedHand, Self::MoreFriction, Self::HalfMass, Self::NativeContacts];
 

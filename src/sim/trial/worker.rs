@@ -33,7 +33,7 @@ const MAX_BACK: f64 = 0.005;
 /// Distance beyond which an object that closing pushed away has left the hand [m].
 pub(crate) const PUSHED_AWAY: f64 = 0.1;
 
-/// Working memory of one thread that makes trials; its state is its own.
+/// Working memory of one thread that makes trials; it has its own state.
 pub struct TrialWorker {
     hand: HandWorker,
     object: FreeObject,
@@ -41,9 +41,9 @@ pub struct TrialWorker {
     /// Mass, friction and torsion that the model has.
     set: Option<[f64; 3]>,
     commands: Vec<Command>,
-    /// The table that the hand lifts the object off, as it stood when the lift began, in the hand's base frame.
+    /// The table that the hand lifts the object off, at its pose when the lift began, in the hand's base frame.
     receding: Option<IsometryMatrix3<f64>>,
-    /// The trial over time so far, where its conditions ask for it.
+    /// The trial over time so far, if its conditions request it.
     series: Option<Series>,
 }
 
@@ -68,7 +68,7 @@ impl Depths {
 }
 
 impl TrialWorker {
-    /// A worker with a model of its own.
+    /// A worker with its own model.
     pub fn new(sim: &TrialSim) -> Self {
         let Hold::Free(object) = sim.sim.hold else { unreachable!("trials are compiled with a free object") };
         let hand = HandWorker::new(&sim.sim);
@@ -80,8 +80,8 @@ impl TrialWorker {
     /// frame. The trials before leave no trace.
     ///
     /// # Errors
-    /// When the posture does not fit the hand, or a number is not finite or out of range. What goes wrong in the trial itself
-    /// is in its verdict.
+    /// When the posture does not fit the hand, or a number is not finite or out of range. Failures in the trial itself
+    /// are in its verdict.
     pub fn run(
         &mut self,
         posture: &[f64],
@@ -184,7 +184,7 @@ impl TrialWorker {
         if links < 2 {
             return Err(Verdict::LetGo { links });
         }
-        // What holds by contacts without a direction is no hold: those of a true mesh lose theirs beneath rounded edges.
+        // Contacts without a direction do not hold: those of a true mesh lose theirs beneath rounded edges.
         if self.hand.sim.true_mesh.is_some() && outcome.shaken_penetration > EDGE_RADIUS {
             let what = Unstable { step: self.hand.steps(), kind: Instability::Depth };
             return Err(Verdict::Unstable { phase: Phase::Shake, what });
@@ -201,7 +201,7 @@ impl TrialWorker {
         }
     }
 
-    /// Support of the object while the hand closes, beside a table.
+    /// Support of the object while the hand closes, in addition to a table.
     fn while_closing(&self, conditions: &TrialConditions) -> WhileClosing {
         let is_free = conditions.is_free || conditions.table.is_some();
         if is_free { WhileClosing::Free } else { self.protocol.while_closing }
@@ -211,7 +211,7 @@ impl TrialWorker {
     fn set_object(&mut self, conditions: &TrialConditions, mass: f64) {
         let wanted = [mass, conditions.friction, conditions.torsion];
         if self.set != Some(wanted) {
-            // What MuJoCo derives from the masses it derives in the hand's first posture, and leaves the hand there.
+            // MuJoCo derives quantities from the masses in the hand's first posture, and leaves the hand there.
             let [qpos, qvel] = [self.hand.data.qpos().to_vec(), self.hand.data.qvel().to_vec()];
             ffi::set_object(&mut self.hand.data, &self.object, wanted);
             self.hand.data.qpos_mut().copy_from_slice(&qpos);
@@ -280,7 +280,7 @@ impl TrialWorker {
         Ok(Start { posture, base_from_object: pose, penetration, table_penetration: table, opened_by, drawn_back })
     }
 
-    /// Penetration of the object and of a table by the hand as it stands.
+    /// Penetration of the object and of a table by the hand in its current state.
     fn depths(&self, base_from_table: Option<&IsometryMatrix3<f64>>) -> Depths {
         let table = base_from_table.map_or(0.0, |table| self.hand.depth_below(table));
         self.hand.touches().iter().fold(Depths { base: 0.0, fingers: 0.0, table }, |mut deepest, touch| {
@@ -290,7 +290,7 @@ impl TrialWorker {
         })
     }
 
-    /// Closes the hand, without gravity unless there is a table, and lets the object go.
+    /// Closes the hand, without gravity unless there is a table, and releases the object.
     fn close(&mut self, outcome: &mut Outcome, conditions: &TrialConditions) -> Decided<()> {
         let from = outcome.start.base_from_object * self.object.centre;
         let support = self.while_closing(conditions);
@@ -332,8 +332,8 @@ impl TrialWorker {
         }
     }
 
-    /// Takes from the object the motion or the speed that the last step gave it, as its support while the hand closes
-    /// asks.
+    /// Removes from the object the motion or the speed that the last step gave it, as its support while the hand closes
+    /// requires.
     fn hold_object(&mut self, outcome: &Outcome, support: WhileClosing) {
         let FreeObject { address, dof, .. } = self.object;
         if support == WhileClosing::Free {
@@ -420,13 +420,13 @@ impl TrialWorker {
     }
 }
 
-/// The deepest start that is none too deep, by a protocol's [m]. A box or a cylinder whose core is cut by the surface is reported as
-/// deep as its edges are rounded, or a little less, however deep it is: so much is too deep whatever the protocol says.
+/// The deepest start that is not too deep, from a protocol's [m]. A box or a cylinder whose core is cut by the surface
+/// is reported at most as deep as its edges are rounded, or a little less: that depth is too deep for every protocol.
 pub(crate) fn deepest_start(of_protocol: f64) -> f64 {
     of_protocol.min(0.98 * EDGE_RADIUS)
 }
 
-/// Count of the steps in a time [s].
+/// Number of steps in a time [s].
 pub(crate) fn steps_in(time: f64) -> u32 {
     (time / STEP).round() as u32
 }
@@ -504,7 +504,8 @@ mod tests {
         }
     }
 
-    /// From the point below the centre of mass to the nearest side of what an object stands on, at least nearly [m].
+    /// Distance from the point below the centre of mass to the nearest side of the object's footprint, as a lower bound
+    /// [m].
     fn footing(corners: &[Point3<f64>], centre: &Point3<f64>, object_from_table: &IsometryMatrix3<f64>) -> f64 {
         let seen = |point: &Point3<f64>| object_from_table.inverse_transform_point(point);
         let foot = seen(centre).xy();
@@ -588,8 +589,8 @@ mod tests {
         data.qpos()[0]
     }
 
-    /// A cube on a tilted table slides where the tilt is more than friction holds, by g (sin - mu cos) t^2 / 2, as MuJoCo's own
-    /// box does on its own plane; the hand's friction does not count.
+    /// A cube on a tilted table slides where the tilt exceeds friction, by g (sin - mu cos) t^2 / 2, as MuJoCo's own
+    /// box does on its own plane; the hand's friction is ignored.
     #[test]
     fn a_cube_slides_where_friction_ends() {
         const FRICTION: f64 = 0.4;
@@ -620,7 +621,7 @@ mod tests {
                     1e3 * native,
                     force / (0.3 * GRAVITY * cosine),
                 );
-                // To a hundredth of what friction takes from the way.
+                // To a hundredth of the distance that friction takes.
                 let of_friction = 0.01 * way(GRAVITY * FRICTION * cosine);
                 let off = if slide > 0.0 { of_friction } else { 1e-4 };
                 assert!((moved.x - slide).abs() < off, "{of_limit}: {moved:?}, {slide}");

@@ -87,7 +87,7 @@ fn check(path: &Path, unit: f64) -> MeshCheckRow {
 struct Tally {
     meshes: usize,
     refused: Vec<String>,
-    mended: Vec<String>,
+    repaired: Vec<String>,
     open: Vec<String>,
 }
 
@@ -100,7 +100,7 @@ impl Tally {
         }
         if let Some(record) = &row.record {
             if !record.repairs.is_empty() {
-                self.mended.push(format!("{file}: {:?}", record.repairs));
+                self.repaired.push(format!("{file}: {:?}", record.repairs));
             }
             if !record.watertight {
                 self.open.push(format!("{file}: {:?}", record.warnings));
@@ -110,8 +110,8 @@ impl Tally {
 
     /// A row of the table, and a line for each mesh that was refused.
     fn describe(&self, origin: &str) -> String {
-        let Self { meshes, refused, mended, open } = self;
-        let mut text = format!("| {origin} | {meshes} | {} | {} | {} |\n", refused.len(), mended.len(), open.len());
+        let Self { meshes, refused, repaired, open } = self;
+        let mut text = format!("| {origin} | {meshes} | {} | {} | {} |\n", refused.len(), repaired.len(), open.len());
         refused.iter().for_each(|refusal| writeln!(text, "    refused: {refusal}").expect("text"));
         text
     }
@@ -135,15 +135,15 @@ fn judge_generated(draws: usize) -> BTreeMap<&'static str, Tally> {
 /// The table of all tallies.
 fn table(tallies: &BTreeMap<&str, Tally>) -> String {
     let rows: String = tallies.iter().map(|(origin, tally)| tally.describe(origin)).collect();
-    format!("| meshes | count | refused | mended | open |\n| --- | --- | --- | --- | --- |\n{rows}")
+    format!("| meshes | count | refused | repaired | open |\n| --- | --- | --- | --- | --- |\n{rows}")
 }
 
 /// Asserts that none is refused or open, and only some combs are repaired: their many corners in a line leave faces
 /// without area when their ends are cut into triangles, and those are dropped.
 fn assert_all_fine(tallies: &BTreeMap<&str, Tally>) {
     let mut wrong = Vec::new();
-    for (family, Tally { refused, mended, open, .. }) in tallies {
-        wrong.extend(refused.iter().chain(open).chain(mended.iter().filter(|_| *family != "comb")));
+    for (family, Tally { refused, repaired, open, .. }) in tallies {
+        wrong.extend(refused.iter().chain(open).chain(repaired.iter().filter(|_| *family != "comb")));
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
