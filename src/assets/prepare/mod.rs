@@ -80,6 +80,7 @@ fn finish_faces(
     source: &MeshSource,
     file: Option<Digest>,
 ) -> Result<(PreparedMesh, Judgement), Refuse> {
+    // Repairs while reading: seams, crossing faces, unused vertices.
     let mut warnings = std::mem::take(&mut raw.notes);
     let mut repairs = Vec::new();
     if raw.joined > 0 {
@@ -94,11 +95,13 @@ fn finish_faces(
         repairs.push(Repair::UnusedVertices { count: unused as u32 });
     }
 
+    // Scale to metres, and repair faces.
     let (mut mesh, scale) = scaled(raw, source.scale)?;
     let (edges, mended) = mend_faces(&mut mesh, &mut warnings)?;
     repairs.extend(mended);
     check_extent(&mesh, source)?;
 
+    // Orient faces and shells; reversed faces need new edges.
     let mut edges = edges;
     let shells = shells::orient(&mut mesh, &edges);
     if shells.flipped > 0 {
@@ -110,6 +113,7 @@ fn finish_faces(
     if shells.flipped + shells.inside_out > 0 {
         edges = Edges::of(&mesh.triangles, mesh.vertices.len());
     }
+    // Checks, and the record.
     check_volume(&mesh, &shells)?;
     let undecided = check_sides(&mesh, &edges, &shells)?;
     let record = describe(&mesh, &edges, &shells, source, (file, scale, repairs, warnings));
@@ -131,6 +135,7 @@ pub fn parts(source: &MeshSource) -> Result<Vec<TriMesh>, MeshRefusal> {
 
 /// Settles the faces that are not part of a plain surface; returns the edges of the rest.
 fn mend_faces(mesh: &mut TriMesh, warnings: &mut Vec<String>) -> Result<(Edges, Vec<Repair>), Refuse> {
+    // Collapsed faces, then faces on the same three vertices.
     let mut zero_area = mend::drop_collapsed(mesh);
     let mut edges = Edges::of(&mesh.triangles, mesh.vertices.len());
     let area = mesh_area(mesh, !edges.twins.is_empty());
@@ -141,6 +146,7 @@ fn mend_faces(mesh: &mut TriMesh, warnings: &mut Vec<String>) -> Result<(Edges, 
             edges = Edges::of(&mesh.triangles, mesh.vertices.len());
         }
     }
+    // Faces without area: splitting their neighbours may make further twins.
     let flat = mend::drop_zero_area(mesh);
     if flat > 0 {
         zero_area += flat;
@@ -158,6 +164,7 @@ fn mend_faces(mesh: &mut TriMesh, warnings: &mut Vec<String>) -> Result<(Edges, 
         let problem = "no face encloses anything: all are without area or back to back in pairs";
         return Err(Refuse::new("no_volume", problem, "check the unit, or export a solid"));
     }
+    // Report a loss of more than 1 % of the surface.
     if twins.lost_area > 0.01 * area {
         let share = 100.0 * twins.lost_area / area;
         warnings.push(format!(

@@ -27,17 +27,20 @@ impl Edges {
     /// Half-edges are dealt into one bucket per lower vertex (counting sort), and each bucket, six entries on average,
     /// is ordered by the other vertex and then by half-edge: linear time, and the same result every time.
     pub(crate) fn of(faces: &[[u32; 3]], vertices: usize) -> Self {
+        // Counting sort, first pass: half-edges per lower vertex.
         let mut ends = vec![0u32; vertices + 1];
         for face in faces {
             for k in 0..3 {
                 ends[face[k].min(face[NEXT[k]]) as usize] += 1;
             }
         }
+        // Starts of the buckets.
         let mut total = 0;
         for end in &mut ends {
             total += *end;
             *end = total - *end;
         }
+        // Second pass: each half-edge goes to its bucket, with the other vertex in the upper bits.
         let mut entries = vec![0u64; total as usize];
         for (index, face) in faces.iter().enumerate() {
             for k in 0..3 {
@@ -55,6 +58,7 @@ impl Edges {
             crowded: Vec::new(),
             twins: Vec::new(),
         };
+        // Half-edges of one edge are consecutive after sorting a bucket.
         let mut start = 0;
         for &end in &ends[..vertices] {
             let bucket = &mut entries[start..end as usize];

@@ -148,6 +148,7 @@ pub(crate) fn drop_twins(mesh: &mut TriMesh, edges: &Edges) -> Twins {
     if edges.twins.is_empty() {
         return Twins::default();
     }
+    // Faces on the same three vertices, in groups.
     let mut faces: Vec<u32> = edges.twins.clone();
     faces.sort_unstable();
     faces.dedup();
@@ -160,11 +161,13 @@ pub(crate) fn drop_twins(mesh: &mut TriMesh, edges: &Edges) -> Twins {
     let groups: Vec<&[u32]> =
         faces.chunk_by(|&a, &b| corners(a) == corners(b)).filter(|group| group.len() > 1).collect();
 
+    // Orientation of a face relative to its sorted vertices; a balanced group has equal numbers of both.
     let faces_up = |face: u32| {
         let [a, b, c] = mesh.triangles[face as usize];
         (a < b) as u8 + (b < c) as u8 + (c < a) as u8 == 2
     };
     let is_balanced = |group: &[u32]| 2 * group.iter().filter(|&&face| faces_up(face)).count() == group.len();
+    // Bodies with a face outside balanced groups are no two-sided shells.
     let body = bodies(mesh);
     let mut single = vec![false; mesh.vertices.len()];
     let mut balanced = vec![false; mesh.triangles.len()];
@@ -175,6 +178,7 @@ pub(crate) fn drop_twins(mesh: &mut TriMesh, edges: &Edges) -> Twins {
         single[body[corners[0] as usize] as usize] |= !balanced[face];
     }
 
+    // Faces to remove: all but one of a sheet, all of a balanced group, otherwise all but one of the majority.
     let (mut gone, mut sheets, mut lost_area) = (Vec::new(), 0, 0.0);
     for group in groups {
         let is_sheet = !single[body[mesh.triangles[group[0] as usize][0] as usize] as usize];

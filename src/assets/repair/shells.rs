@@ -72,15 +72,18 @@ pub(crate) struct Shells {
 
 /// Finds the shells and orients the faces of `mesh`.
 pub(crate) fn orient(mesh: &mut TriMesh, edges: &Edges) -> Shells {
+    // Neighbours agree first; then whole shells get their sign.
     let (of_face, reversed, one_sided) = flood(&mesh.triangles, edges);
     let flipped = reversed.iter().filter(|&&reversed| reversed).count() as u32;
     if flipped > 0 {
         reverse(&mut mesh.triangles, |face| reversed[face]);
     }
 
+    // Volume, area and openness of each shell, and which shells are closed.
     let mut shells = measure(mesh, &of_face);
     find_open(&mesh.triangles, edges, &of_face, &reversed, &mut shells);
     one_sided.iter().for_each(|&shell| shells[shell as usize].one_sided = true);
+    // Containers of closed shells, and the sign of each shell, from its outermost container.
     let container = containers(mesh, &of_face, &shells);
     let signs = judge(&shells, &container.of_shell);
     let inside_out = shells.iter().zip(&signs).filter(|&(_, &sign)| sign < 0.0).map(|(shell, _)| shell.faces).sum();
@@ -91,6 +94,7 @@ pub(crate) fn orient(mesh: &mut TriMesh, edges: &Edges) -> Shells {
         shell.volume *= sign;
         shell.drift *= sign;
     }
+    // A closed shell of opposite sign to its container is a cavity, one of equal sign a solid in a solid.
     let opposed = |shell: usize, outer: u32| shells[shell].volume.signum() != shells[outer as usize].volume.signum();
     let nested = |wanted: bool| {
         let pairs = container.of_shell.iter().enumerate().filter_map(|(shell, outer)| Some((shell, (*outer)?)));
@@ -134,6 +138,7 @@ fn flood(faces: &[[u32; 3]], edges: &Edges) -> (Vec<u32>, Vec<bool>, Vec<u32>) {
         stack.push(seed as u32);
         members.clear();
         let mut flips = 0;
+        // Flood fill across edges of two faces.
         while let Some(face) = stack.pop() {
             if edges.same_direction > 0 {
                 members.push(face);
@@ -156,6 +161,7 @@ fn flood(faces: &[[u32; 3]], edges: &Edges) -> (Vec<u32>, Vec<bool>, Vec<u32>) {
                 }
             }
         }
+        // Keep the orientation of the majority.
         if 2 * flips > members.len() {
             members.iter().for_each(|&face| reversed[face as usize] ^= true);
         }
@@ -299,6 +305,7 @@ fn containers(mesh: &TriMesh, of_face: &[u32], shells: &[Shell]) -> Containers {
     if closed.len() > MAX_SHELLS {
         return found.of_crowd();
     }
+    // Every pair of closed shells whose boxes are nested.
     let faces_of = faces_by_shell(of_face, shells);
     let mut budget = CONTAINER_BUDGET;
     for &inner in &closed {
@@ -312,6 +319,7 @@ fn containers(mesh: &TriMesh, of_face: &[u32], shells: &[Shell]) -> Containers {
                 found.may_overlap |= !b.bounds.is_within(&a.bounds);
                 continue;
             }
+            // A few vertices of the inner shell must all be inside the outer one.
             let samples = 8.min(a.faces) as usize;
             let stride = a.faces as usize / samples;
             budget = budget.saturating_sub(samples as u64 * u64::from(b.faces));
@@ -327,6 +335,7 @@ fn containers(mesh: &TriMesh, of_face: &[u32], shells: &[Shell]) -> Containers {
                 found.may_overlap = true;
                 continue;
             }
+            // The smallest enclosing shell is the container.
             let size = |shell: &Shell| shell.bounds.sides().iter().product::<f64>();
             let best = &mut found.of_shell[inner as usize];
             // Two shells of one box may each seem to hold the other: the earlier one is the container.

@@ -134,6 +134,7 @@ impl ClutterSim {
         model.check_solids()?;
         let moves = |body: &usize| *body == target || awake[*body];
         let (awake, asleep): (Vec<usize>, Vec<usize>) = (0..scene.bodies.len()).partition(moves);
+        // Description: the hand on slides, then the container with fixed bodies, then moving bodies.
         let refused = refused_by(model);
         let (mut spec, gains) = hand_spec(model)?;
         spec.set_memory(MEMORY as _);
@@ -146,6 +147,7 @@ impl ClutterSim {
             add_awake(&mut spec, scene, *body, target, parked);
         }
         let mut compiled = spec.compile().map_err(refused)?;
+        // Numbers of the added parts in the compiled model.
         let number = |name: &str| compiled.name_to_id(MjtObjBase::mjOBJ_BODY, name).expect("the body was added");
         let container = number(CONTAINER);
         let slide = |(root, axis): (usize, usize)| {
@@ -166,6 +168,7 @@ impl ClutterSim {
         });
         let mut neighbours: Vec<Neighbour> = moving.collect();
         neighbours.sort_unstable_by_key(|neighbour| neighbour.body);
+        // The target is the free object of the simulation; all other bodies are its neighbours.
         let solid = &scene.bodies[target].solid;
         let object = free_object(&mut compiled, numbers[&target], solid);
         let held = Held {

@@ -180,10 +180,12 @@ impl ClutterWorker {
 
     /// The phases, until one decides.
     fn decide(&mut self, outcome: &mut ClutterOutcome, approach: &Vector3<f64>) -> Decided<()> {
+        // Refuse a hand that starts too deep.
         let penetration = self.start_depth();
         if penetration > deepest_start(self.protocol.start_depth) {
             return Err(ClutterVerdict::Refused { penetration });
         }
+        // Approach from the pregrasp, with the fingers at rest.
         let ClutterProtocol { stand_off, approach_time, closing, lift, lift_time, hold_time, .. } = self.protocol;
         let [wait, close] =
             [Command::Hold, Command::Close].map(|command| vec![command; self.hand.hand().driven().len()]);
@@ -202,6 +204,7 @@ impl ClutterWorker {
                 return Err(self.lost(ClutterPhase::Closing));
             }
         }
+        // The target must be touched by at least two links.
         let reference = self.hand.base_from_object();
         outcome.closed = Some(reference);
         outcome.touches = self.hand.touches();
@@ -210,6 +213,7 @@ impl ClutterWorker {
             1 => return Err(ClutterVerdict::OneLink),
             _ => {}
         }
+        // Lift and hold, while the target stays in the hand.
         let up = self.world_from_scene.rotation * Vector3::z() * lift;
         let phases = [
             (ClutterPhase::Lift, Glide { from: Vector3::zeros(), to: up, time: lift_time }),

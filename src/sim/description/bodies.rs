@@ -186,6 +186,7 @@ impl RobotModel {
                 [a.min(b), a.max(b)]
             })
             .collect();
+        // The filters: welded together, masks, parent and child, excluded.
         let mut pairs = Vec::new();
         for (i, one) in parts.iter().enumerate() {
             for (j, two) in parts.iter().enumerate().skip(i + 1) {

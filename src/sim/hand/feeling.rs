@@ -160,6 +160,7 @@ impl HandWorker {
     /// # Errors
     /// When the start is not finite.
     pub fn feel(&mut self, approach: &HandApproach) -> Result<Felt, HandError> {
+        // The straight approach: posture, frames of the links and direction.
         let hand = Arc::clone(self.hand());
         let posture = hand.partly_closed(approach.closed);
         let frames = hand.link_frames(&hand.posture_values(&posture));
@@ -169,6 +170,7 @@ impl HandWorker {
             object_from_start: approach.object_from_start * base_from_approach.inverse(),
             direction: approach.object_from_start.rotation * Vector3::z(),
         };
+        // Skip the part of the path that is far from the object, by lower bounds of the distance.
         let mut travelled = 0.0;
         while let Some(clearance) = self.sim.clearance_at_least(&frames, &way.moved(travelled)) {
             if clearance < CLEAR || travelled >= approach.distance {
@@ -176,11 +178,13 @@ impl HandWorker {
             }
             travelled = (travelled + clearance).min(approach.distance);
         }
+        // A fixed thing that the hand would meet on the skipped part ends the approach.
         if let Some((travelled, stop)) = self.sim.first_met(&way, travelled, &mut ContactScratch::default()) {
             let (object_from_base, joints) = (way.moved(travelled), hand.posture_values(&posture));
             let (end, touches) = (ApproachEnd::Blocked, Vec::new());
             return Ok(Felt { end, steps: 0, travelled, object_from_base, joints, touches, stops: vec![stop] });
         }
+        // Simulate the rest: stop at the first contact, then close.
         self.start(&posture, &way.moved(travelled).inverse())?;
         let ahead = Unit::new_normalize(base_from_approach.rotation * Vector3::z());
         let (mut touches, mut stops) = (Vec::new(), Vec::new());
@@ -202,6 +206,7 @@ impl HandWorker {
             MoveEnd::Free => ApproachEnd::Missed,
             MoveEnd::Unstable(_) => ApproachEnd::Unstable,
         };
+        // The object moved instead of the hand: the travelled distance is along the approach.
         let object_from_base = self.base_from_object().inverse();
         let came = (object_from_base.translation.vector - way.object_from_start.translation.vector).dot(&way.direction);
         let end = match end {
@@ -211,6 +216,7 @@ impl HandWorker {
             }
             end => end,
         };
+        // Touches of runs without a valid end are dropped.
         if !matches!(end, ApproachEnd::AtRest | ApproachEnd::TimedOut) {
             touches.clear();
         }

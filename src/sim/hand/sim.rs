@@ -263,12 +263,14 @@ impl HandSim {
         held: Held,
         owner: impl Fn(usize) -> Option<GeomOwner>,
     ) -> Result<Self, HandError> {
+        // Solver options, and the same contact parameters for all geoms and flexes.
         set_option(compiled.opt_mut());
         compiled.geom_solref_mut().fill(CONTACT_SOLREF);
         compiled.geom_solimp_mut().fill(CONTACT_SOLIMP);
         compiled.flex_solref_mut().fill(CONTACT_SOLREF);
         compiled.flex_solimp_mut().fill(CONTACT_SOLIMP);
         let hand = Arc::clone(&model.hand);
+        // Servos of the joints, owners of the geoms, touch sensors.
         let servos = servos(&compiled, &hand, gains);
         let links = model.robot.all_links()?;
         // Added bodies come last: the description's bodies keep their numbers.
@@ -281,6 +283,7 @@ impl HandSim {
                 (name, index(compiled.sensor_adr()[sensor]))
             })
             .collect();
+        // Solids of the hand that touch the true mesh, on their links.
         let solid = |(geom, probe): (usize, &Option<Probe>)| {
             let (link, link_from_body) = links.of_body.get(index(compiled.geom_bodyid()[geom]))?;
             let body_from_geom = isometry(&compiled.geom_pos()[geom], &compiled.geom_quat()[geom]);

@@ -88,6 +88,7 @@ impl TrialWorker {
         base_from_object: &IsometryMatrix3<f64>,
         conditions: &TrialConditions,
     ) -> Result<Outcome, HandError> {
+        // Set friction, contacts, table and mass for these conditions.
         conditions.check()?;
         self.hand.set_numerics(conditions.numerics);
         self.hand.set_edges(conditions.has_sharp_edges);
@@ -95,6 +96,7 @@ impl TrialWorker {
         self.receding = None;
         self.series = conditions.has_series.then(Series::default);
         self.set_object(conditions, self.closing_mass(conditions));
+        // Start pose with the errors of the conditions, then backed off if it is too deep.
         let pose = self.approached(posture, conditions) * conditions.placed(base_from_object, &self.object.centre);
         let start = self.seat(posture, &pose, object_from_table.as_ref(), conditions.backs_off)?;
         let mut outcome = Outcome {
@@ -111,6 +113,7 @@ impl TrialWorker {
             warnings: 0,
             series: None,
         };
+        // Run the phases, and record the results.
         let decided = self.decide(&mut outcome, conditions, object_from_table.as_ref());
         outcome.verdict = decided.err().unwrap_or(Verdict::Held);
         outcome.steps = self.hand.steps();
@@ -248,6 +251,7 @@ impl TrialWorker {
         self.hand.set_effort(self.protocol.effort);
         let (mut posture, mut pose) = (posture.to_vec(), *base_from_object);
         let (mut opened_by, mut drawn_back) = (0.0, 0.0);
+        // Depth of fingers, base and table at a pose.
         let depths = |worker: &Self, pose: &IsometryMatrix3<f64>| {
             worker.depths(object_from_table.map(|table| pose * table).as_ref())
         };
@@ -255,6 +259,7 @@ impl TrialWorker {
         if backs_off && deepest.deepest() > deepest_start(self.protocol.start_depth) {
             let hand = Arc::clone(self.hand.hand());
             let back = self.approach(&posture) * DRAWS_BACK;
+            // Open the fingers step by step until they are clear, then draw the hand back.
             loop {
                 if deepest.fingers > CLEAR && opened_by < 1.0 {
                     opened_by = f64::min(opened_by + OPENS, 1.0);
