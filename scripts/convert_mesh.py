@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Turns any mesh that trimesh reads (glTF, GLB, DAE, 3MF, ...) into a binary PLY that graspmill reads.
+"""Converts any mesh that trimesh reads (glTF, GLB, DAE, 3MF, ...) to a binary PLY for graspmill.
 
     python scripts/convert_mesh.py IN OUT.ply
 
-All parts of a scene are placed as the scene says and put into one mesh. Nothing is merged, mended, scaled or turned: the
-numbers stay in the file's own unit and frame, so say the unit in the job file (glTF and GLB are in metres, y up).
+All parts of a scene are joined into one mesh at their poses in the scene. Nothing is merged, repaired, scaled or rotated: the
+numbers stay in the file's own unit and frame, so state the unit in the job file (glTF and GLB are in metres, y up).
 
-Needs the Python package trimesh (`make deps-test` has it; DAE also wants pycollada, 3MF lxml and networkx).
+Needs the Python package trimesh (`make deps-test` has it; DAE also needs pycollada, 3MF lxml and networkx).
 Exit codes: 0 done; 1 the file cannot be converted; 2 wrong arguments.
 """
 

