@@ -11,7 +11,7 @@
 
 use std::{env, path::PathBuf};
 
-use graspmill::assets::{ScaleRule, SizeRule, check_report};
+use graspmill::make::{ScaleRule, SizeRule, check_report};
 
 fn main() {
     let mut paths: Vec<PathBuf> = env::args_os().skip(1).map(PathBuf::from).collect();
@@ -32,5 +32,5 @@ fn main() {
         }
     }
     let counts = &report.counts;
-    println!("{} meshes: {} fine, {} repaired, {} refused", counts.total, counts.fine, counts.mended, counts.refused);
+    println!("{} meshes: {} fine, {} repaired, {} refused", counts.total, counts.fine, counts.repaired, counts.refused);
 }

@@ -11,14 +11,8 @@
 use std::error::Error;
 
 use graspmill::{
-    factory::{
-        Cancel, Event, Parallelism, RunContext,
-        job::{JobContext, JobText},
-        run::{OpenJob, regenerate},
-    },
-    files::Folder,
-    format::dataset::{DatasetReader, VerifyLevel, VerifyOptions, verify},
-    tables::ParquetIndex,
+    make::{Cancel, Event, JobContext, JobText, OpenJob, Parallelism, ParquetIndex, RunContext, run::regenerate},
+    read::{DatasetReader, Folder, VerifyLevel, VerifyOptions, verify},
 };
 
 /// Completion pairs of two built-in shapes, 8 views of each. The keys are those of a job file.

@@ -16,10 +16,11 @@ mod support;
 use std::{env, error::Error};
 
 use graspmill::{
-    export::{ExportFormat, ExportSelection, export},
-    files::Folder,
-    publish::{inspect, report},
-    runtime::{Selection, Split},
+    publish::{
+        export::{ExportFormat, ExportSelection, export},
+        inspect, report,
+    },
+    read::{Folder, Selection, Split},
 };
 
 /// Pairs of three built-in shapes, 4 views of each.
@@ -47,7 +48,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let page = report(&folder, Some(&out.path_of("report.html")))?;
     println!("{}: {} bytes, {} with pictures", page.path.display(), page.bytes, page.shown);
 
-    // Training pairs as one array per grid. `graspmill::export::FORMATS` lists the formats.
+    // Training pairs as one array per grid. `graspmill::publish::export::FORMATS` lists the formats.
     let format = ExportFormat::from_name("npy").ok_or("a format of the table")?;
     let selection = ExportSelection { samples: Selection::of(Split::Training), ..ExportSelection::default() };
     let summary = export(&folder, format, &out.path_of("npy"), &selection)?;

@@ -13,10 +13,7 @@ mod support;
 
 use std::{collections::BTreeMap, env, error::Error};
 
-use graspmill::{
-    files::Folder,
-    runtime::{DatasetReader, Selection, Split},
-};
+use graspmill::read::{DatasetReader, Folder, Selection, Split};
 
 /// Pairs of four built-in shapes, 6 views of each.
 const JOB: &str = r#"

@@ -15,11 +15,9 @@ mod support;
 use std::{env, error::Error, path::Path};
 
 use graspmill::{
-    files::Folder,
-    geom::Pose,
-    measure::Baseline,
+    read::Folder,
     runtime::{
-        EndEffectorVolume, Obstacle, ReachabilityMap,
+        Baseline, EndEffectorVolume, Obstacle, Pose, ReachabilityMap,
         completion::{CameraDescription, Completer, Detail, FrameRule, SceneRule, read_frame},
     },
 };

@@ -240,6 +240,58 @@ fn manifests_name_the_crates_of_the_map() {
     }
 }
 
+/// Doors of the facade, with libraries that a program behind one does not link. `src/lib.rs` promises the same.
+const DOORS: &[(&str, &[&str])] = &[
+    ("read", &["clap", "khronos-egl", "mujoco-rs", "parquet", "rayon", "tract-onnx"]),
+    ("runtime", &["clap", "khronos-egl", "mujoco-rs", "parquet", "rayon"]),
+    ("make", &["clap", "tract-onnx"]),
+    ("publish", &["clap", "khronos-egl", "mujoco-rs", "rayon", "tract-onnx"]),
+];
+
+/// Dependencies of a crate's manifest.
+fn dependencies_of(manifest: &toml::Table) -> Vec<String> {
+    manifest["dependencies"].as_table().expect("dependencies").keys().cloned().collect()
+}
+
+/// Everything that a feature of the facade links: crates of this repository, and the libraries that their manifests name.
+fn linked_by(feature: &str, features: &toml::Table) -> BTreeSet<String> {
+    let (mut linked, mut open) = (BTreeSet::new(), vec![feature.to_owned()]);
+    while let Some(name) = open.pop() {
+        let more = match name.strip_prefix("dep:") {
+            Some(krate) if !linked.insert(krate.to_owned()) => continue,
+            Some(krate) => {
+                let text = fs::read_to_string(format!("src/{krate}/Cargo.toml"));
+                let manifest = text.map(|text| text.parse::<toml::Table>().expect("TOML"));
+                manifest.map_or(Vec::new(), |manifest| dependencies_of(&manifest))
+            }
+            None => {
+                let named = features[name.as_str()].as_array().expect("a list of features");
+                open.extend(named.iter().map(|name| name.as_str().expect("a name").to_owned()));
+                continue;
+            }
+        };
+        open.extend(more.into_iter().map(|krate| format!("dep:{krate}")));
+    }
+    linked
+}
+
+#[test]
+fn doors_link_only_what_they_need() {
+    let root: toml::Table = fs::read_to_string("Cargo.toml").expect("a manifest").parse().expect("TOML");
+    let features = root["features"].as_table().expect("features");
+    let optional = |name: &String| root["dependencies"][name]["optional"].as_bool() == Some(true);
+    assert!(dependencies_of(&root).iter().all(optional), "a crate that every door links");
+    for (door, absent) in DOORS {
+        let linked = linked_by(door, features);
+        let found: Vec<_> = absent.iter().filter(|library| linked.contains(**library)).collect();
+        assert!(linked.contains("mcap") && found.is_empty(), "`{door}` links {found:?}");
+    }
+    let all = linked_by("default", features);
+    assert!(DOORS.iter().flat_map(|(_, absent)| *absent).all(|library| all.contains(*library)), "{all:?}");
+    let default = features["default"].as_array().expect("default features");
+    assert_eq!(default.len() + 1, features.len(), "every door is open by default");
+}
+
 /// Metadata, README and licences that each crate needs to be published.
 #[test]
 fn manifests_are_fit_to_be_published() {

@@ -3,12 +3,8 @@
 use std::{env, error::Error, fs, io};
 
 use graspmill::{
-    factory::{
-        Parallelism, RunContext,
-        job::{JobContext, JobText},
-        run::{OpenJob, RunSummary},
-    },
-    files::Folder,
+    make::{JobContext, JobText, OpenJob, Parallelism, RunContext, run::RunSummary},
+    read::Folder,
 };
 
 /// Makes a dataset in a folder by the text of a job. Paths in the job are relative to the current folder.
