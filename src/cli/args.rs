@@ -266,7 +266,7 @@ pub struct VerifyArgs {
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
     /// Path on this machine for an input of the dataset's job, used when making samples again: `--set
-    /// hand.scene=scenes/hand.xml`. A file with other content is refused.
+    /// hand.model=scenes/hand.xml`. A file with other content is refused.
     #[arg(long = "set", value_name = "KEY=PATH", requires = "regenerate")]
     pub set: Vec<String>,
     /// Append messages, progress and results to a file, each line with its time and level.
@@ -462,7 +462,7 @@ pub enum RobotCommand {
 #[derive(Args, Debug)]
 pub struct RobotCheckArgs {
     /// Robot description (MJCF or URDF).
-    pub scene: PathBuf,
+    pub model: PathBuf,
     /// Joints of the planning group.
     #[arg(long, value_name = "NAME,...", value_delimiter = ',', required = true)]
     pub joints: Vec<String>,

@@ -136,10 +136,10 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
         let message = format!("{} is not a dataset: leave out --split and --limit", arguments.picture.depth.shown());
         return Err(Failure::message(Exit::BadSpec, message));
     }
-    let world_from_camera = arguments.world.as_deref().map(given_pose).transpose()?;
+    let world_from_camera = arguments.camera_pose.as_deref().map(given_pose).transpose()?;
     let contacts = arguments.touch.as_deref().map(read_contacts).transpose()?.unwrap_or_default();
     let began = Instant::now();
-    let detail = arguments.detail.unwrap_or(DetailName::On);
+    let detail = arguments.detail.unwrap_or(DetailName::Joined);
     let completer = match (&arguments.model, &arguments.method) {
         (Some(folder), _) => Completer::new(CompletionModel::open(folder).map_err(refused)?, detail.into()),
         (None, method) => {
@@ -287,7 +287,7 @@ fn given_pose(text: &str) -> Result<Isometry3<f64>, Failure> {
     });
     pose.ok_or_else(|| {
         let remedy = "give seven numbers X,Y,Z,QW,QX,QY,QZ: a position in metres and a unit quaternion";
-        Failure::message(Exit::BadSpec, format!("--world {text}: {remedy}"))
+        Failure::message(Exit::BadSpec, format!("--camera-pose {text}: {remedy}"))
     })
 }
 

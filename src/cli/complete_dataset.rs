@@ -59,11 +59,11 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
         let message = format!("{} is a dataset: leave out the options for pictures", picture.depth.shown());
         return Err(Failure::message(Exit::BadSpec, message));
     }
-    if arguments.to == MeshFormat::Mjcf || arguments.touch.is_some() || arguments.world.is_some() {
-        let message = "samples of a dataset are written as ply, obj or stl and contain their own contacts and poses: leave out --to mjcf, --touch and --world";
+    if arguments.to == MeshFormat::Mjcf || arguments.touch.is_some() || arguments.camera_pose.is_some() {
+        let message = "samples of a dataset are written as ply, obj or stl and contain their own contacts and poses: leave out --to mjcf, --touch and --camera-pose";
         return Err(Failure::message(Exit::BadSpec, message));
     }
-    let detail = arguments.detail.unwrap_or(DetailName::Off);
+    let detail = arguments.detail.unwrap_or(DetailName::Coverage);
     let folder = Folder::at(&picture.depth);
     let (reader, chosen) = choose_samples(&folder, "complete", arguments.split.as_deref(), arguments.limit)?;
     let method = match (&arguments.model, &arguments.method) {

@@ -121,14 +121,14 @@ pub struct CompleteArgs {
     /// Pose of the camera in the world, whose z points up: position [m] and unit quaternion of the camera's frame (x right,
     /// y down, z forward). Recorded in scene.json; scene.xml then uses the world frame.
     #[arg(long, value_name = "X,Y,Z,QW,QX,QY,QZ", allow_hyphen_values = true)]
-    pub world: Option<String>,
+    pub camera_pose: Option<String>,
     /// Complete only samples of this split of a dataset (training, holdout, validation, test).
     #[arg(long, value_name = "SPLIT")]
     pub split: Option<String>,
     /// Maximum number of samples of a dataset, spread evenly.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub limit: Option<u64>,
-    /// Meshing method for targets; by default `on` for pictures and `off` for datasets, which may store no depth.
+    /// Meshing method for targets; by default `joined` for pictures and `coverage` for datasets, which may store no depth.
     #[arg(long, value_enum)]
     pub detail: Option<DetailName>,
     #[command(flatten)]
@@ -154,11 +154,11 @@ pub enum DetailName {
     /// Surface of the occupied cells, as for obstacles: fast, about 0.7 cells too far out.
     Fast,
     /// Surface of the network's coverage.
-    Off,
+    Coverage,
     /// Algorithm 2 of the thesis: observed points and completed cells together, smoothed.
     Thesis,
     /// Coverage joined with the surface that the camera observed, smoothed.
-    On,
+    Joined,
 }
 
 impl DetailName {
@@ -166,9 +166,9 @@ impl DetailName {
     pub fn name(self) -> &'static str {
         match self {
             Self::Fast => "fast",
-            Self::Off => "off",
+            Self::Coverage => "coverage",
             Self::Thesis => "thesis",
-            Self::On => "on",
+            Self::Joined => "joined",
         }
     }
 }
@@ -177,9 +177,9 @@ impl From<DetailName> for Detail {
     fn from(name: DetailName) -> Self {
         match name {
             DetailName::Fast => Self::Fast,
-            DetailName::Off => Self::Surface,
+            DetailName::Coverage => Self::Surface,
             DetailName::Thesis => Self::Algorithm2,
-            DetailName::On => Self::Joined,
+            DetailName::Joined => Self::Joined,
         }
     }
 }
@@ -280,9 +280,9 @@ pub struct EvaluateCompletionArgs {
     /// network would return them. The ending +smooth, as in hull+smooth, smooths its meshes.
     #[arg(long, value_name = "NAME")]
     pub method: Vec<String>,
-    /// Meshing method; `thesis` and `on` need depth (`channels.depth`). Baselines have no coverage: their surface is that of the
+    /// Meshing method; `thesis` and `joined` need depth (`channels.depth`). Baselines have no coverage: their surface is that of the
     /// occupied cells. Repeatable: each method becomes a row, compared with the first one.
-    #[arg(long, value_enum, default_value = "off")]
+    #[arg(long, value_enum, default_value = "coverage")]
     pub detail: Vec<DetailName>,
     #[command(flatten)]
     pub smoothing: SmoothArgs,

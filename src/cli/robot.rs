@@ -69,12 +69,12 @@ pub fn check(arguments: &RobotCheckArgs, printer: &Printer) -> Result<Exit, Fail
     let wrong = |error| pairs::wrong_robot(error);
     let fixed = fixed(&arguments.fixed)?;
     let joints: Vec<&str> = arguments.joints.iter().map(String::as_str).collect();
-    let robot = RobotModel::open(&arguments.scene).map_err(wrong)?;
+    let robot = RobotModel::open(&arguments.model).map_err(wrong)?;
     let group = robot.planning_group(&joints, &arguments.target, &fixed).map_err(wrong)?;
     let Collidable { bodies, rules, rest } = robot.collidable(&joints, &fixed).map_err(wrong)?;
-    let digest = Description::read(&arguments.scene).map_err(|error| Failure::new(Exit::BadSpec, error))?.digest;
+    let digest = Description::read(&arguments.model).map_err(|error| Failure::new(Exit::BadSpec, error))?.digest;
     let checker = pairs::checker(&bodies, &rules)
-        .map_err(|error| Failure::message(Exit::BadSpec, format!("{}: {error}", arguments.scene.shown())))?;
+        .map_err(|error| Failure::message(Exit::BadSpec, format!("{}: {error}", arguments.model.shown())))?;
     let mut stream = Stream::of_job(0, b"", "robot check");
     let configurations = (0..arguments.samples).map(|_| link_frames(&group, &anywhere(&group, &mut stream)));
     let counts = checker.count(configurations);
@@ -83,7 +83,7 @@ pub fn check(arguments: &RobotCheckArgs, printer: &Printer) -> Result<Exit, Fail
     let samples = arguments.samples;
     let idle = |pair: &&PairRow| pair.always_touches(samples) || pair.never_touches(samples);
     let report = Report {
-        scene: arguments.scene.display().to_string(),
+        scene: arguments.model.display().to_string(),
         format: robot.format(),
         digest: digest.to_string(),
         target: arguments.target.clone(),

@@ -118,7 +118,7 @@ impl StoredSample {
     /// The object as the camera saw it. Pixels that show an occluder are unknown.
     pub fn seen_object(&self) -> Result<&SeenObject, Failure> {
         let Some(frame) = self.picture() else {
-            let message = "the dataset stores no depth, which --method primitive and --detail thesis and on require: make it with channels.depth = \"f32\"";
+            let message = "the dataset stores no depth, which --method primitive and --detail thesis and joined require: make it with channels.depth = \"f32\"";
             return Err(Failure::message(Exit::BadSpec, message));
         };
         Ok(self.seen.get_or_init(|| self.object_in(frame)))

@@ -143,7 +143,7 @@ fn every_detail_and_every_baseline_makes_closed_meshes_that_stay_out_of_seen_spa
         let objects = report["objects"].as_array().expect("objects").iter();
         objects.map(|object| number_at(object, "/completed/free_space_violation")).fold(0.0, f64::max)
     };
-    let details = ["off", "thesis", "on"];
+    let details = ["coverage", "thesis", "joined"];
     let reports = details.map(|detail| run(detail, &["--model", MODEL, "--target", "all", "--detail", detail]));
     for (report, detail) in reports.iter().zip(details) {
         assert_eq!(report["detail"], detail);
@@ -206,8 +206,12 @@ fn masks_contacts_and_the_world_are_taken_or_refused_with_the_remedy() {
     let contact = format!("x,y,z\n{},{},{}\n", centre[0], centre[1], centre[2] + 0.03);
     let contacts = workspace.write("contacts.csv", &contact);
     let pose = "1,2,3,0,1,0,0";
-    let run =
-        base("touched").option("--target", "5").option("--touch", &contacts).args(["--world", pose, "--to", "mjcf"]);
+    let run = base("touched").option("--target", "5").option("--touch", &contacts).args([
+        "--camera-pose",
+        pose,
+        "--to",
+        "mjcf",
+    ]);
     let touched: Value = run.arg("--json").succeed().json();
     assert_eq!(touched["objects"][4]["completed"]["touched_cells"], 1);
     let volume = |report: &Value| number_at(report, "/objects/4/completed/volume");
@@ -235,8 +239,8 @@ fn masks_contacts_and_the_world_are_taken_or_refused_with_the_remedy() {
     for (options, says) in [
         (["--target", "no.png"], "no.png: it cannot be read"),
         (["--touch", small.to_str().expect("a path")], "line 1: '1,2'; each line must contain three numbers"),
-        (["--world", "1,2,3"], "give seven numbers"),
-        (["--world", "0,0,0,2,0,0,0"], "a unit quaternion"),
+        (["--camera-pose", "1,2,3"], "give seven numbers"),
+        (["--camera-pose", "0,0,0,2,0,0,0"], "a unit quaternion"),
         (["--method", "knn"], "use it on a dataset"),
     ] {
         let run = if options[0] == "--method" {

@@ -295,17 +295,17 @@ fn models_and_baselines_stand_in_one_table() {
         assert!((0.05..0.95).contains(&number_at(&rows[2], "/iou/mean")), "{report}");
         number_at(&rows[0], "/surface_mm/mean")
     };
-    let [off, thesis, on] = ["off", "thesis", "on"].map(distance);
-    assert!(off < thesis && on < thesis, "{off} {thesis} {on}");
+    let [coverage, thesis, joined] = ["coverage", "thesis", "joined"].map(distance);
+    assert!(coverage < thesis && joined < thesis, "{coverage} {thesis} {joined}");
     // Methods compared with each other: like each alone, and less the first.
     let run_of_ways = Program::new("evaluate").arg("completion").arg(&data).args(["--method", "truth", "--limit", "6"]);
-    let run_of_ways = run_of_ways.args(["--detail", "fast", "--detail", "off", "--surface-samples", "500"]);
+    let run_of_ways = run_of_ways.args(["--detail", "fast", "--detail", "coverage", "--surface-samples", "500"]);
     let report: Value = run_of_ways.option("--truth", workspace.folder()).arg("--json").succeed().json();
     let of_row = |row: usize, name: &str| number_at(&report, &format!("/rows/{row}/{name}/mean"));
     assert_eq!(report["rows"].as_array().map(Vec::len), Some(2));
-    assert_eq!((report["rows"][1]["name"].as_str(), of_row(1, "surface_mm")), (Some("truth, off"), off));
+    assert_eq!((report["rows"][1]["name"].as_str(), of_row(1, "surface_mm")), (Some("truth, coverage"), coverage));
     let less = of_row(1, "surface_over_first_mm");
-    assert!((less - (off - of_row(0, "surface_mm"))).abs() < 1e-9 && less < -0.5, "{report}");
+    assert!((less - (coverage - of_row(0, "surface_mm"))).abs() < 1e-9 && less < -0.5, "{report}");
     assert!(
         of_row(0, "bias_mm") > 0.5 && of_row(1, "bias_mm").abs() < 0.5,
         "cells are some .7 cell too large: {report}"

@@ -62,8 +62,8 @@ fn the_share_in_seen_space_and_loose_bodies_are_those_of_numpy() {
     let mut worst = std::collections::BTreeMap::new();
     let mut loose = 0;
     for (name, depth, methods) in [
-        ("exact", &exact, &[("hull", "off"), ("extrude", "off"), ("mirror", "off")][..]),
-        ("lost", &lost, &[("hull", "on"), ("mirror", "on")]),
+        ("exact", &exact, &[("hull", "coverage"), ("extrude", "coverage"), ("mirror", "coverage")][..]),
+        ("lost", &lost, &[("hull", "joined"), ("mirror", "joined")]),
     ] {
         let picture = workspace.write(format!("{name}.npy"), npy(depth));
         for (method, detail) in methods {
@@ -99,7 +99,7 @@ fn the_share_in_seen_space_and_loose_bodies_are_those_of_numpy() {
     }
     println!("{worst:?}, {loose} meshes in several bodies");
     // Hulls fill the bay between a mug and its handle, and mirror images leave crumbs: both have to show.
-    assert!(worst[&("hull", "off")] > 0.02 && worst[&("extrude", "off")] < 0.01, "{worst:?}");
+    assert!(worst[&("hull", "coverage")] > 0.02 && worst[&("extrude", "coverage")] < 0.01, "{worst:?}");
     assert!(loose > 0, "no mesh is in several bodies");
 }
 

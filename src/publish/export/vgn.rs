@@ -29,8 +29,8 @@ const SIZE: ExportKey = ExportKey {
     default: 0.3,
     meaning: "Edge of the cube of the task, centred over the container's floor [m].",
 };
-const BELOW: ExportKey = ExportKey {
-    name: "below",
+const SUPPORT_HEIGHT: ExportKey = ExportKey {
+    name: "support_height",
     default: 0.05,
     meaning: "Height of the supporting surface above the cube's lower side [m].",
 };
@@ -48,7 +48,7 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
         ExportForm {
             product: Product::VIEWS,
             counted: Noun { one: "view", many: "views" },
-            keys: &[SIZE, BELOW, OPENING, FINGER],
+            keys: &[SIZE, SUPPORT_HEIGHT, OPENING, FINGER],
             layout: |_| {
                 "raw data: setup.json (size, intrinsic, max_opening_width, finger_depth) and scenes/ID.npz, one per scene: depth_imgs \
                  float32 (n, height, width) [m], 0 without a return, and extrinsics float32 (n, 7), qx qy qz qw x y z of \
@@ -135,9 +135,9 @@ fn write_views(
 ) -> Result<Written, ExportError> {
     let assets = reader.assets()?;
     let selected = SelectedSamples::of(reader, &assets.subjects, selection)?;
-    let (size, below) = (selection.number(&SIZE), selection.number(&BELOW));
+    let (size, support_height) = (selection.number(&SIZE), selection.number(&SUPPORT_HEIGHT));
     let world_from_task: Pose<World, Volume> =
-        Pose::new(Rotation3::identity(), Vector3::new(-size / 2.0, -size / 2.0, -below));
+        Pose::new(Rotation3::identity(), Vector3::new(-size / 2.0, -size / 2.0, -support_height));
     let mut camera: Option<Intrinsics> = None;
     let (mut current, mut arrays) = (None::<(ObjectId, String)>, SceneArrays::default());
     let (mut table, mut ids) = (HEADING.to_owned(), BTreeSet::new());
@@ -161,7 +161,7 @@ fn write_views(
     target.write_json("setup.json", &setup(size, &camera, selection))?;
     target.write("scenes.csv", table.as_bytes())?;
     let files = format!(
-        "Raw data: `scenes/ID.npz` has `depth_imgs` and `extrinsics` of a scene, `setup.json` the cube of {size} m, of which {below} m are below the supporting surface. Bodies outside the cube are also in the images."
+        "Raw data: `scenes/ID.npz` has `depth_imgs` and `extrinsics` of a scene, `setup.json` the cube of {size} m, of which {support_height} m are below the supporting surface. Bodies outside the cube are also in the images."
     );
     target.write("README.md", readme("Views", &files, WITHOUT_GRASPS).as_bytes())?;
     let mut written = Written::selection(selected.count(), "views", selection);
