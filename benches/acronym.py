@@ -56,9 +56,9 @@ def make_ours(program: Path, published: Published, runs: int, folder: Path) -> P
     job.write_text(f"""product = "grasps"
 name = "acronym-mug"
 seed = 1
-hand = {{ scene = "{(ROOT / "scenes/panda_hand.xml").resolve()}" }}
+hand = {{ model = "{(ROOT / "scenes/panda_hand.xml").resolve()}" }}
 grasps = {{ seeds = {runs}, sampler = "antipodal" }}
-antipodal = {{ support = "air" }}
+antipodal = {{ support = "none" }}
 keep = {{ torsion = 0.002, friction = {published.friction} }}
 physics = {{ friction = {published.friction}, mass = {published.mass}, table = false }}
 split = {{ validation_objects = 0, test_objects = 0 }}

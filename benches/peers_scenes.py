@@ -58,14 +58,14 @@ seed = 1
 mode = "bin"
 count = {bodies}
 scenes = {{ training = {scenes} }}
-container = {{ inner = [{x}, {y}, {z}], wall = {wall} }}
+container = {{ inner_size = [{x}, {y}, {z}], wall = {wall} }}
 """
 
 # Poses of others, in the bin of JOB.
 IMPORT = """
 product = "scenes"
 name = "bench-peers-judge"
-container = {{ inner = [{x}, {y}, {z}], wall = {wall} }}
+container = {{ inner_size = [{x}, {y}, {z}], wall = {wall} }}
 
 [import]
 csv = "poses.csv"

@@ -27,7 +27,7 @@ const JOB: &str = r#"
 product = "reachability"
 
 [robot]
-scene = "scenes/fetch.xml"
+model = "scenes/fetch.xml"
 joints = [
     "shoulder_pan_joint",
     "shoulder_lift_joint",

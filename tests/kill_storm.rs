@@ -57,7 +57,7 @@ fn jobs(folder: &Path, size: u32) -> [(&'static str, String); 11] {
         fetch_table(&repository_path(FETCH)),
         2 * size
     );
-    let [annealing, trials] = ["", "[physics]\nperturbed = 1\n"].map(grasps);
+    let [annealing, trials] = ["", "[physics]\nperturbed_runs = 1\n"].map(grasps);
     let [scenes, views, amodal, sampled, picks] = clutter(folder, size);
     [
         ("pairs", pairs),
@@ -84,7 +84,7 @@ fn clutter(folder: &Path, size: u32) -> [String; 5] {
     let hand = repository_path(GRIPPER);
     [
         format!(
-            "product = \"scenes\"\nmode = \"bin\"\ncount = 3\ncontainer = {{ inner = [0.3, 0.3, 0.06] }}\n\
+            "product = \"scenes\"\nmode = \"bin\"\ncount = 3\ncontainer = {{ inner_size = [0.3, 0.3, 0.06] }}\n\
              scenes = {{ training = {} }}\n{shapes}{NO_SPLIT}[shards]\nscenes = 1\n",
             6 * size
         ),
@@ -96,12 +96,12 @@ fn clutter(folder: &Path, size: u32) -> [String; 5] {
         ),
         format!("product = \"amodal\"\n[views]\ndataset = {:?}\n[shards]\nsamples = 8\n", of("views")),
         format!(
-            "product = \"grasps\"\n[hand]\nscene = {hand:?}\n{shapes}[grasps]\nseeds = {}\nsampler = \"antipodal\"\n[antipodal]\n\
+            "product = \"grasps\"\n[hand]\nmodel = {hand:?}\n{shapes}[grasps]\nseeds = {}\nsampler = \"antipodal\"\n[antipodal]\n\
              best = 5\n[keep]\ntorsion = 0.002\n{NO_SPLIT}[shards]\nruns = 1\n",
             2 * size
         ),
         format!(
-            "product = \"picks\"\n[scenes]\ndataset = {:?}\n[grasps]\ndataset = {:?}\n[hand]\nscene = {hand:?}\n[picks]\n\
+            "product = \"picks\"\n[scenes]\ndataset = {:?}\n[grasps]\ndataset = {:?}\n[hand]\nmodel = {hand:?}\n[picks]\n\
              candidates = 60\ntrials = 2\n[shards]\nsamples = 1\n",
             of("scenes"),
             of("sampled")

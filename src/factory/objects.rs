@@ -139,10 +139,10 @@ pub fn add_to_assets(closing: &mut Closing<'_>, mut more: impl FnMut(ObjectId) -
 /// # Errors
 /// When one is gone, or they are others than when the job was resolved.
 pub fn check_hand(hand: &JobHand) -> Result<(), ProduceError> {
-    let description = Description::of_hand(&hand.scene).map_err(ProduceError::gone)?;
+    let description = Description::of_hand(&hand.file).map_err(ProduceError::gone)?;
     let (found, expected) = (ObjectId(description.digest), hand.id);
     if found == expected {
         return Ok(());
     }
-    Err(ProduceError::Changed { name: hand.scene.display().to_string(), found, expected })
+    Err(ProduceError::Changed { name: hand.file.display().to_string(), found, expected })
 }

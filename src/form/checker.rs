@@ -163,6 +163,11 @@ impl Checker {
         Report(self.errors.push(error))
     }
 
+    /// Marks what is at a path as wrong without a mistake of its own.
+    pub(super) fn set_wrong(&mut self, path: Path) {
+        self.wrong.insert(path.0);
+    }
+
     pub(super) fn report_at(&mut self, span: &Span, path: &Path, problem: Problem) -> Report<'_> {
         let location = self.document.location(span);
         self.report(FormError { location, key: path.to_string(), problem, help: None }, path.clone())

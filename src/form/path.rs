@@ -38,6 +38,34 @@ impl Path {
         self.step(Step::Index(index))
     }
 
+    /// Whether the keys of the path are these dotted ones; indices count for nothing.
+    ///
+    /// ```
+    /// use graspmill_form::Path;
+    ///
+    /// let path = Path::from("objects").index(1).key("unit");
+    /// assert!(path.has_keys("objects.unit") && !path.has_keys("objects"));
+    /// assert_eq!(path.with_keys("objects.scale").to_string(), "objects[1].scale");
+    /// ```
+    pub fn has_keys(&self, dotted: &str) -> bool {
+        let keys = self.0.iter().filter_map(|step| match step {
+            Step::Key(key) => Some(key.as_str()),
+            Step::Index(_) => None,
+        });
+        keys.eq(dotted.split('.'))
+    }
+
+    /// The path with its keys replaced, in order, by dotted ones of the same count; indices stay.
+    #[must_use]
+    pub fn with_keys(&self, dotted: &str) -> Self {
+        let mut keys = dotted.split('.');
+        let steps = self.0.iter().map(|step| match step {
+            Step::Key(key) => Step::Key(keys.next().unwrap_or(key).to_owned()),
+            Step::Index(index) => Step::Index(*index),
+        });
+        Self(steps.collect())
+    }
+
     fn step(&self, step: Step) -> Self {
         Self(self.0.iter().cloned().chain([step]).collect())
     }

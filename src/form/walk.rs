@@ -24,6 +24,16 @@ pub trait Hints {
 
     /// Requirement to report for a missing key instead of the schema's, and a remedy.
     fn missing(&self, path: &Path) -> Option<(Requirement, String)>;
+
+    /// Path of the key that took the place of an unknown one.
+    fn renamed_key(&self, _path: &Path) -> Option<Path> {
+        None
+    }
+
+    /// The word that took the place of one that is not among the choices of a key.
+    fn renamed_value(&self, _path: &Path, _value: &str) -> Option<String> {
+        None
+    }
 }
 
 impl Hints for () {
@@ -118,9 +128,15 @@ impl Walk<'_> {
 
     fn unknown_key(&mut self, child: &Node, key: &str, known: &Arc<[String]>, path: &Path) {
         let path = path.key(key);
+        let problem = Problem::UnknownKey { found: key.to_owned(), known: Arc::clone(known) };
+        if let Some(new) = self.hints.renamed_key(&path) {
+            self.checker.report_at(&child.key_span, &path, problem).help(format!("renamed to `{new}`"));
+            // The new key is not reported as missing.
+            self.checker.set_wrong(new);
+            return;
+        }
         let near = did_you_mean(key, known.iter().map(String::as_str));
         let help = near.or_else(|| self.hints.unknown_key(&path, key));
-        let problem = Problem::UnknownKey { found: key.to_owned(), known: Arc::clone(known) };
         self.checker.report_at(&child.key_span, &path, problem).help_if(help);
     }
 
@@ -131,7 +147,8 @@ impl Walk<'_> {
         if choices.contains(found) {
             return true;
         }
-        let help = did_you_mean(found, choices.iter().map(String::as_str));
+        let renamed = self.hints.renamed_value(path, found).map(|new| format!("renamed to `\"{new}\"`"));
+        let help = renamed.or_else(|| did_you_mean(found, choices.iter().map(String::as_str)));
         let problem = Problem::NotAChoice { found: found.clone(), choices };
         self.checker.report_at(&node.span, path, problem).help_if(help);
         false

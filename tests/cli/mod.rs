@@ -217,7 +217,7 @@ fn an_estimate_tells_the_bytes_that_a_run_writes() {
     let objects = "objects = [{ built_in = [\"bottle-01\", \"box-01\", \"mug-01\"] }]\n";
     let hand = repository_path("scenes/barrett_bh8_280.xml");
     let grasps =
-        format!("product = \"grasps\"\nhand.scene = \"{}\"\ngrasps.seeds = 2\nannealing.steps = 500\n", hand.display());
+        format!("product = \"grasps\"\nhand.model = \"{}\"\ngrasps.seeds = 2\nannealing.steps = 500\n", hand.display());
     for (name, text) in [("pairs", "views = { even = 120 }\n"), ("grasps", &grasps)] {
         let workspace = Workspace::new();
         let job = workspace.write(format!("{name}.toml"), format!("{objects}{text}"));

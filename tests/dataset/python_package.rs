@@ -49,9 +49,9 @@ fn export_tables(workspace: &Workspace) {
 
 /// Grasps of a Panda's hand: `pinched` tried in physics, `pads` not; exports of both in ACRONYM's layout. Other hands have none.
 fn export_acronym(workspace: &Workspace) {
-    for (name, physics) in [("pinched", "[physics]\nperturbed = 1\n"), ("pads", "")] {
+    for (name, physics) in [("pinched", "[physics]\nperturbed_runs = 1\n"), ("pads", "")] {
         let text = format!(
-            "product = \"grasps\"\nname = \"{name}\"\nseed = 1\n[hand]\nscene = {:?}\n[[objects]]\n\
+            "product = \"grasps\"\nname = \"{name}\"\nseed = 1\n[hand]\nmodel = {:?}\n[[objects]]\n\
              built_in = [\"box-01\", \"mug-01\"]\n[grasps]\nseeds = 4\nsampler = \"antipodal\"\n[antipodal]\npairs = 200\n\
              best = 4\n[keep]\ntorsion = 0.002\n{physics}{NO_SPLIT}",
             repository_path(PANDA_HAND)
@@ -95,7 +95,7 @@ fn make_held_patches(workspace: &Workspace) {
     let grasps = format!(
         "product = \"grasps\"\nname = \"tried\"\nseed = 1\n{hand}[[objects]]\n\
          built_in = [\"bottle-01\", \"box-01\", \"mug-01\", \"can-01\", \"cup-01\", \"box-02\"]\n[grasps]\nseeds = 2\n\
-         sampler = \"uniform\"\n[uniform]\nposes = \"any\"\n[physics]\nperturbed = 0\n[split]\nvalidation_objects = 2\n\
+         sampler = \"uniform\"\n[uniform]\nposes = \"any\"\n[physics]\nperturbed_runs = 0\n[split]\nvalidation_objects = 2\n\
          test_objects = 1\n"
     );
     let grasps = workspace.make_dataset("tried", &grasps, &[]);
@@ -132,7 +132,7 @@ static DATA: LazyLock<Workspace> = LazyLock::new(|| {
     let set = Program::run_job("jobs/everything-quick.toml", workspace.path("set"));
     let set = set.set(SHORT_SEARCH.map(|setting| format!("grasps:{setting}")));
     set.set([
-        "grasps:physics={ perturbed = 1, series_share = 0.3 }",
+        "grasps:physics={ perturbed_runs = 1, series_share = 0.3 }",
         "patches:images={ full = true, heatmaps = true }",
         "patches:patches.label=trial",
     ])

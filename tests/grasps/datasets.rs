@@ -121,7 +121,7 @@ fn samplers_without_a_search_make_datasets() {
         ("table", "antipodal", "pairs = 100\nbest = 2\nsupport = \"table\"", 2),
     ] {
         let job = format!(
-            "product = \"grasps\"\nname = \"{name}\"\nseed = 5\n[hand]\nscene = {scene:?}\n[[objects]]\n\
+            "product = \"grasps\"\nname = \"{name}\"\nseed = 5\n[hand]\nmodel = {scene:?}\n[[objects]]\n\
              built_in = [\"can-01\"]\n[grasps]\nseeds = 2\nsampler = \"{sampler}\"\n[{sampler}]\n{keys}\n\
              [keep]\ntorsion = 0.002\n{NO_SPLIT}"
         );
@@ -144,7 +144,7 @@ fn samplers_without_a_search_make_datasets() {
         assert!(runs.iter().flat_map(|run| &run.grasps).any(|grasp| grasp.shift.is_some()), "{name}");
     }
     let barrett =
-        [format!("hand.scene={}", repository_path(BARRETT).display()), "antipodal={depth=\"middle\"}".to_owned()];
+        [format!("hand.model={}", repository_path(BARRETT).display()), "antipodal={depth=\"middle\"}".to_owned()];
     // Refused before anything is written, by both verbs.
     let job = workspace.path("job.toml");
     for program in [workspace.run_job("job", "barrett"), Program::on("estimate", &job)] {
@@ -160,7 +160,7 @@ fn runs_on_a_table_without_a_state_say_why() {
     let workspace = write_job();
     workspace.write("plate.off", off_of(&centred_block([0.1, 0.1, 0.003])));
     let job = format!(
-        "product = \"grasps\"\nname = \"plate\"\nseed = 5\n[hand]\nscene = {:?}\n[[objects]]\nlist = [\"plate.off\"]\n\
+        "product = \"grasps\"\nname = \"plate\"\nseed = 5\n[hand]\nmodel = {:?}\n[[objects]]\nlist = [\"plate.off\"]\n\
          [[objects]]\nbuilt_in = [\"can-01\"]\n[grasps]\nseeds = 2\nsampler = \"antipodal\"\n\
          [antipodal]\npairs = 50\nsupport = \"table\"\n{NO_SPLIT}",
         repository_path("scenes/panda_hand.xml")
@@ -176,7 +176,7 @@ fn runs_on_a_table_without_a_state_say_why() {
 /// Trials of many kinds.
 const TRIED: &[&str] = &[
     "--set",
-    "physics={roll_out_share=0.5,roll_outs=3,variant_share=0.5,series_share=0.5,failed_per_held=1000,confirm=\"none\"}",
+    "physics={rollout_share=0.5,rollouts=3,variant_share=0.5,series_share=0.5,failed_per_held=1000,confirm=\"none\"}",
     "--set",
     "annealing.steps=300",
 ];
@@ -347,10 +347,10 @@ fn exported_meshes_have_short_edges() {
     workspace.write("block.off", off_of(&centred_block([0.02, 0.02, 0.04])));
     let hand = repository_path("scenes/parallel_gripper.xml");
     let job = format!(
-        "product = \"grasps\"\nname = \"block\"\nseed = 1\nhand = {{ scene = {hand:?} }}\n\
+        "product = \"grasps\"\nname = \"block\"\nseed = 1\nhand = {{ model = {hand:?} }}\n\
          objects = [{{ list = [\"block.off\"] }}]\n\
-         grasps = {{ seeds = 1, sampler = \"antipodal\" }}\nantipodal = {{ pairs = 20, support = \"air\" }}\n\
-         physics = {{ confirm = \"none\", perturbed = 0, table = false, roll_out_share = 0.0 }}\n{NO_SPLIT}"
+         grasps = {{ seeds = 1, sampler = \"antipodal\" }}\nantipodal = {{ pairs = 20, support = \"none\" }}\n\
+         physics = {{ confirm = \"none\", perturbed_runs = 0, table = false, rollout_share = 0.0 }}\n{NO_SPLIT}"
     );
     workspace.write("job.toml", job);
     run(&workspace, "data", &[]);
@@ -470,7 +470,7 @@ fn masses_of_the_table_are_those_of_trials() {
     let table = "name,category,mass,mass_source,material,wall\ncan-01,can,0.25,scales,,\nmug-01,mug,,,ceramic,0.004\n";
     workspace.write("masses.csv", table);
     let objects = "objects=[{built_in=[\"can-01\",\"box-01\",\"mug-01\"],table=\"masses.csv\"}]";
-    let physics = "physics={perturbed=0,table=false,confirm=\"none\"}";
+    let physics = "physics={perturbed_runs=0,table=false,confirm=\"none\"}";
     let one = ["--set", "grasps.seeds=1", "--set", "annealing.steps=300"];
     let run = |out: &str, objects: &str, physics: &str| {
         run(&workspace, out, &[&one[..], &["--set", objects, "--set", physics]].concat())
@@ -520,7 +520,7 @@ fn masses_of_the_table_are_those_of_trials() {
     let plain = run("plain", bare, physics);
     assert_eq!(plain.classes[&NumberClass::Exact], tried.classes[&NumberClass::Exact]);
     assert!(plain.job != tried.job && plain.classes[&NumberClass::Physics] != tried.classes[&NumberClass::Physics]);
-    let physics = "physics={perturbed=0,table=false,confirm=\"none\",mass=0.3}";
+    let physics = "physics={perturbed_runs=0,table=false,confirm=\"none\",mass=0.3}";
     let given = run("given", objects, physics);
     let reader = open(&workspace, "given");
     let sample = reader.iter(Selection::default()).next().expect("samples").expect("a sample");
@@ -557,7 +557,7 @@ fn write_job_with_sheet(sampler: &str, keys: &str) -> Workspace {
     write_stl(&workspace.path("sheet.stl"), &block([0.0; 3], [0.1, 0.07, 5e-5]));
     let scene = repository_path("scenes/fetch_gripper.xml");
     let job = format!(
-        "product = \"grasps\"\nseed = 5\n[hand]\nscene = {scene:?}\n[grasps]\nseeds = 1\nsampler = \"{sampler}\"\n{keys}\n\
+        "product = \"grasps\"\nseed = 5\n[hand]\nmodel = {scene:?}\n[grasps]\nseeds = 1\nsampler = \"{sampler}\"\n{keys}\n\
          [keep]\ntorsion = 0.002\n{NO_SPLIT}[[objects]]\nbuilt_in = [\"can-01\"]\n[[objects]]\nlist = [\"sheet.stl\"]\n"
     );
     workspace.write("job.toml", job);
@@ -601,7 +601,7 @@ fn write_job_in_parts(product: &str, bodies: &str) -> Workspace {
     let hand = if product == "grasps" {
         let scene = repository_path("scenes/fetch_gripper.xml");
         format!(
-            "[hand]\nscene = {scene:?}\n[grasps]\nseeds = 1\nsampler = \"antipodal\"\n[antipodal]\npairs = 200\nbest = 2\n"
+            "[hand]\nmodel = {scene:?}\n[grasps]\nseeds = 1\nsampler = \"antipodal\"\n[antipodal]\npairs = 200\nbest = 2\n"
         )
     } else {
         "views = { even = 2 }\n".to_owned()

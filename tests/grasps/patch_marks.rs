@@ -31,7 +31,7 @@ static WORKSPACE: LazyLock<Workspace> = LazyLock::new(|| {
     let workspace = Workspace::kept("patch_marks");
     let hand = barrett_line();
     // Labels, and no other results of the grasps.
-    let few_trials = "[physics]\nperturbed = 0\nroll_out_share = 0.0\nvariant_share = 0.0\n";
+    let few_trials = "[physics]\nperturbed_runs = 0\nrollout_share = 0.0\nvariant_share = 0.0\n";
     let grasps = format!(
         "product = \"grasps\"\nseed = 5\n{hand}\
          objects = [{{ built_in = [\"can-01\", \"box-01\", \"half-cube-sphere\"] }}]\n[grasps]\nseeds = 3\n\

@@ -102,7 +102,7 @@ fn scenes_go_on_when_a_full_disk_has_room_again() {
     }
     let workspace = Workspace::new();
     let job = format!(
-        "product = \"scenes\"\nmode = \"bin\"\ncount = 2\ncontainer = {{ inner = [0.3, 0.3, 0.06] }}\n\
+        "product = \"scenes\"\nmode = \"bin\"\ncount = 2\ncontainer = {{ inner_size = [0.3, 0.3, 0.06] }}\n\
          scenes = {{ training = 6 }}\nobjects = [{{ built_in = [\"can-01\", \"box-01\"] }}]\n[shards]\nscenes = 1\n{NO_SPLIT}"
     );
     workspace.make_dataset("bins", &job, &[]);

@@ -161,36 +161,36 @@ const JOBS: [(&str, &str); 61] = [
     (r#"objects = [{ built_in = ["box-01"], limits = { min = 2, max = 1 } }]"#, "limits"),
     ("objects = [{ built_in = { half_shapes_mm = [10] } }]", "half_shapes_mm"),
     ("product = \"grasps\"\nobjects = [{ built_in = [\"box-01\"] }]\n", "hand"),
-    ("product = \"grasps\"\nhand = { scene = \"nope.xml\" }\nobjects = [{ built_in = [\"box-01\"] }]\n", "nope.xml"),
-    ("product = \"grasps\"\nhand = { scene = \".\" }\nobjects = [{ built_in = [\"box-01\"] }]\n", "hand"),
-    ("product = \"grasps\"\nhand = { scene = \"job.toml\" }\nobjects = [{ built_in = [\"box-01\"] }]\n", "hand"),
+    ("product = \"grasps\"\nhand = { model = \"nope.xml\" }\nobjects = [{ built_in = [\"box-01\"] }]\n", "nope.xml"),
+    ("product = \"grasps\"\nhand = { model = \".\" }\nobjects = [{ built_in = [\"box-01\"] }]\n", "hand"),
+    ("product = \"grasps\"\nhand = { model = \"job.toml\" }\nobjects = [{ built_in = [\"box-01\"] }]\n", "hand"),
     (
-        "product = \"grasps\"\nhand = { scene = \"BARRETT\" }\nobjects = [{ built_in = [\"box-01\"] }]\n[grasps]\n\
+        "product = \"grasps\"\nhand = { model = \"BARRETT\" }\nobjects = [{ built_in = [\"box-01\"] }]\n[grasps]\n\
      seeds = 0",
         "seeds",
     ),
     (
-        "product = \"grasps\"\nhand = { scene = \"BARRETT\" }\nobjects = [{ built_in = [\"box-01\"] }]\n\
+        "product = \"grasps\"\nhand = { model = \"BARRETT\" }\nobjects = [{ built_in = [\"box-01\"] }]\n\
      [annealing]\nsteps = 0",
         "steps",
     ),
     (
-        "product = \"grasps\"\nhand = { scene = \"BARRETT\" }\nobjects = [{ built_in = [\"box-01\"] }]\n[keep]\n\
+        "product = \"grasps\"\nhand = { model = \"BARRETT\" }\nobjects = [{ built_in = [\"box-01\"] }]\n[keep]\n\
      space = \"x\"",
         "space",
     ),
     (
-        "product = \"grasps\"\nhand = { scene = \"BARRETT\" }\nobjects = [{ built_in = [\"box-01\"] }]\n[keep]\n\
+        "product = \"grasps\"\nhand = { model = \"BARRETT\" }\nobjects = [{ built_in = [\"box-01\"] }]\n[keep]\n\
      friction = -1",
         "friction",
     ),
     (
-        "product = \"grasps\"\nhand = { scene = \"BARRETT\" }\nobjects = [{ built_in = [\"box-01\"] }]\n[physics]\n\
-     perturbed = -1",
+        "product = \"grasps\"\nhand = { model = \"BARRETT\" }\nobjects = [{ built_in = [\"box-01\"] }]\n[physics]\n\
+     perturbed_runs = -1",
         "perturbed",
     ),
     (
-        "product = \"grasps\"\nhand = { scene = \"BARRETT\" }\nobjects = [{ built_in = [\"box-01\"] }]\n[grasps]\n\
+        "product = \"grasps\"\nhand = { model = \"BARRETT\" }\nobjects = [{ built_in = [\"box-01\"] }]\n[grasps]\n\
      sampler = \"antipodal\"\n[antipodal]\ndepth = \"middle\"",
         "only a gripper has middles of pads",
     ),
@@ -232,17 +232,17 @@ const JOBS: [(&str, &str); 61] = [
      directions = { healpix = 2 }",
         "pitch",
     ),
-    ("product = \"reachability\"\n[robot]\nscene = \"FETCH\"\njoints = []\ntarget = \"x\"", "joints"),
+    ("product = \"reachability\"\n[robot]\nmodel = \"FETCH\"\njoints = []\ntarget = \"x\"", "joints"),
     (
-        "product = \"reachability\"\n[robot]\nscene = \"FETCH\"\njoints = [\"nope\"]\n\
+        "product = \"reachability\"\n[robot]\nmodel = \"FETCH\"\njoints = [\"nope\"]\n\
      target = \"wrist_roll_link\"\n[poses]\nx = { from = 0, to = 1, step = 1 }\n\
      y = { from = 0, to = 1, step = 1 }\nz = { from = 0, to = 1, step = 1 }\nroll = 2\npitch = 2\n\
      yaw = 2",
         "nope",
     ),
     (r#"product = "patches""#, "hand"),
-    ("product = \"patches\"\nhand = { scene = \"BARRETT\" }\ngrasps = { dataset = \"nowhere\" }", "nowhere"),
-    ("product = \"patches\"\nhand = { scene = \"BARRETT\" }\ngrasps = { dataset = \".\" }", "dataset"),
+    ("product = \"patches\"\nhand = { model = \"BARRETT\" }\ngrasps = { dataset = \"nowhere\" }", "nowhere"),
+    ("product = \"patches\"\nhand = { model = \"BARRETT\" }\ngrasps = { dataset = \".\" }", "dataset"),
     (r#"product = "set""#, "jobs"),
     ("product = \"set\"\njobs = []", "jobs"),
     ("product = \"set\"\njobs = [{ name = \"../x\", job = \"job.toml\" }]", "name"),

@@ -214,7 +214,7 @@ fn a_dataset_that_was_moved_is_told_where_its_hand_is() {
     let Verification { code, stderr: said, .. } = Verification::run(&moved, &["--regenerate", "2"]);
     assert!(code == 2 && said.contains("barrett_bh8_280.xml"), "{code}: {said}");
     let with_hand = |name: &str| {
-        let hand = format!("hand.scene={}", repository_path("scenes").join(name).display());
+        let hand = format!("hand.model={}", repository_path("scenes").join(name).display());
         Verification::run(&moved, &["--regenerate", "2", "--set", &hand])
     };
     let Verification { code, report, stderr } = with_hand("barrett_bh8_280.xml");

@@ -139,7 +139,7 @@ fn texts() {
             save("job", &stem(&path), bare.trim_start().as_bytes());
         }
     }
-    let robot = "product = \"reachability\"\nseed = 3\n[robot]\nscene = \"robot.xml\"\njoints = [\"a\", \"b\"]\ntarget = \"tip\"\nfixed = { c = 0.5 }\n\
+    let robot = "product = \"reachability\"\nseed = 3\n[robot]\nmodel = \"robot.xml\"\njoints = [\"a\", \"b\"]\ntarget = \"tip\"\nfixed = { c = 0.5 }\n\
                  [poses]\nx = { from = 0.4, to = 0.8, step = 0.2 }\ny = { from = 0.0, to = 0.2, step = 0.2 }\nz = { from = 0.6, to = 1.0, step = 0.2 }\nroll = 2\npitch = 2\nyaw = 4\n";
     save("job", "robot", robot.as_bytes());
     let table = "[[objects]]\nfolder = \".\"\ntable = \"masses.csv\"\nunit = \"mm\"\n[views]\neven = 12\n";

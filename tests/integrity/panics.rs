@@ -159,7 +159,7 @@ const PANICS: [(Place, u32); 8] = [
 ];
 
 /// Settings of the job of grasps: its runs are made a dozen times, and need not be good.
-const BRIEF: [&str; 2] = ["annealing.steps=300", "physics={ perturbed = 0, table = false, confirm = \"none\" }"];
+const BRIEF: [&str; 2] = ["annealing.steps=300", "physics={ perturbed_runs = 0, table = false, confirm = \"none\" }"];
 
 /// A job with a defect in the place of its work.
 fn with_defect(job: &OpenJob, place: Place, countdown: u32) -> OpenJob {

@@ -159,7 +159,7 @@ fn objects_on_both_sides_of_a_split_are_found_across_datasets() {
     let job = |name: &str, objects: &[&str], split: &str| {
         let files: Vec<String> = objects.iter().map(|object| format!("\"{object}.ply\"")).collect();
         let text = format!(
-            "product = \"grasps\"\n[hand]\nscene = {:?}\n[grasps]\nseeds = 1\nsampler = \"antipodal\"\n\
+            "product = \"grasps\"\n[hand]\nmodel = {:?}\n[grasps]\nseeds = 1\nsampler = \"antipodal\"\n\
              [antipodal]\npairs = 100\nbest = 1\n[split]\n{split}\n[[objects]]\nfolder = \"meshes\"\ninclude = [{}]\n",
             repository_path(GRIPPER),
             files.join(", ")

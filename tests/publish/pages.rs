@@ -109,7 +109,7 @@ fn counts_of_runs_are_the_sums_of_their_rows() {
     let workspace = Workspace::new();
     write_stl(&workspace.path("wide.stl"), &centred_block([0.15; 3]));
     let job = format!(
-        "product = \"grasps\"\nname = \"wide\"\nseed = 1\n[hand]\nscene = {:?}\n[[objects]]\nbuilt_in = [\"box-01\"]\n[[objects]]\n\
+        "product = \"grasps\"\nname = \"wide\"\nseed = 1\n[hand]\nmodel = {:?}\n[[objects]]\nbuilt_in = [\"box-01\"]\n[[objects]]\n\
          folder = \".\"\ninclude = [\"wide.stl\"]\nunit = \"m\"\n[grasps]\nseeds = 3\nsampler = \"antipodal\"\n\
          [antipodal]\nbest = 4\n[keep]\ntorsion = 0.002\n{NO_SPLIT}",
         repository_path(GRIPPER)

@@ -22,7 +22,7 @@ fn wrong_names_are_told_with_scene_and_what_is_there() {
             &["from the base outward", "shoulder_pan_joint, elbow"],
         ),
         ("robot.fixed={torso=0.1}", &["robot.fixed.torso", "torso_lift_joint"]),
-        ("robot.scene=gone.xml", &["robot.scene", "gone.xml"]),
+        ("robot.model=gone.xml", &["robot.model", "gone.xml"]),
     ];
     for (change, parts) in cases {
         let said = refused(&workspace, &[change]);
@@ -59,7 +59,7 @@ fn robots_that_cannot_be_are_told_why() {
     assert!(said.contains("robot.joints[0]") && said.contains("range=\"LOW HIGH\""), "{said}");
     workspace.write("fetch.xml", "<mujoco><worldbody><body></mujoco>");
     let said = refused(&workspace, &[]);
-    assert!(said.contains("robot.scene") && said.contains("fetch.xml:1: </mujoco> closes <body>"), "{said}");
+    assert!(said.contains("robot.model") && said.contains("fetch.xml:1: </mujoco> closes <body>"), "{said}");
 }
 
 #[test]

@@ -148,7 +148,7 @@ fn maps_and_their_check_at_rest_agree_with_robot_check() {
     let workspace = Workspace::new();
     let job = |name: &str, x: &str, yz: &str| {
         format!(
-            "product = \"reachability\"\nname = \"gantry\"\n[robot]\nscene = \"{name}.xml\"\njoints = [\"x\", \"y\", \"z\"]\n\
+            "product = \"reachability\"\nname = \"gantry\"\n[robot]\nmodel = \"{name}.xml\"\njoints = [\"x\", \"y\", \"z\"]\n\
              target = \"tip\"\n[poses]\nx = {x}\ny = {yz}\nz = {yz}\nroll = 1\npitch = 1\nyaw = 1\n"
         )
     };

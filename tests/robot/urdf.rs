@@ -68,7 +68,7 @@ fn a_urdf_of_a_package_is_checked_and_mapped_as_it_is() {
     bare.option("--joints", "j1,j2,j3").option("--target", "tool0").option("--samples", "10").succeed();
     workspace.write(
         "map.toml",
-        "product = \"reachability\"\n[robot]\nscene = \"src/arm_description/urdf/arm.urdf\"\njoints = [\"j1\", \"j2\", \"j3\"]\n\
+        "product = \"reachability\"\n[robot]\nmodel = \"src/arm_description/urdf/arm.urdf\"\njoints = [\"j1\", \"j2\", \"j3\"]\n\
          target = \"tool0\"\n[poses]\nx = { from = 0.0, to = 0.6, step = 0.2 }\ny = { from = 0.0, to = 0.2, step = 0.2 }\n\
          z = { from = 0.4, to = 0.8, step = 0.2 }\nroll = 2\npitch = 2\nyaw = 2\n",
     );
@@ -243,7 +243,7 @@ fn a_hand_in_urdf_grasps() {
     workspace.write(
         "job.toml",
         format!(
-            "product = \"grasps\"\n[hand]\nscene = \"gripper.urdf\"\n[[objects]]\nfolder = \"meshes\"\n[grasps]\nseeds = 1\n\
+            "product = \"grasps\"\n[hand]\nmodel = \"gripper.urdf\"\n[[objects]]\nfolder = \"meshes\"\n[grasps]\nseeds = 1\n\
              sampler = \"antipodal\"\n[antipodal]\ndepth = \"any\"\npairs = 20\nbest = 1\n[physics]\n{NO_SPLIT}"
         ),
     );

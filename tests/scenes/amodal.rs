@@ -38,7 +38,7 @@ use crate::support::{
 };
 
 /// Bins of three shapes, in three splits.
-pub(super) const BINS: &str = "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\ncontainer = { inner = [0.3, 0.3, 0.15] }\n\
+pub(super) const BINS: &str = "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\ncontainer = { inner_size = [0.3, 0.3, 0.15] }\n\
                     scenes = { training = 3, holdout = 1, test = 2 }\n[[objects]]\n\
                     built_in = [\"bottle-01\", \"box-01\", \"can-01\", \"cup-01\", \"mug-01\", \"bowl-01\", \"goblet-01\"]\n\
                     [split]\nvalidation_objects = 0\ntest_objects = 3\n";
@@ -467,7 +467,7 @@ fn mistakes_of_amodal_pairs_are_said_with_key_and_remedy() {
             "touch = { random_rays = true, ray_target = \"cells\" }",
             "the cells of a grid do not contain the surroundings of a body",
         ),
-        ("touch = { grasp = true, hand = { scene = \"hand.xml\" } }", "use the scenes in a job for picks"),
+        ("touch = { grasp = true, hand = { model = \"hand.xml\" } }", "use the scenes in a job for picks"),
         ("touch = { exploration = true }", "touch.hand"),
         ("touch = { rays = 7 }", "touch.random_rays"),
         ("objects = []", "the objects are those of the dataset of views"),

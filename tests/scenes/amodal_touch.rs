@@ -271,7 +271,7 @@ fn a_hand_among_bodies_touches_what_it_reaches_and_says_what_was_in_its_way() {
     let plain = workspace.make_dataset("plain", &amodal_job("views", TOUCH), &[]);
     let hand = repository_path(BARRETT);
     let touch = format!(
-        "touch = {{ random_rays = true, exploration = true, approaches = 3, hand = {{ scene = {:?} }} }}",
+        "touch = {{ random_rays = true, exploration = true, approaches = 3, hand = {{ model = {:?} }} }}",
         hand.display().to_string()
     );
     let two = workspace.make_dataset("two", &amodal_job("views", &touch), &[]);

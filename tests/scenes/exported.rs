@@ -119,7 +119,7 @@ fn containers_stand_as_the_bodies_settled_in_them() {
     let objects = "[[objects]]\nbuilt_in = [\"box-01\", \"can-01\"]\n";
     for (name, keys) in [
         ("plane", "mode = \"table\""),
-        ("tilted", "mode = \"bin\"\ncontainer = { inner = [0.4, 0.3, 0.15], tilt_deg = 12 }"),
+        ("tilted", "mode = \"bin\"\ncontainer = { inner_size = [0.4, 0.3, 0.15], tilt_deg = 12 }"),
         ("tote", "mode = \"bin\"\ncontainer = { mesh = \"scenes/tote.stl\", tilt_deg = 12 }"),
     ] {
         let tote = repository_path("scenes/tote.stl").display().to_string();

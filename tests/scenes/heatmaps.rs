@@ -31,7 +31,7 @@ use crate::support::{
 };
 
 /// Shallow bins of three of four shapes, in two splits.
-const BINS: &str = "product = \"scenes\"\nseed = 7\nmode = \"bin\"\ncount = 3\ncontainer = { inner = [0.4, 0.4, 0.06] }\n\
+const BINS: &str = "product = \"scenes\"\nseed = 7\nmode = \"bin\"\ncount = 3\ncontainer = { inner_size = [0.4, 0.4, 0.06] }\n\
      scenes = { training = 2, holdout = 1 }\n[[objects]]\n\
      built_in = [\"bottle-01\", \"box-01\", \"can-01\", \"cup-01\"]\n";
 
@@ -50,7 +50,7 @@ fn views_job(cameras: &str) -> String {
 /// Grasps of a gripper on three of the four shapes: the cup has none.
 fn grasps_job() -> String {
     format!(
-        "product = \"grasps\"\nseed = 7\n[hand]\nscene = {:?}\n[[objects]]\n\
+        "product = \"grasps\"\nseed = 7\n[hand]\nmodel = {:?}\n[[objects]]\n\
          built_in = [\"bottle-01\", \"box-01\", \"can-01\"]\n[grasps]\nseeds = 2\nsampler = \"antipodal\"\n\
          [antipodal]\nbest = 5\n[keep]\ntorsion = 0.002\n{NO_SPLIT}",
         repository_path(GRIPPER)
@@ -59,7 +59,7 @@ fn grasps_job() -> String {
 
 fn picks_job(picks: &str) -> String {
     format!(
-        "product = \"picks\"\nseed = 3\n[scenes]\ndataset = \"scenes\"\n[grasps]\ndataset = \"grasps\"\n[hand]\nscene = {:?}\n\
+        "product = \"picks\"\nseed = 3\n[scenes]\ndataset = \"scenes\"\n[grasps]\ndataset = \"grasps\"\n[hand]\nmodel = {:?}\n\
          [picks]\ncandidates = 200\n{picks}\n",
         repository_path(GRIPPER)
     )
@@ -67,8 +67,8 @@ fn picks_job(picks: &str) -> String {
 
 pub(super) fn heatmaps_job(keys: &str) -> String {
     format!(
-        "product = \"heatmaps\"\nseed = 3\n[views]\ndataset = \"views\"\n[picks]\ndataset = \"picks\"\n[hand]\nscene = {:?}\n\
-         [heatmaps]\nangle = 0.9\n{keys}\n[patches]\nside = 40\n[shards]\nsamples = 4\n",
+        "product = \"heatmaps\"\nseed = 3\n[views]\ndataset = \"views\"\n[picks]\ndataset = \"picks\"\n[hand]\nmodel = {:?}\n\
+         [heatmaps]\nmax_angle = 0.9\n{keys}\n[patches]\nside = 40\n[shards]\nsamples = 4\n",
         repository_path(GRIPPER)
     )
 }
@@ -173,7 +173,7 @@ fn another_program_makes_every_row_anew() {
 #[test]
 fn states_are_those_of_trials_and_a_forbidden_grasp_is_background_in_all() {
     let workspace = with_inputs();
-    let made = workspace.make_dataset("heatmaps", &heatmaps_job(""), &["heatmaps.angle=3.1415"]);
+    let made = workspace.make_dataset("heatmaps", &heatmaps_job(""), &["heatmaps.max_angle=3.1415"]);
     let (free, forbidden) = states(&workspace.path("picks"), true);
     let body = |heatmap: &SceneHeatmap, body: u32| {
         SampleId::of_object(heatmap.sample.subject, graspmill::ids::ItemId(body - 1))
@@ -249,7 +249,7 @@ fn mistakes_of_heatmaps_are_said_with_key_and_remedy() {
         (barrett.clone(), ["heatmaps.tips", "distal_1_outer"]),
         (
             barrett.replace("label", "tips = [\"distal_1_outer\"]\nlabel"),
-            ["hand.scene", "as the job of the picks does"],
+            ["hand.model", "as the job of the picks does"],
         ),
         (
             heatmaps_job("label = \"trial\"").replace("\"picks\"", "\"untried\""),
@@ -259,7 +259,7 @@ fn mistakes_of_heatmaps_are_said_with_key_and_remedy() {
         (heatmaps_job("label = \"free\"\ntips = [\"thumb\"]"), ["heatmaps.tips", "pad_left"]),
         (heatmaps_job("label = \"free\"\ntips = [\"pad_left\", \"pad_left\"]"), ["heatmaps.tips", "twice"]),
         (heatmaps_job("label = \"free\"\ntypes = 0"), ["heatmaps.types", "1"]),
-        (fine.replace("angle = 0.9", "angle = 4"), ["heatmaps.angle", "3.14"]),
+        (fine.replace("max_angle = 0.9", "max_angle = 4"), ["heatmaps.max_angle", "3.14"]),
         (fine.replace("side = 40", "side = 2"), ["patches.side", "4"]),
         (fine.replace("[patches]", "[grasps]\ndataset = \"grasps\"\n[patches]"), ["grasps", "`picks.dataset`"]),
     ] {
@@ -293,6 +293,6 @@ fn the_jobs_of_heatmaps_that_travel_with_the_source_are_jobs() {
     assert!(found.iter().map(|heatmap| heatmap.grasps.len()).sum::<usize>() > 0);
     // The hand of the scans' job is another one.
     assert!(run("ycb-heatmaps", &inputs).expect_code(2).stderr.contains("as the job of the picks does"));
-    let hand = format!("hand.scene={:?}", repository_path(GRIPPER).display().to_string());
+    let hand = format!("hand.model={:?}", repository_path(GRIPPER).display().to_string());
     run("ycb-heatmaps", &inputs).set([hand]).succeed();
 }

@@ -184,7 +184,7 @@ fn faults_of_files_are_said_with_line_and_remedy() {
         let said = said_of("poses.csv", &poses, import);
         assert!(said.contains(expected), "{import}\n{said}");
     }
-    for keys in ["mode = \"bin\"", "count = 3", "scenes = { training = 2 }", "physics = { cap = 2.0 }"] {
+    for keys in ["mode = \"bin\"", "count = 3", "scenes = { training = 2 }", "physics = { settle_timeout = 2.0 }"] {
         let file = workspace.write("job.toml", format!("{keys}\n{}", job("csv = \"poses.csv\"", NO_SPLIT)));
         let said = Program::run_job(file, workspace.path("none")).expect_code(2).stderr;
         assert!(said.contains("imported scenes are kept as they are"), "{keys}\n{said}");
@@ -195,7 +195,7 @@ fn faults_of_files_are_said_with_line_and_remedy() {
 #[test]
 fn bodies_come_into_a_container() {
     let workspace = Workspace::new();
-    let container = "container = { inner = [0.3, 0.25, 0.15], wall = 0.01, tilt_deg = 10 }\n";
+    let container = "container = { inner_size = [0.3, 0.25, 0.15], wall = 0.01, tilt_deg = 10 }\n";
     let objects = "[[objects]]\nbuilt_in = [\"bottle-01\", \"box-01\", \"can-01\", \"mug-01\"]\n";
     let settle = format!(
         "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\nscenes = {{ training = 2 }}\n{container}\
@@ -290,7 +290,7 @@ fn twenty_nested_cups_touch_their_neighbours_as_deep_as_their_slope_says() {
     let rows = (0..20).map(|number| format!("nested,cup,0,0,{},0,0,0,1\n", f64::from(number) * step(depth)));
     workspace.write("poses.csv", format!("scene,object,x,y,z,qx,qy,qz,qw\n{}", rows.collect::<String>()));
     let job = format!(
-        "product = \"scenes\"\nseed = 1\nphysics = {{ recheck = 0.1 }}\n[[objects]]\nfolder = \"meshes\"\n[import]\n\
+        "product = \"scenes\"\nseed = 1\nphysics = {{ stability_time = 0.1 }}\n[[objects]]\nfolder = \"meshes\"\n[import]\n\
          csv = \"poses.csv\"\n{NO_SPLIT}"
     );
     let [nested] = &kept(&workspace.make_dataset("nested", &job, &[]))[..] else { panic!("one scene") };

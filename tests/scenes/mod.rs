@@ -53,7 +53,7 @@ fn job(shapes: &[&str], keys: &str) -> String {
 }
 
 const BINS: &str =
-    "mode = \"bin\"\ncount = 3\ncontainer = { inner = [0.3, 0.3, 0.15] }\nscenes = { training = 6, holdout = 2 }";
+    "mode = \"bin\"\ncount = 3\ncontainer = { inner_size = [0.3, 0.3, 0.15] }\nscenes = { training = 6, holdout = 2 }";
 
 /// Outcome of each scene: its record, or the reason of its reject.
 fn scenes(folder: &Path) -> Vec<Result<Scene, String>> {
@@ -153,8 +153,8 @@ fn bodies_in_one_another_settle_once_more_in_shorter_steps() {
     let workspace = Workspace::new();
     let shapes = [&SHAPES[..], &[ONE_MORE]].concat();
     let text = |finer: u32| {
-        let bin = "container = { inner = [0.3, 0.25, 0.5] }\nscenes = { training = 6 }\nmode = \"bin\"\ncount = 5";
-        job(&shapes, &format!("{bin}\nphysics = {{ timestep = 0.004, release_height = 0.7, finer = {finer} }}"))
+        let bin = "container = { inner_size = [0.3, 0.25, 0.5] }\nscenes = { training = 6 }\nmode = \"bin\"\ncount = 5";
+        job(&shapes, &format!("{bin}\nphysics = {{ timestep = 0.004, release_height = 0.7, substeps = {finer} }}"))
     };
     let [once, again] =
         [("once", 1), ("again", 4)].map(|(name, finer)| scenes(&workspace.make_dataset(name, &text(finer), &[])));
@@ -194,7 +194,7 @@ fn bodies_that_leave_the_container_are_put_back() {
     let workspace = Workspace::new();
     let text = |put_back: u32| {
         let heap = "mode = \"heap\"\ntable = { size = [0.3, 0.3] }\ncount = 5\nscenes = { training = 8 }";
-        job(&SHAPES, &format!("{heap}\nphysics = {{ put_back = {put_back} }}"))
+        job(&SHAPES, &format!("{heap}\nphysics = {{ max_redrops = {put_back} }}"))
     };
     let [once, again] =
         [("once", 0), ("again", 3)].map(|(name, times)| scenes(&workspace.make_dataset(name, &text(times), &[])));
@@ -268,7 +268,7 @@ fn mistakes_are_said_with_key_and_remedy() {
         (format!("physics = {{ friction = 10.0 }}\n{scenes}"), "physics.friction"),
         (format!("physics = {{ release_height = 0.3 }}\n{scenes}"), "2 mm above it"),
         (format!("physics = {{ rest_time = 5.0 }}\n{scenes}"), "physics.rest_time"),
-        (format!("container = {{ inner = [0.4, 0.3, -0.2] }}\nmode = \"bin\"\n{scenes}"), "container.inner"),
+        (format!("container = {{ inner_size = [0.4, 0.3, -0.2] }}\nmode = \"bin\"\n{scenes}"), "container.inner_size"),
         (format!("bodies = 4\n{scenes}"), "`count` sets the number of bodies"),
     ] {
         assert_refused(&workspace, &keys, expected);
@@ -286,7 +286,7 @@ fn mistakes_are_said_with_key_and_remedy() {
 #[test]
 fn an_object_larger_than_its_bin_is_announced_and_its_scenes_rejected() {
     let workspace = Workspace::new();
-    let keys = "mode = \"bin\"\ncount = 1\ncontainer = { inner = [0.06, 0.06, 0.05] }\nscenes = { training = 2 }";
+    let keys = "mode = \"bin\"\ncount = 1\ncontainer = { inner_size = [0.06, 0.06, 0.05] }\nscenes = { training = 2 }";
     let file = workspace.write("job.toml", job(&["bottle-01", "bowl-01"], keys));
     let out = workspace.path("out");
     let said = Program::run_job(&file, &out).finish();

@@ -78,14 +78,14 @@ fn bodies_stand_where_their_place_on_the_table_is() {
     // The middles of outlines are in the region; the origins of these shapes are within 6 cm of them, also at rest.
     let slack = 0.06;
     // A ring around a shoulder next to the table, as an arm has it.
-    let ring = made("ring", "place = { around = [-0.6, 0.1], radius = [0.45, 0.6] }");
+    let ring = made("ring", "region = { around = [-0.6, 0.1], radius = [0.45, 0.6] }");
     let distances: Vec<f64> = positions(&ring).iter().map(|[x, y]| (x + 0.6).hypot(y - 0.1)).collect();
     assert!(distances.iter().all(|distance| (0.45 - slack..0.6 + slack).contains(distance)), "{distances:?}");
     // Two equal numbers make a circle of it.
-    let circle = made("circle", "place = { around = [-0.6, 0.1], radius = [0.55, 0.55] }");
+    let circle = made("circle", "region = { around = [-0.6, 0.1], radius = [0.55, 0.55] }");
     let distances: Vec<f64> = positions(&circle).iter().map(|[x, y]| (x + 0.6).hypot(y - 0.1)).collect();
     assert!(distances.iter().all(|distance| (distance - 0.55).abs() < slack), "{distances:?}");
-    let rectangle = made("rectangle", "place = { x = [-0.4, 0.4], y = [0.2, 0.4] }");
+    let rectangle = made("rectangle", "region = { x = [-0.4, 0.4], y = [0.2, 0.4] }");
     let rim = positions(&rectangle);
     assert!(rim.iter().all(|[x, y]| x.abs() < 0.4 + slack && (0.2 - slack..0.4).contains(y)), "{rim:?}");
     // Regions make separate samples, which the resolved job makes again.
@@ -94,7 +94,7 @@ fn bodies_stand_where_their_place_on_the_table_is() {
     Program::run_job(resolved, workspace.path("again")).succeed();
     assert_eq!(print_root(workspace.path("ring")), print_root(workspace.path("again")));
     // A region too small for its bodies rejects the scene.
-    let keys = "mode = \"table\"\ncount = 4\nscenes = { training = 2 }\nplace = { x = [0.0, 0.02], y = [0.0, 0.02] }";
+    let keys = "mode = \"table\"\ncount = 4\nscenes = { training = 2 }\nregion = { x = [0.0, 0.02], y = [0.0, 0.02] }";
     let file = workspace.write("small.toml", job(&SHAPES, keys));
     let said = Program::run_job(file, workspace.path("small")).expect_code(3).stdout;
     assert!(said.contains("2 no_room"), "{said}");
@@ -104,13 +104,13 @@ fn bodies_stand_where_their_place_on_the_table_is() {
 fn mistakes_about_a_place_are_said_with_key_and_remedy() {
     let workspace = Workspace::new();
     for (keys, expected) in [
-        ("place = { x = [0.2, 0.1], y = [0.0, 0.1] }", "place.x"),
-        ("place = { around = [0.0, 0.0], radius = [0.3, 0.2] }", "place.radius"),
-        ("place = { around = [2.0, 0.0], radius = [0.1, 0.2] }", "a part of the table (`table.size`)"),
-        ("place = { around = [0.0, 0.0], radius = [0.5, 0.6] }", "a part of the table (`table.size`)"),
-        ("place = { x = [0.5, 0.6], y = [0.0, 0.1] }", "a part of the table (`table.size`)"),
-        ("place = { around = [0.0, 0.0] }", "place"),
-        ("mode = \"heap\"\nplace = { x = [0.0, 0.1], y = [0.0, 0.1] }", "are bodies put next to each other"),
+        ("region = { x = [0.2, 0.1], y = [0.0, 0.1] }", "region.x"),
+        ("region = { around = [0.0, 0.0], radius = [0.3, 0.2] }", "region.radius"),
+        ("region = { around = [2.0, 0.0], radius = [0.1, 0.2] }", "a part of the table (`table.size`)"),
+        ("region = { around = [0.0, 0.0], radius = [0.5, 0.6] }", "a part of the table (`table.size`)"),
+        ("region = { x = [0.5, 0.6], y = [0.0, 0.1] }", "a part of the table (`table.size`)"),
+        ("region = { around = [0.0, 0.0] }", "region"),
+        ("mode = \"heap\"\nregion = { x = [0.0, 0.1], y = [0.0, 0.1] }", "are bodies put next to each other"),
     ] {
         assert_refused(&workspace, &format!("{keys}\nscenes = {{ training = 1 }}"), expected);
     }
@@ -192,7 +192,7 @@ fn mistakes_about_walls_are_said_with_key_and_remedy() {
         ("mode = \"pile\"\npile = { lift_speed = 9.0 }", "pile.lift_speed"),
         ("mode = \"pile\"\ncontainer = { wall = 0.01 }", "a bin has a container"),
         ("mode = \"heap\"\npile = { side = 0.2 }", "only a pile has walls"),
-        ("mode = \"packed\"\nphysics = { release_every = 0.2 }", "2 mm above it"),
+        ("mode = \"packed\"\nphysics = { release_interval = 0.2 }", "2 mm above it"),
         ("mode = \"upright\"", "packed"),
     ] {
         assert_refused(&workspace, &format!("{keys}\nscenes = {{ training = 1 }}"), expected);

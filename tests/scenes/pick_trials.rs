@@ -23,16 +23,16 @@ fn scenes_job(keys: &str) -> String {
 /// Grasps of scans that lie on a table, every one that closes on two links tried in the air and on that table.
 fn grasps_job() -> String {
     format!(
-        "product = \"grasps\"\nseed = 7\n[hand]\nscene = {:?}\n[[objects]]\n{SCANS}\n[grasps]\nseeds = 3\n\
-         sampler = \"antipodal\"\n[antipodal]\nsupport = \"table\"\nresting = \"likeliest\"\n[keep]\ntorsion = 0.002\n\
-         [physics]\nperturbed = 0\nconfirm = \"none\"\nfailed_per_held = 1000\n{NO_SPLIT}",
+        "product = \"grasps\"\nseed = 7\n[hand]\nmodel = {:?}\n[[objects]]\n{SCANS}\n[grasps]\nseeds = 3\n\
+         sampler = \"antipodal\"\n[antipodal]\nsupport = \"table\"\nresting_pose = \"most_likely\"\n[keep]\ntorsion = 0.002\n\
+         [physics]\nperturbed_runs = 0\nconfirm = \"none\"\nfailed_per_held = 1000\n{NO_SPLIT}",
         repository_path(GRIPPER)
     )
 }
 
 fn picks_job(picks: &str) -> String {
     format!(
-        "product = \"picks\"\nseed = 3\n[scenes]\ndataset = \"scenes\"\n[grasps]\ndataset = \"grasps\"\n[hand]\nscene = {:?}\n\
+        "product = \"picks\"\nseed = 3\n[scenes]\ndataset = \"scenes\"\n[grasps]\ndataset = \"grasps\"\n[hand]\nmodel = {:?}\n\
          [picks]\ntake = \"tried\"\n{picks}\n",
         repository_path(GRIPPER)
     )

@@ -34,14 +34,14 @@ use crate::support::{
 };
 
 /// Bins of three of four shapes, in two splits.
-const BINS: &str = "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\ncontainer = { inner = [0.4, 0.4, 0.06] }\n\
+const BINS: &str = "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\ncontainer = { inner_size = [0.4, 0.4, 0.06] }\n\
                     scenes = { training = 2, holdout = 1 }\n[[objects]]\n\
                     built_in = [\"bottle-01\", \"box-01\", \"can-01\", \"cup-01\"]\n";
 
 /// Grasps of a gripper on these shapes.
 pub(super) fn grasps_job(shapes: &[&str], more: &str) -> String {
     format!(
-        "product = \"grasps\"\nseed = 7\n[hand]\nscene = {:?}\n[[objects]]\nbuilt_in = {shapes:?}\n[grasps]\nseeds = 2\n\
+        "product = \"grasps\"\nseed = 7\n[hand]\nmodel = {:?}\n[[objects]]\nbuilt_in = {shapes:?}\n[grasps]\nseeds = 2\n\
          sampler = \"antipodal\"\n[antipodal]\nbest = 5\n[keep]\ntorsion = 0.002\n{more}\n{NO_SPLIT}",
         repository_path(GRIPPER)
     )
@@ -50,11 +50,11 @@ pub(super) fn grasps_job(shapes: &[&str], more: &str) -> String {
 /// Three of the four shapes: the cup has no grasp.
 pub(super) const GRASPED: [&str; 3] = ["bottle-01", "box-01", "can-01"];
 
-const PHYSICS: &str = "[physics]\nperturbed = 1";
+const PHYSICS: &str = "[physics]\nperturbed_runs = 1";
 
 pub(super) fn picks_job(picks: &str) -> String {
     format!(
-        "product = \"picks\"\nseed = 3\n[scenes]\ndataset = \"scenes\"\n[grasps]\ndataset = \"grasps\"\n[hand]\nscene = {:?}\n\
+        "product = \"picks\"\nseed = 3\n[scenes]\ndataset = \"scenes\"\n[grasps]\ndataset = \"grasps\"\n[hand]\nmodel = {:?}\n\
          [picks]\ncandidates = 60\n{picks}\n[shards]\nsamples = 4\n",
         repository_path(GRIPPER)
     )
@@ -374,11 +374,11 @@ fn mistakes_of_picks_are_said_with_key_and_remedy() {
         (fine.replace("dataset = \"grasps\"", "dataset = \"nowhere\""), ["grasps.dataset", "make one first"]),
         (fine.replace("dataset = \"grasps\"", "dataset = \"scenes\""), ["grasps.dataset", "not of grasps"]),
         (fine.replace("dataset = \"grasps\"", "dataset = \"others\""), ["grasps.dataset", "the same `[[objects]]`"]),
-        (barrett.clone(), ["hand.scene", "name the hand's description"]),
+        (barrett.clone(), ["hand.model", "name the hand's description"]),
         (barrett.replace("trials = 0", "trials = 0\nrolls = 4"), ["picks.rolls", "remove `picks.rolls`"]),
-        (fine.replace("trials = 0", "take = \"held\""), ["picks.take", "`[physics]`"]),
+        (fine.replace("trials = 0", "grasps = \"held\""), ["picks.grasps", "`[physics]`"]),
         (fine.replace("trials = 0", "margin = 0.01"), ["picks.margin", "0.009"]),
-        (fine.replace("trials = 0", "awake = \"some\""), ["picks.awake", "near"]),
+        (fine.replace("trials = 0", "movable = \"some\""), ["picks.movable", "near"]),
         (fine.replace("trials = 0", "physics = 1"), ["picks.physics", "picks"]),
         (
             fine.replace("dataset = \"scenes\"", &format!("dataset = \"scenes\"\nroot = \"{}\"", "0".repeat(64))),

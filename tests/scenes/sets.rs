@@ -27,7 +27,7 @@ fn jobs() -> [String; 5] {
         "{ shell = { radius = [0.4, 0.6], polar_deg = [0, 50] }, views = 2, width = 320, height = 240, fx = 300.0 }";
     [
         format!(
-            "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\ncontainer = {{ inner = [0.3, 0.3, 0.06] }}\n\
+            "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\ncontainer = {{ inner_size = [0.3, 0.3, 0.06] }}\n\
              scenes = {{ training = 1 }}\n[[objects]]\n{shapes}\n{NO_SPLIT}"
         ),
         format!(
@@ -35,11 +35,11 @@ fn jobs() -> [String; 5] {
         ),
         "product = \"amodal\"\nseed = 3\n[views]\ndataset = \"x\"\n".to_owned(),
         format!(
-            "product = \"grasps\"\nseed = 7\n[hand]\nscene = {hand:?}\n[[objects]]\n{shapes}\n[grasps]\nseeds = 1\n\
+            "product = \"grasps\"\nseed = 7\n[hand]\nmodel = {hand:?}\n[[objects]]\n{shapes}\n[grasps]\nseeds = 1\n\
              sampler = \"antipodal\"\n[antipodal]\nbest = 5\n[keep]\ntorsion = 0.002\n{NO_SPLIT}"
         ),
         format!(
-            "product = \"picks\"\nseed = 3\n[scenes]\ndataset = \"x\"\n[grasps]\ndataset = \"x\"\n[hand]\nscene = {hand:?}\n\
+            "product = \"picks\"\nseed = 3\n[scenes]\ndataset = \"x\"\n[grasps]\ndataset = \"x\"\n[hand]\nmodel = {hand:?}\n\
              [picks]\ncandidates = 60\ntrials = 2\n"
         ),
     ]

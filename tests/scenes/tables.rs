@@ -29,8 +29,8 @@ fn make_all() -> Workspace {
     copy_folder(with_inputs().folder(), workspace.folder());
     let hand = repository_path(GRIPPER);
     let volumes = format!(
-        "product = \"volumes\"\nseed = 3\n[views]\ndataset = \"views\"\n[fusion]\nviews = [1, 3]\nfusions = 2\nsize = 0.42\n\
-         below = 0.05\n[picks]\ndataset = \"picks\"\n[hand]\nscene = {hand:?}\n"
+        "product = \"volumes\"\nseed = 3\n[views]\ndataset = \"views\"\n[fusion]\nviews = [1, 3]\nper_scene = 2\nsize = 0.42\n\
+         support_height = 0.05\n[picks]\ndataset = \"picks\"\n[hand]\nmodel = {hand:?}\n"
     );
     workspace.make_dataset("amodal", PAIRS, &[]);
     workspace.make_dataset("volumes", &volumes, &[]);

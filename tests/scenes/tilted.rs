@@ -19,7 +19,7 @@ const TILT: f64 = 25.0;
 fn bins(container: &str) -> String {
     format!(
         "product = \"scenes\"\nseed = 4\nmode = \"bin\"\ncount = 3\nscenes = {{ training = 4 }}\n\
-         container = {{ inner = [0.3, 0.3, 0.2], wall = 0.02{container} }}\n[[objects]]\n\
+         container = {{ inner_size = [0.3, 0.3, 0.2], wall = 0.02{container} }}\n[[objects]]\n\
          built_in = [\"bottle-01\", \"box-01\", \"can-01\", \"cup-01\"]\n{NO_SPLIT}"
     )
 }
@@ -66,7 +66,7 @@ fn bodies_lie_at_the_lower_wall_and_everybody_sees_the_same_bin() {
 #[test]
 fn bodies_are_dropped_into_the_mouth_of_a_deep_bin() {
     let workspace = Workspace::new();
-    let deep = ["count=1", "container={ inner = [0.2, 0.2, 0.3], tilt_deg = 40 }"];
+    let deep = ["count=1", "container={ inner_size = [0.2, 0.2, 0.3], tilt_deg = 40 }"];
     let found = scenes(&workspace.make_dataset("deep", &bins(""), &deep));
     let kept: Vec<&Scene> = found.iter().flatten().collect();
     assert!(kept.len() >= 3, "{found:?}");

@@ -16,7 +16,7 @@ use crate::support::{
 fn make_clutter(workspace: &Workspace) -> Vec<(&'static str, PathBuf)> {
     let amodal = "product = \"amodal\"\nseed = 3\n[views]\ndataset = \"views\"\n";
     let volumes = "product = \"volumes\"\nseed = 3\n[views]\ndataset = \"views\"\n[fusion]\nsize = 0.4\nresolution = 16\n\
-                   views = [1, 2]\nfusions = 1\n";
+                   views = [1, 2]\nper_scene = 1\n";
     for (name, job) in [("amodal", amodal), ("volumes", volumes), ("heatmaps", &heatmaps_job(""))] {
         workspace.make_dataset(name, job, &[]);
     }

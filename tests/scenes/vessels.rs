@@ -224,7 +224,10 @@ fn a_mesh_without_a_floor_or_walls_is_no_container() {
     ] {
         refused(&format!("container = {{ mesh = \"{name}.stl\" }}"), expected);
     }
-    refused("container = { mesh = \"good.stl\", inner = [0.3, 0.3, 0.2] }", "the mesh sets the size of the container");
+    refused(
+        "container = { mesh = \"good.stl\", inner_size = [0.3, 0.3, 0.2] }",
+        "the mesh sets the size of the container",
+    );
     refused("container = { mesh = \"good.stl\", unit = \"mm\" }", "container.mesh");
     refused("container = { unit = \"mm\" }", "`container.mesh` beside it");
     refused(&format!("container = {{ mesh = \"good.stl\", content = \"{}\" }}", "0".repeat(64)), "has changed");

@@ -28,7 +28,7 @@ use crate::support::{
 };
 
 /// Bins of three shapes, in two splits.
-const BINS: &str = "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\ncontainer = { inner = [0.3, 0.3, 0.15] }\n\
+const BINS: &str = "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\ncontainer = { inner_size = [0.3, 0.3, 0.15] }\n\
                     scenes = { training = 3, holdout = 1 }\n[[objects]]\n\
                     built_in = [\"bottle-01\", \"box-01\", \"can-01\", \"cup-01\", \"mug-01\"]\n";
 

@@ -32,7 +32,7 @@ use crate::support::{
 };
 
 /// Bins of three shapes, in three splits.
-const BINS: &str = "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\ncontainer = { inner = [0.3, 0.3, 0.15] }\n\
+const BINS: &str = "product = \"scenes\"\nseed = 5\nmode = \"bin\"\ncount = 3\ncontainer = { inner_size = [0.3, 0.3, 0.15] }\n\
                     scenes = { training = 3, holdout = 1, test = 2 }\n[[objects]]\n\
                     built_in = [\"bottle-01\", \"box-01\", \"can-01\", \"cup-01\", \"mug-01\", \"bowl-01\", \"goblet-01\"]\n\
                     [split]\nvalidation_objects = 0\ntest_objects = 3\n";
@@ -50,7 +50,7 @@ fn views_job(cameras: &str, more: &str) -> String {
 
 fn volumes_job(fusion: &str) -> String {
     format!(
-        "product = \"volumes\"\nseed = 3\n[views]\ndataset = \"views\"\n[fusion]\nviews = [1, 4]\nfusions = 3\n{fusion}\n\
+        "product = \"volumes\"\nseed = 3\n[views]\ndataset = \"views\"\n[fusion]\nviews = [1, 4]\nper_scene = 3\n{fusion}\n\
          [shards]\nsamples = 4\n"
     )
 }
@@ -124,7 +124,7 @@ fn threads_and_tasks_change_nothing_and_splits_are_those_of_the_scenes() {
     let split_of: BTreeMap<ObjectId, Split> = (samples(&workspace.path("scenes")).iter())
         .map(|sample| (sample.scene().expect("a scene").id(), scenes.split(sample.index).expect("a split")))
         .collect();
-    let more = workspace.make_dataset("more", &volumes_job(""), &["fusion.fusions=5"]);
+    let more = workspace.make_dataset("more", &volumes_job(""), &["fusion.per_scene=5"]);
     let more: BTreeMap<SampleId, Sample> = samples(&more).into_iter().map(|sample| (sample.id, sample)).collect();
     let (mut counts, mut sets) = (BTreeSet::new(), BTreeSet::new());
     for sample in samples(&two) {
@@ -195,8 +195,8 @@ fn scenes_without_enough_views_or_without_a_body_in_the_cube_are_rejected_and_co
     let cameras = "{ overhead = { height = 1.5 }, width = 320, height = 240, fx = 300.0 },\n\
                    { poses = [[0.0, 0.0, 0.6, 1.0, 0.0, 0.0, 0.0]], width = 64, height = 64, fx = 40.0 }";
     workspace.make_dataset("views", &views_job(cameras, ""), &["views.min_pixels=1", "views.clearance=0"]);
-    let fusion = "size = 0.16\nresolution = 32\nbelow = 0.02";
-    let one = volumes_job(fusion).replace("views = [1, 4]", "views = [1, 1]").replace("fusions = 3", "fusions = 1");
+    let fusion = "size = 0.16\nresolution = 32\nsupport_height = 0.02";
+    let one = volumes_job(fusion).replace("views = [1, 4]", "views = [1, 1]").replace("per_scene = 3", "per_scene = 1");
     let small = workspace.make_dataset("small", &one, &[]);
     let fates = fates(&small);
     let rejected = fates.values().filter(|(reason, _)| reason.as_deref() == Some("no_body_inside")).count();
@@ -232,8 +232,8 @@ fn mistakes_of_volumes_are_said_with_key_and_remedy() {
     assert!(said(&pinned).contains("remove `root` from the job"));
     for (fusion, expected) in [
         ("size = 0.25", "at least 0.300 m are needed"),
-        ("size = 0.3\nbelow = 0.2", "at least 0.350 m are needed"),
-        ("below = 0.3", "less than the cube's edge"),
+        ("size = 0.3\nsupport_height = 0.2", "at least 0.350 m are needed"),
+        ("support_height = 0.3", "less than the cube's edge"),
         ("resolution = 129", "from 1 to 128"),
         ("truncation_voxels = 0", "truncation_voxels"),
         ("voxels = 40", "unknown"),
@@ -366,7 +366,7 @@ fn vgn_and_giga_read_the_exports_of_views_and_volumes() {
 fn a_regenerated_volume_is_that_of_its_own_number() {
     // One more view of every scene changes what may be drawn, and nothing else: a volume of all views has that one, too.
     let workspace = with_views();
-    let all = volumes_job("").replace("views = [1, 4]", "views = [4, 4]").replace("fusions = 3", "fusions = 1");
+    let all = volumes_job("").replace("views = [1, 4]", "views = [4, 4]").replace("per_scene = 3", "per_scene = 1");
     let volumes = samples(&workspace.make_dataset("volumes", &all, &[]));
     assert_eq!(volumes.len(), 6);
     assert_eq!(reader(&workspace.path("volumes")).manifest().product, Product::VOLUMES);
@@ -411,8 +411,8 @@ fn the_jobs_of_volumes_that_travel_with_the_source_are_jobs() {
 fn grasps_in_volumes_are_those_of_the_picks() {
     let workspace = with_picks();
     let hand = repository_path(GRIPPER);
-    let grasps = format!("[picks]\ndataset = \"picks\"\n[hand]\nscene = {hand:?}\n");
-    let job = volumes_job("size = 0.42\nbelow = 0.05").replace("views = [1, 4]", "views = [1, 3]") + &grasps;
+    let grasps = format!("[picks]\ndataset = \"picks\"\n[hand]\nmodel = {hand:?}\n");
+    let job = volumes_job("size = 0.42\nsupport_height = 0.05").replace("views = [1, 4]", "views = [1, 3]") + &grasps;
     let two = make_alike(&workspace, &job, "1000");
     assert_eq!(print_root(&two), print_root(make_scalar(&workspace)));
     let program = Program::python().arg("tests/peers/affordance.py").arg(&two).arg(workspace.path("picks")).arg(&hand);
@@ -470,12 +470,12 @@ fn grasps_in_volumes_are_those_of_the_picks() {
         let file = workspace.write("job.toml", text);
         Program::run_job(file, workspace.path("none")).expect_code(2).stderr
     };
-    let without_hand = said(job.replace(&format!("[hand]\nscene = {hand:?}\n"), ""));
+    let without_hand = said(job.replace(&format!("[hand]\nmodel = {hand:?}\n"), ""));
     assert!(without_hand.contains("hand") && without_hand.contains("name the hand's description"), "{without_hand}");
     let without_picks = said(job.replace("[picks]\ndataset = \"picks\"\n", ""));
     assert!(without_picks.contains("without grasps there is no hand"), "{without_picks}");
     let other = said(job.replace("parallel_gripper", "panda_hand"));
-    assert!(other.contains("hand.scene") && other.contains("as the job of the picks does"), "{other}");
+    assert!(other.contains("hand.model") && other.contains("as the job of the picks does"), "{other}");
     let pinned = format!("dataset = \"picks\"\ntrials_root = \"{}\"", "0".repeat(64));
     let pinned = said(job.replace("dataset = \"picks\"", &pinned));
     assert!(pinned.contains("picks.trials_root"), "{pinned}");

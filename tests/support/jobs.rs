@@ -23,12 +23,12 @@ pub const SHORT_SEARCH: [&str; 2] = ["annealing.steps=1500", "keep.space=force"]
 
 /// The table `[robot]` of a job for the Fetch's arm.
 pub fn fetch_table(scene: &Path) -> String {
-    format!("[robot]\nscene = {scene:?}\njoints = {FETCH_ARM:?}\ntarget = \"{FETCH_SITE}\"\n")
+    format!("[robot]\nmodel = {scene:?}\njoints = {FETCH_ARM:?}\ntarget = \"{FETCH_SITE}\"\n")
 }
 
 /// The line `hand = ...` of a job for the Barrett hand.
 pub fn barrett_line() -> String {
-    format!("hand = {{ scene = {:?} }}\n", repository_path(BARRETT))
+    format!("hand = {{ model = {:?} }}\n", repository_path(BARRETT))
 }
 
 /// Name and text of a job of each product, in the order in which they are made: the one for patches takes the dataset

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::{
     Job, JobObject, JobObjects, KnownMass, KnownObject,
     paths::{relative_to, with_slashes},
+    renamed::with_old_names,
     spec::{BodiesSpec, BuiltInSpec, HeadSpec, LimitsSpec, MaterialSpec, MeshRow, ObjectsSpec, SplitSpec},
 };
 use assets::{MeshOrigin, ScaleRule};
@@ -25,7 +26,7 @@ struct Canonical<'a> {
     form: &'static str,
     product: &'static str,
     seed: u64,
-    settings: &'a toml::Table,
+    settings: toml::Table,
     #[serde(skip_serializing_if = "Option::is_none")]
     subjects: Option<&'a toml::Table>,
 }
@@ -63,16 +64,18 @@ impl Job {
     /// clock.
     pub fn digest(&self) -> JobDigest {
         let subjects = self.work.subject_keys();
-        JobDigest(self.canonical(&self.work.sample_keys(), Some(&subjects)).digest())
+        JobDigest(self.canonical(self.work.sample_keys(), Some(&subjects)).digest())
     }
 
     /// Digest of everything that a sample depends on except its subject and its item: seed and settings of the product.
     /// Equal in two jobs whose common subjects make the same samples.
     pub fn sample_settings(&self) -> Digest {
-        self.canonical(&self.work.sample_keys(), None).digest()
+        self.canonical(self.work.sample_keys(), None).digest()
     }
 
-    fn canonical<'a>(&self, settings: &'a toml::Table, subjects: Option<&'a toml::Table>) -> Canonical<'a> {
+    /// Keys have the names that format 3 gave them, whatever job files call them today: a rename changes no digest.
+    fn canonical<'a>(&self, settings: toml::Table, subjects: Option<&'a toml::Table>) -> Canonical<'a> {
+        let settings = with_old_names(settings);
         Canonical { form: CANONICAL_FORM, product: self.product().name, seed: self.seed, settings, subjects }
     }
 }

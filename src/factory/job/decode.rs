@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, sync::LazyLock};
 
-use super::{Profile, schema, spec::HeadSpec};
+use super::{Profile, renamed, schema, spec::HeadSpec};
 use crate::{
     product::ProductFactory,
     products::{PRODUCTS, factory_of},
@@ -75,6 +75,14 @@ impl Hints for JobHints {
             let other = PRODUCTS.iter().find(has_key)?.product;
             Some(format!("`{key}` is a key of {other} jobs: `product = \"{other}\"`"))
         })
+    }
+
+    fn renamed_key(&self, path: &Path) -> Option<Path> {
+        renamed::new_key(schema::of(self.0), path)
+    }
+
+    fn renamed_value(&self, path: &Path, value: &str) -> Option<String> {
+        renamed::new_value(path, value).map(str::to_owned)
     }
 
     fn missing(&self, path: &Path) -> Option<(Requirement, String)> {

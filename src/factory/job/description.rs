@@ -22,7 +22,7 @@ pub fn pinned_description(
     let description = match read {
         Ok(description) => description,
         Err(error) => {
-            let (key, message) = (Path::from(key).key("scene"), error.to_string());
+            let (key, message) = (Path::from(key).key("model"), error.to_string());
             let report = match &error {
                 DescriptionError::Unreadable { .. } => checker.not_found(key, noun, message),
                 _ => checker.invalid(key, format!("a {noun} that can be read"), message),

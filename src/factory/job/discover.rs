@@ -96,7 +96,7 @@ pub(super) fn discover(
         let package = entry.package.as_deref().and_then(packages::package);
         let Candidates { all, mut kept } = candidates(checker, entry, &path, folder, context, &mut found.notes);
         let rows = rows(checker, entry, &path, folder, &all);
-        kept.truncate(entry.first.map_or(usize::MAX, |first| first as usize));
+        kept.truncate(entry.limit.map_or(usize::MAX, |limit| limit as usize));
         for candidate in kept {
             let row = row_of(&rows, &candidate);
             let long_name = row.name.clone().unwrap_or_else(|| candidate.relative.clone());

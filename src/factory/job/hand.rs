@@ -15,7 +15,7 @@ use sim::{HandError, HandModel, RobotError};
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobHand {
     /// Description of the hand, MJCF or URDF; its table is next to it.
-    pub scene: PathBuf,
+    pub file: PathBuf,
     /// Name in the description, for people.
     pub name: String,
     /// Content of description and table, with all files that the description includes, in any folder.
@@ -25,8 +25,8 @@ pub struct JobHand {
 impl JobHand {
     /// The hand as keys of a job file: with its file, relative to `folder`, or by content alone.
     pub fn spec(&self, folder: Option<&FilePath>) -> HandSpec {
-        let scene = folder.map(|folder| with_slashes(&relative_to(&self.scene, folder)).into());
-        HandSpec { scene: scene.unwrap_or_default(), content: Some(self.id.0.hex()) }
+        let model = folder.map(|folder| with_slashes(&relative_to(&self.file, folder)).into());
+        HandSpec { model: model.unwrap_or_default(), content: Some(self.id.0.hex()) }
     }
 
     /// The hand as a row of the asset table.
@@ -45,20 +45,20 @@ pub fn read_hand(
     can: impl Fn(&HandModel) -> Result<(), HandError>,
 ) -> Option<JobHand> {
     let before = checker.count();
-    let scene = tidy(&folder.join(&spec.scene));
-    if scene.extension().is_some_and(|ending| ending == "toml") {
+    let file = tidy(&folder.join(&spec.model));
+    if file.extension().is_some_and(|ending| ending == "toml") {
         let expected = "the hand's description: its table is found beside it";
-        checker.invalid(&format!("{key}.scene"), expected, format!("a table, {}", scene.shown()));
+        checker.invalid(&format!("{key}.model"), expected, format!("a table, {}", file.shown()));
         return None;
     }
-    let read = Description::of_hand(&scene);
-    let Description { name, digest } = pinned_description(checker, key, "hand", &scene, read, spec.content.as_deref())?;
-    match HandModel::open(&scene).and_then(|model| can(&model)) {
+    let read = Description::of_hand(&file);
+    let Description { name, digest } = pinned_description(checker, key, "hand", &file, read, spec.content.as_deref())?;
+    match HandModel::open(&file).and_then(|model| can(&model)) {
         // Without memory nothing is known of it: the run ends with this error.
         Ok(()) | Err(HandError::Robot(RobotError::Memory { .. })) => {}
         Err(error) => {
-            checker.invalid(Path::from(key).key("scene"), "a hand that supports this job", error.to_string());
+            checker.invalid(Path::from(key).key("model"), "a hand that supports this job", error.to_string());
         }
     }
-    (checker.count() == before).then_some(JobHand { scene, name, id: ObjectId(digest) })
+    (checker.count() == before).then_some(JobHand { file, name, id: ObjectId(digest) })
 }

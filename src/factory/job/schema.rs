@@ -34,6 +34,15 @@ pub(super) fn of(factory: &ProductFactory) -> &'static Schema {
     &SCHEMAS[factory.product.name]
 }
 
+/// Whether files of a schema have a dotted key, in its sections or in the entries of its lists.
+pub(super) fn has_key(schema: &Schema, dotted: &str) -> bool {
+    let below = |level: &Value, key: &str| {
+        let level = if level["items"].is_object() { &level["items"] } else { level };
+        level["properties"].get(key).cloned()
+    };
+    dotted.split('.').try_fold(schema.value().clone(), |level, key| below(&level, key)).is_some()
+}
+
 /// The schema of a set.
 pub(super) fn of_sets() -> &'static Schema {
     &SET

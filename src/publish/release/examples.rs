@@ -171,7 +171,7 @@ impl Example<'_> {
 
     fn outside(&self) -> BTreeMap<String, (String, usize)> {
         let path = |key: &str, more| (key.to_owned(), (format!("../{}", self.name), more));
-        let scene = self.has_setting.then(|| path("hand.scene", 0));
+        let scene = self.has_setting.then(|| path("hand.model", 0));
         if self.is_full { [path("objects.list", 4)].into_iter().chain(scene).collect() } else { BTreeMap::new() }
     }
 }

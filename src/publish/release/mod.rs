@@ -362,7 +362,7 @@ fn outside(job: &toml::Table) -> BTreeMap<String, (String, usize)> {
             toml::Value::Array(array) => array.iter().for_each(|value| walk(value, key, found)),
             toml::Value::String(text) => {
                 let last = key.rsplit('.').next().unwrap_or(key);
-                if ["scene", "dataset", "list", "folder"].contains(&last) {
+                if ["model", "scene", "dataset", "list", "folder"].contains(&last) {
                     found.entry(key.to_owned()).and_modify(|(_, more)| *more += 1).or_insert_with(|| (text.clone(), 0));
                 }
             }

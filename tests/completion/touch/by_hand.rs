@@ -96,7 +96,7 @@ fn an_estimate_measures_touch_by_hands() {
     let hand = repository_path(GRIPPER);
     let job = format!(
         "seed = 1\nviews = {{ even = 3 }}\n[[objects]]\nbuilt_in = [\"can-01\"]\n[touch]\nexploration = true\n\
-         grasp = true\nhand = {{ scene = {hand:?} }}\n"
+         grasp = true\nhand = {{ model = {hand:?} }}\n"
     );
     let file = folder.write("job.toml", job);
     let estimate = |settings: &[&str]| Program::on("estimate", &file).set(settings).read_json();

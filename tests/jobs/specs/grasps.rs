@@ -15,11 +15,11 @@ use crate::support::{files::read_text, workspace::Workspace};
 const BARRETT: &str = "../scenes/barrett_bh8_280.xml";
 const PARALLEL_GRIPPER: &str = "../scenes/parallel_gripper.xml";
 /// The setting of a hand that is a gripper.
-const GRIPPER: &str = "hand.scene=../scenes/parallel_gripper.xml";
+const GRIPPER: &str = "hand.model=../scenes/parallel_gripper.xml";
 
 fn text(more: &str) -> String {
     format!(
-        "product = \"grasps\"\n[hand]\nscene = \"{BARRETT}\"\n[[objects]]\nbuilt_in = [\"can-*\", \"bowl-*\"]\n{more}"
+        "product = \"grasps\"\n[hand]\nmodel = \"{BARRETT}\"\n[[objects]]\nbuilt_in = [\"can-*\", \"bowl-*\"]\n{more}"
     )
 }
 
@@ -65,7 +65,7 @@ fn the_smallest_job_has_the_standard_defaults_and_the_thesis_its_own() {
 fn mistakes_are_shown_at_once_with_their_places() {
     let wrong = concat!(
         "product = \"grasps\"\n[[objects]]\nbuilt_in = 3\n[annealing]\nenergy = \"contacts\"\nstep = 10\nfriction = 0\n",
-        "amplitudes = { clamp = 4.0 }\n[keep]\nedges = 2\nspace = \"wrench\"\n[grasps]\nviews = 3\n"
+        "amplitudes = { clamp = 4.0 }\n[keep]\ncone_edges = 2\nspace = \"wrench\"\n[grasps]\nviews = 3\n"
     );
     let errors = read(wrong, &[]).expect_err("mistakes");
     let found: Vec<(&str, &str)> =
@@ -76,7 +76,7 @@ fn mistakes_are_shown_at_once_with_their_places() {
         "annealing.step",
         "annealing.friction",
         "annealing.amplitudes.clamp",
-        "keep.edges",
+        "keep.cone_edges",
         "grasps.views",
     ] {
         assert!(found.iter().any(|(found, _)| *found == key), "{key} is not in {found:?}");
@@ -102,8 +102,8 @@ fn mistakes_are_shown_at_once_with_their_places() {
             "no table to keep away from",
         ),
         (
-            &[GRIPPER, "grasps.sampler=antipodal", "antipodal.resting=likeliest"],
-            "antipodal.resting",
+            &[GRIPPER, "grasps.sampler=antipodal", "antipodal.resting_pose=most_likely"],
+            "antipodal.resting_pose",
             "no table to rest on",
         ),
         (
@@ -114,8 +114,8 @@ fn mistakes_are_shown_at_once_with_their_places() {
         (&["annealing.steps=50", "annealing.max_failures=60"], "annealing.max_failures", "no seed is ever abandoned"),
         (&["annealing.amplitudes={clamped=0.0}"], "annealing.amplitudes.clamped", "above 0"),
         (&["keep.torsion=0"], "keep.torsion", "above 0"),
-        (&["hand.scene=../scenes/barrett_bh8_280.toml"], "hand.scene", "the hand's description"),
-        (&["hand.scene=../scenes/none.xml"], "hand.scene", "none.xml"),
+        (&["hand.model=../scenes/barrett_bh8_280.toml"], "hand.model", "the hand's description"),
+        (&["hand.model=../scenes/none.xml"], "hand.model", "none.xml"),
         (&[&format!("hand.content=\"{}\"", "0".repeat(64))[..]], "hand.content", "has changed"),
         (&["robot=7"], "robot", "key of reachability jobs"),
     ] {
@@ -124,7 +124,7 @@ fn mistakes_are_shown_at_once_with_their_places() {
         assert!(errors.render().contains(part), "{overrides:?}\n{}", errors.render());
     }
     for (physics, key) in
-        [("friction=-1", "friction"), ("mass=\"heavy\"", "mass"), ("roll_out_share=0\nroll_outs=3", "roll_outs")]
+        [("friction=-1", "friction"), ("mass=\"heavy\"", "mass"), ("rollout_share=0\nrollouts=3", "rollouts")]
     {
         let errors = read(&text(&format!("[physics]\n{physics}\n")), &[]).expect_err("a mistake");
         let key = format!("physics.{key}");
@@ -141,9 +141,9 @@ fn a_hand_that_cannot_grasp_is_named_at_its_key() {
     let folder = Workspace::new();
     folder.write("hand.xml", read_text("scenes/parallel_gripper.xml"));
     folder.write("hand.toml", "");
-    let scene = format!("hand.scene={}", folder.path("hand.xml").display());
+    let scene = format!("hand.model={}", folder.path("hand.xml").display());
     let errors = read(&text(""), &[&scene]).expect_err("a fault");
-    assert!(errors.list().iter().all(|error| error.key == "hand.scene"), "{}", errors.render());
+    assert!(errors.list().iter().all(|error| error.key == "hand.model"), "{}", errors.render());
     assert!(errors.render().contains("hand.toml"), "{}", errors.render());
 }
 
@@ -155,7 +155,9 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         vec!["profile=thesis", "keep.torsion=0.02", "split.test_objects=[\"can-*\"]"],
         vec!["physics={}"],
         vec!["physics={tried=\"kept\",variant_share=0.5,table=false}"],
-        vec!["physics={friction=0.2,mass=0.3,perturbed=0,roll_out_share=0.1,roll_outs=4,gravity=\"six\"}"],
+        vec![
+            "physics={friction=0.2,mass=0.3,perturbed_runs=0,rollout_share=0.1,rollouts=4,gravity=\"six_directions\"}",
+        ],
         vec!["annealing.energy=contact", "annealing.descent=true", "grasps.seeds=7", "shards.runs=5"],
         vec!["grasps.sampler=uniform", "profile=thesis"],
         vec!["grasps.sampler=uniform", "uniform={grasps=7,poses=\"any\",rolls=[0.5]}", "annealing.energy=contact"],
@@ -172,11 +174,11 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         assert_eq!(again.to_toml(Path::new("jobs")), text);
         let scene = if overrides.contains(&GRIPPER) { PARALLEL_GRIPPER } else { BARRETT };
         assert!(
-            text.contains(&format!("[hand]\ncontent = \"{}\"\nscene = \"{scene}\"\n", work(&job).hand.id)),
+            text.contains(&format!("[hand]\ncontent = \"{}\"\nmodel = \"{scene}\"\n", work(&job).hand.id)),
             "{text}"
         );
     }
-    for same in ["name=other", "shards.runs=3", "hand.scene=../scenes/../scenes/barrett_bh8_280.xml"] {
+    for same in ["name=other", "shards.runs=3", "hand.model=../scenes/../scenes/barrett_bh8_280.xml"] {
         assert_eq!(job(&[same]).digest(), plain.digest(), "{same}");
     }
     for other in [
@@ -194,7 +196,7 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         "annealing.best=10",
         "annealing.max_failures=10",
         "keep.friction=0.2",
-        "keep.edges=8",
+        "keep.cone_edges=8",
         "keep.torsion=0.002",
         "keep.space=force",
         "keep.min_epsilon=0.0",
@@ -223,7 +225,7 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         "series_share=0",
         "table=false",
         "table_friction=0.3",
-        "perturbed=0",
+        "perturbed_runs=0",
     ] {
         let physics = format!("physics={{{other}}}");
         assert_ne!(job(&[&physics]).digest(), job(&["physics={}"]).digest(), "{other}");
@@ -245,7 +247,7 @@ fn pairs_are_taken_along_the_pads_unless_the_thesis_is_asked() {
         assert_ne!(job(&[GRIPPER, antipodal, other]).digest(), job(&[GRIPPER, antipodal]).digest(), "{other}");
     }
     let table = [GRIPPER, antipodal, "antipodal.support=table"];
-    for other in ["antipodal.margin=0.01", "antipodal.resting=likeliest"] {
+    for other in ["antipodal.margin=0.01", "antipodal.resting_pose=most_likely"] {
         assert_ne!(job(&[&table[..], &[other]].concat()).digest(), job(&table).digest(), "{other}");
     }
     // The profile of the thesis takes pairs half way along the pads, as before there was a choice.
@@ -268,8 +270,8 @@ fn tables_name_the_hand_and_costs_grow_with_the_steps() {
     assert!(header.channel_classes.is_empty() && header.platform.is_empty());
     let tried = job(&["physics={}"]);
     let physics = work(&tried).settings.physics.expect("physics");
-    assert_eq!((physics.friction, physics.mass, physics.perturbed), (0.5, None, 2));
-    assert_eq!((physics.roll_outs, physics.roll_out_share, physics.six_directions), (10, 0.04, false));
+    assert_eq!((physics.friction, physics.mass, physics.perturbed_runs), (0.5, None, 2));
+    assert_eq!((physics.rollouts, physics.rollout_share, physics.six_directions), (10, 0.04, false));
     assert_eq!(work(&plain).settings.physics, None);
     let header = tables(&tried);
     assert_eq!(header.channel_classes, [(Channel::GRASP_TRIALS, NumberClass::Physics)].into_iter().collect());

@@ -23,7 +23,7 @@ use crate::support::{files::read_text, workspace::Workspace};
 const BARRETT: &str = "../scenes/barrett_bh8_280.xml";
 
 fn with_hand(more: &str) -> String {
-    format!("{MINIMAL}[touch]\nhand = {{ scene = \"{BARRETT}\" }}\n{more}")
+    format!("{MINIMAL}[touch]\nhand = {{ model = \"{BARRETT}\" }}\n{more}")
 }
 
 fn settings(text: &str, overrides: &[&str]) -> CompletionSettings {
@@ -53,7 +53,7 @@ fn each_kind_is_asked_for_alone() {
         let approaches = touch.exploration.map(|exploration| exploration.approaches);
         assert_eq!((approaches, touch.grasp), (exploration, grasp), "{more}");
         assert_eq!(touch.approaches(), exploration.unwrap_or(0) + u32::from(grasp));
-        assert_eq!(touch.hand.scene, Path::new("scenes/barrett_bh8_280.xml"));
+        assert_eq!(touch.hand.file, Path::new("scenes/barrett_bh8_280.xml"));
         let stored: Vec<Channel> = channels_of(&settings).into_iter().filter(|channel| channel.is_touch()).collect();
         assert_eq!(stored, channels);
     }
@@ -63,11 +63,11 @@ fn each_kind_is_asked_for_alone() {
 
 #[test]
 fn mistakes_about_hands_say_what_was_meant() {
-    let scene = format!("touch.hand.scene={BARRETT}");
+    let scene = format!("touch.hand.model={BARRETT}");
     let pinned = "touch.hand.content='0000000000000000000000000000000000000000000000000000000000000000'";
     for (overrides, key, parts) in [
         (&["touch.grasp=true"][..], "touch.hand", &["expected the hand that touches", "docs/hands.md"][..]),
-        (&["touch.exploration=true"], "touch.hand", &["scene = "]),
+        (&["touch.exploration=true"], "touch.hand", &["model = "]),
         (&["touch.approaches=3"], "touch.exploration", &["`exploration = true` beside `approaches`"]),
         (&[&scene], "touch.exploration", &["`exploration = true` or `grasp = true` beside `hand`"]),
         (&[&scene, "touch.grasp=true", "touch.approaches=3"], "touch.exploration", &["beside `approaches`"]),
@@ -75,18 +75,18 @@ fn mistakes_about_hands_say_what_was_meant() {
         (&[&scene, "touch.exploraton=true"], "touch.exploraton", &["did you mean `exploration`?"]),
         (&["touch={grasp=true, hand='a.xml'}"], "touch.hand", &["a table with scene"]),
         (
-            &["touch.grasp=true", "touch.hand.scene=none.xml"],
-            "touch.hand.scene",
+            &["touch.grasp=true", "touch.hand.model=none.xml"],
+            "touch.hand.model",
             &["hand not found: jobs/none.xml", "the path: it starts at the job file's folder"],
         ),
         (
-            &["touch.grasp=true", "touch.hand.scene=../scenes/fetch.xml"],
-            "touch.hand.scene",
+            &["touch.grasp=true", "touch.hand.model=../scenes/fetch.xml"],
+            "touch.hand.model",
             &["scenes/fetch.toml", "docs/hands.md"],
         ),
         (
-            &["touch.grasp=true", "touch.hand.scene=../scenes/barrett_bh8_280.toml"],
-            "touch.hand.scene",
+            &["touch.grasp=true", "touch.hand.model=../scenes/barrett_bh8_280.toml"],
+            "touch.hand.model",
             &["expected the hand's description"],
         ),
         (&[&scene, "touch.grasp=true", pinned], "touch.hand.content", &["scenes/barrett_bh8_280.xml has changed"]),
@@ -103,9 +103,9 @@ fn a_hand_that_the_simulator_refuses_is_named_at_its_key() {
     let folder = Workspace::new();
     folder.write("hand.xml", "<mujoco model=\"claw\"><worldbody><body/></mujoco>");
     folder.write("hand.toml", read_text("scenes/parallel_gripper.toml"));
-    let scene = format!("touch.hand.scene={}", folder.path("hand.xml").display());
+    let scene = format!("touch.hand.model={}", folder.path("hand.xml").display());
     let errors = read(&with_hand("grasp = true\n"), &[&scene]).expect_err("a fault");
-    assert!(errors.list().iter().all(|error| error.key == "touch.hand.scene"), "{}", errors.render());
+    assert!(errors.list().iter().all(|error| error.key == "touch.hand.model"), "{}", errors.render());
     assert!(errors.render().contains("hand.xml"), "{}", errors.render());
 }
 
@@ -142,14 +142,14 @@ fn a_resolved_job_pins_its_hand_and_reads_back() {
         let job = job(&overrides);
         let text = job.to_toml(Path::new("jobs"));
         let TouchByHand { hand, .. } = completion(&job).settings.touch.by_hand.as_ref().expect("a hand");
-        assert!(text.contains(&format!("[touch.hand]\ncontent = \"{}\"\nscene = \"{BARRETT}\"\n", hand.id)), "{text}");
+        assert!(text.contains(&format!("[touch.hand]\ncontent = \"{}\"\nmodel = \"{BARRETT}\"\n", hand.id)), "{text}");
         let again = resolve(read(&text, &[]).unwrap_or_else(|errors| panic!("{}\n{text}", errors.render())));
         assert_same_job(&again, &job);
     }
-    for same in ["touch.hand.scene=../scenes/../scenes/barrett_bh8_280.xml", "touch.approaches=6", "name=other"] {
+    for same in ["touch.hand.model=../scenes/../scenes/barrett_bh8_280.xml", "touch.approaches=6", "name=other"] {
         assert_eq!(job(&[same]).digest(), plain.digest(), "{same}");
     }
-    for other in ["touch.approaches=7", "touch.grasp=true", "touch.hand.scene=../scenes/parallel_gripper.xml", "seed=2"]
+    for other in ["touch.approaches=7", "touch.grasp=true", "touch.hand.model=../scenes/parallel_gripper.xml", "seed=2"]
     {
         assert_ne!(job(&[other]).digest(), plain.digest(), "{other}");
         assert_ne!(job(&[other]).sample_settings(), plain.sample_settings(), "{other}");
@@ -192,7 +192,7 @@ fn a_hand_that_goes_or_changes_while_a_run_goes_on_stops_it() {
         let own = Path::new("scenes/parallel_gripper").with_extension(ending);
         fs::copy(own, file(ending)).expect("a copy");
     }
-    let scene = format!("touch.hand.scene={}", file("xml").display());
+    let scene = format!("touch.hand.model={}", file("xml").display());
     let job = job(&[&scene]);
     let opening = Opening { seed: 0, level: SimdLevel::detect(), splits: None };
     let open = || job.work.open(opening).and_then(|work| work.producer().map(drop));

@@ -6,6 +6,7 @@ mod grasps;
 mod hands;
 mod patches;
 mod reachability;
+mod renamed;
 mod splits;
 
 use std::path::{Path, PathBuf};

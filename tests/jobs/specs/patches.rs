@@ -276,7 +276,7 @@ fn root_of(grasps: &Path) -> Digest {
 }
 
 fn text(grasps: &Path) -> String {
-    format!("product = \"patches\"\n[hand]\nscene = \"{BARRETT}\"\n[grasps]\ndataset = {grasps:?}\n")
+    format!("product = \"patches\"\n[hand]\nmodel = \"{BARRETT}\"\n[grasps]\ndataset = {grasps:?}\n")
 }
 
 fn read_patches(overrides: &[&str]) -> Result<JobDraft, FormErrors> {

@@ -25,7 +25,7 @@ fn fetch() -> String {
         r#"
 product = "reachability"
 [robot]
-scene = "../scenes/fetch.xml"
+model = "../scenes/fetch.xml"
 joints = {FETCH_ARM:?}
 target = "{FETCH_SITE}"
 [poses]
@@ -144,7 +144,7 @@ fn all_mistakes_are_shown_at_once_with_their_places() {
 solver = "closed"
 collisions = true
 [robot]
-scene = "../scenes/fetch.xml"
+model = "../scenes/fetch.xml"
 joints = ["a", "b", "a"]
 target = "tool"
 fixed = { b = 0.0 }
@@ -185,7 +185,7 @@ fn a_missing_package_is_named_with_the_command_that_fetches_it() {
     let folder = Workspace::new();
     let text = r#"<mujoco><asset><mesh file=".deps/panda/none.stl"/></asset></mujoco>"#;
     let scene = folder.write("robot.xml", text);
-    let change = format!("robot.scene={}", scene.display());
+    let change = format!("robot.model={}", scene.display());
     assert_eq!(mistakes(&fetch(), &[&change]).iter().map(|found| found.2).collect::<Vec<_>>(), ["not_found"]);
     let said = read(&fetch(), &[&change]).expect_err("a mistake").render();
     assert!(said.contains("none.stl") && said.contains("run `make robots`, which fetches it"), "{said}");
@@ -205,7 +205,7 @@ fn what_is_missing_or_too_much_is_said() {
     for (change, code) in [
         ("poses.roll=0", "out_of_range"),
         ("poses.x.from=nan", "out_of_range"),
-        ("robot.scene=none.xml", "not_found"),
+        ("robot.model=none.xml", "not_found"),
         ("robot.joints=[]", "out_of_range"),
         ("robot.content=12", "wrong_type"),
         ("robot.content='0000000000000000000000000000000000000000000000000000000000000000'", "invalid"),
@@ -218,7 +218,7 @@ fn what_is_missing_or_too_much_is_said() {
     }
     let short = fetch().replacen(", step = 0.1", "", 1);
     assert_eq!(mistakes(&short, &[]), [(8, "poses.x.step".to_owned(), "missing")]);
-    let said = read(&format!("[robot]\nscene = \"x\"\n{MINIMAL}"), &[]).expect_err("a mistake").render();
+    let said = read(&format!("[robot]\nmodel = \"x\"\n{MINIMAL}"), &[]).expect_err("a mistake").render();
     assert!(said.contains("`robot` is a key of reachability jobs"), "{said}");
 }
 
@@ -237,8 +237,8 @@ fn faults_of_the_robot_stand_at_their_keys() {
             assert!(said.contains(&part), "{part} is not in\n{said}");
         }
     }
-    let errors = read(&fetch(), &["robot.scene=../scenes/parallel_gripper.toml"]).expect_err("no robot");
-    assert!(errors.list().iter().all(|error| error.key == "robot.scene"), "{}", errors.render());
+    let errors = read(&fetch(), &["robot.model=../scenes/parallel_gripper.toml"]).expect_err("no robot");
+    assert!(errors.list().iter().all(|error| error.key == "robot.model"), "{}", errors.render());
 }
 
 #[test]
@@ -258,14 +258,14 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_labels_depend_on() {
         assert_eq!(again.to_toml(Path::new("jobs")), text);
     }
     for same in
-        ["name=other", "shards.positions=10", "robot.scene=../scenes/../scenes/fetch.xml", "field.radian_weight=0.127"]
+        ["name=other", "shards.positions=10", "robot.model=../scenes/../scenes/fetch.xml", "field.radian_weight=0.127"]
     {
         assert_eq!(job(&[same]).digest(), plain.digest(), "{same}");
     }
     let folder = Workspace::new();
     let scene =
         folder.write("fetch.xml", read_text("scenes/fetch.xml").replace("</mujoco>", "<!-- another -->\n</mujoco>"));
-    let other_scene = format!("robot.scene={}", scene.display());
+    let other_scene = format!("robot.model={}", scene.display());
     for other in [
         "seed=1",
         "poses.yaw=4",

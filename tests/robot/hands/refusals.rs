@@ -108,13 +108,13 @@ const KNUCKLES: Case =
 fn jobs() -> Vec<(&'static str, String)> {
     let grasps = |sampler: &str, keys: &str| {
         format!(
-            "product = \"grasps\"\n[hand]\nscene = \"hand.xml\"\n[[objects]]\nfolder = \"meshes\"\n[grasps]\nseeds = 1\n\
+            "product = \"grasps\"\n[hand]\nmodel = \"hand.xml\"\n[[objects]]\nfolder = \"meshes\"\n[grasps]\nseeds = 1\n\
              sampler = \"{sampler}\"\n{keys}\n{NO_SPLIT}"
         )
     };
     let touch = |kind: &str| {
         format!(
-            "views = {{ even = 1 }}\n[[objects]]\nfolder = \"meshes\"\n[touch]\n{kind}\nhand = {{ scene = \"hand.xml\" }}\n{NO_SPLIT}"
+            "views = {{ even = 1 }}\n[[objects]]\nfolder = \"meshes\"\n[touch]\n{kind}\nhand = {{ model = \"hand.xml\" }}\n{NO_SPLIT}"
         )
     };
     let antipodal = "[antipodal]\ndepth = \"any\"\npairs = 5\nbest = 1";

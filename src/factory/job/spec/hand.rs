@@ -12,7 +12,7 @@ pub struct HandSpec {
     /// The hand's description, an MJCF or URDF file; relative to the job file. Its table stands beside it under the same name, with
     /// the ending `.toml`.
     #[schemars(extend("examples" = ["../scenes/barrett_bh8_280.xml"]))]
-    pub scene: PathBuf,
+    pub model: PathBuf,
     /// Content that description and table must have (64 hexadecimal digits); a resolved job pins it.
     #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
     pub content: Option<String>,

@@ -38,7 +38,7 @@ pub struct ObjectsSpec {
     pub exclude: Option<Vec<String>>,
     /// Only the first so many, in the order of their names.
     #[schemars(range(min = 1), extend("examples" = [12]))]
-    pub first: Option<u32>,
+    pub limit: Option<u32>,
     /// A source that may be missing: noted instead of an error.
     #[schemars(extend("examples" = [true]))]
     pub optional: Option<bool>,

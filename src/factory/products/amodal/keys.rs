@@ -28,7 +28,7 @@ impl AmodalJob {
         // Digests of jobs without touch do not contain its section.
         let unknown: &[&str] = match (touch.is_asked(), folder) {
             (false, _) => &["shards", "touch"],
-            (true, None) => &["shards", "touch.hand.scene"],
+            (true, None) => &["shards", "touch.hand.model"],
             (true, Some(_)) => &["shards"],
         };
         without(keys_of(&spec), unknown)

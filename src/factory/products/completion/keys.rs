@@ -22,7 +22,7 @@ impl CompletionJob {
     pub(super) fn keys(&self, folder: Option<&Path>) -> toml::Table {
         let spec = spec(&self.settings, folder);
         let keys = without(keys_of(&spec), &["objects", "split", "shards"]);
-        if folder.is_some() { keys } else { without(keys, &["touch.hand.scene"]) }
+        if folder.is_some() { keys } else { without(keys, &["touch.hand.model"]) }
     }
 }
 

@@ -75,14 +75,14 @@ fn sampler(checker: &mut Checker, spec: &GraspsSpec) -> Sampler {
 }
 
 fn pair_hold(checker: &mut Checker, spec: &AntipodalSpec) -> PairHold {
-    let &AntipodalSpec { depth, support, margin, resting, .. } = spec;
+    let &AntipodalSpec { depth, support, margin, resting_pose, .. } = spec;
     let of_tables = [
         ("antipodal.margin", "there is no table to keep away from"),
-        ("antipodal.resting", "there is no table to rest on"),
+        ("antipodal.resting_pose", "there is no table to rest on"),
     ];
     for (key, because) in of_tables {
-        if support == SupportSpec::Air && checker.has(key) {
-            checker.contradiction(key, "antipodal.support = \"air\"", because);
+        if support == SupportSpec::None && checker.has(key) {
+            checker.contradiction(key, "antipodal.support = \"none\"", because);
         }
     }
     match (depth, support) {
@@ -100,12 +100,12 @@ fn pair_hold(checker: &mut Checker, spec: &AntipodalSpec) -> PairHold {
                 checker.contradiction("keep.advance", "antipodal.depth = \"any\"", because);
             }
             PairHold::Along(match support {
-                SupportSpec::Air => Support::Air,
+                SupportSpec::None => Support::Air,
                 SupportSpec::Table => Support::Table {
                     margin,
-                    resting: match resting {
-                        RestingSpec::Drawn => RestingChoice::Drawn,
-                        RestingSpec::Likeliest => RestingChoice::Likeliest,
+                    resting: match resting_pose {
+                        RestingSpec::Sampled => RestingChoice::Drawn,
+                        RestingSpec::MostLikely => RestingChoice::Likeliest,
                     },
                 },
             })
@@ -152,8 +152,17 @@ fn annealing(checker: &mut Checker, spec: &AnnealingSpec) -> Annealing {
 }
 
 fn keeping(spec: &KeepSpec) -> Keeping {
-    let &KeepSpec { friction, edges, torsion, min_epsilon, advance, max_penetration, table, .. } = spec;
-    Keeping { friction, edges, torsion, space: space(spec.space), min_epsilon, advance, max_penetration, table }
+    let &KeepSpec { friction, cone_edges, torsion, min_epsilon, advance, max_penetration, table, .. } = spec;
+    Keeping {
+        friction,
+        edges: cone_edges,
+        torsion,
+        space: space(spec.space),
+        min_epsilon,
+        advance,
+        max_penetration,
+        table,
+    }
 }
 
 fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
@@ -161,9 +170,9 @@ fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
         tried,
         friction,
         mass,
-        perturbed,
-        roll_out_share,
-        roll_outs,
+        perturbed_runs,
+        rollout_share,
+        rollouts,
         variant_share,
         series_share,
         confirm,
@@ -172,9 +181,9 @@ fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
         table,
         table_friction,
     } = spec;
-    if roll_out_share == 0.0 && checker.has("physics.roll_outs") {
+    if rollout_share == 0.0 && checker.has("physics.rollouts") {
         let because = "no grasp is rolled out";
-        checker.contradiction("physics.roll_outs", "physics.roll_out_share = 0", because);
+        checker.contradiction("physics.rollouts", "physics.rollout_share = 0", because);
     }
     if !table && checker.has("physics.table_friction") {
         let because = "no grasp is tried on a table";
@@ -190,9 +199,9 @@ fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
             MassSpec::Auto(_) => None,
             MassSpec::Kilograms(mass) => Some(mass),
         },
-        perturbed,
-        roll_out_share,
-        roll_outs,
+        perturbed_runs,
+        rollout_share,
+        rollouts,
         variant_share,
         series_share,
         confirm: match confirm {
@@ -202,7 +211,7 @@ fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
             ConfirmSpec::None => Confirm::None,
         },
         failed_per_held,
-        six_directions: gravity == GravitySpec::Six,
+        six_directions: gravity == GravitySpec::SixDirections,
         table_friction: table.then_some(table_friction),
     }
 }

@@ -82,8 +82,8 @@ impl GraspHand {
     /// When it is gone, another one, or cannot do that.
     pub fn open(hand: &JobHand, can: impl Fn(&HandModel) -> Result<(), HandError>) -> Result<Self, ProduceError> {
         check_hand(hand)?;
-        let name = || hand.scene.display().to_string();
-        let model = HandModel::open(&hand.scene).map_err(|error| ProduceError::unusable(name(), error))?;
+        let name = || hand.file.display().to_string();
+        let model = HandModel::open(&hand.file).map_err(|error| ProduceError::unusable(name(), error))?;
         can(&model).map_err(|error| ProduceError::unusable(name(), error))?;
         let (bodies, _) = model.bodies().map_err(|error| ProduceError::unusable(name(), error))?;
         let (search, overlaps) = model.search().map_err(|error| ProduceError::unusable(name(), error))?;

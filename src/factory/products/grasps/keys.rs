@@ -37,7 +37,7 @@ impl GraspJob {
         spec.hand = Some(self.hand.spec(folder));
         let mut idle = vec!["objects", "split", "shards"];
         if folder.is_none() {
-            idle.push("hand.scene");
+            idle.push("hand.model");
         }
         match sampler {
             Sampler::Annealing => idle.extend(["uniform", "antipodal"]),
@@ -46,7 +46,7 @@ impl GraspJob {
                 idle.push("uniform");
                 match antipodal.hold {
                     PairHold::Middle | PairHold::Along(Support::Air) => {
-                        idle.extend(["antipodal.margin", "antipodal.resting"]);
+                        idle.extend(["antipodal.margin", "antipodal.resting_pose"]);
                     }
                     PairHold::Along(Support::Table { .. }) => {}
                 }
@@ -61,8 +61,8 @@ impl GraspJob {
         if annealing.energy == EnergyKind::Contact {
             idle.push("annealing.potential_scale");
         }
-        if physics.is_some_and(|physics| physics.roll_out_share == 0.0) {
-            idle.push("physics.roll_outs");
+        if physics.is_some_and(|physics| physics.rollout_share == 0.0) {
+            idle.push("physics.rollouts");
         }
         if physics.is_some_and(|physics| physics.table_friction.is_none()) {
             idle.push("physics.table_friction");
@@ -84,34 +84,34 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
         }
         Sampler::Antipodal(antipodal) => {
             let &Antipodal { pairs, friction, best, hold } = antipodal;
-            let AntipodalSpec { margin, resting, .. } = spec.antipodal;
+            let AntipodalSpec { margin, resting_pose: resting, .. } = spec.antipodal;
             let (depth, support, margin, resting) = match hold {
-                PairHold::Middle => (DepthSpec::Middle, SupportSpec::Air, margin, resting),
-                PairHold::Along(Support::Air) => (DepthSpec::Any, SupportSpec::Air, margin, resting),
+                PairHold::Middle => (DepthSpec::Middle, SupportSpec::None, margin, resting),
+                PairHold::Along(Support::Air) => (DepthSpec::Any, SupportSpec::None, margin, resting),
                 PairHold::Along(Support::Table { margin, resting }) => {
                     let resting = match resting {
-                        RestingChoice::Drawn => RestingSpec::Drawn,
-                        RestingChoice::Likeliest => RestingSpec::Likeliest,
+                        RestingChoice::Drawn => RestingSpec::Sampled,
+                        RestingChoice::Likeliest => RestingSpec::MostLikely,
                     };
                     (DepthSpec::Any, SupportSpec::Table, margin, resting)
                 }
             };
-            spec.antipodal = AntipodalSpec { pairs, friction, best, depth, support, margin, resting };
+            spec.antipodal = AntipodalSpec { pairs, friction, best, depth, support, margin, resting_pose: resting };
             SamplerSpec::Antipodal
         }
     };
     spec.annealing = annealing_spec(annealing);
     let &Keeping { friction, edges, torsion, space, min_epsilon, advance, max_penetration, table } = keeping;
     let space = space_spec(space);
-    spec.keep = KeepSpec { friction, edges, torsion, space, min_epsilon, advance, max_penetration, table };
+    spec.keep = KeepSpec { friction, cone_edges: edges, torsion, space, min_epsilon, advance, max_penetration, table };
     spec.physics = physics.map(|physics| {
         let Physics {
             tried,
             friction,
             mass,
-            perturbed,
-            roll_out_share,
-            roll_outs,
+            perturbed_runs,
+            rollout_share,
+            rollouts,
             variant_share,
             series_share,
             confirm,
@@ -126,9 +126,9 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
             },
             friction,
             mass: mass.map_or(MassSpec::Auto(AutoMass::Auto), MassSpec::Kilograms),
-            perturbed,
-            roll_out_share,
-            roll_outs,
+            perturbed_runs,
+            rollout_share,
+            rollouts,
             variant_share,
             series_share,
             confirm: match confirm {
@@ -138,7 +138,7 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
                 Confirm::None => ConfirmSpec::None,
             },
             failed_per_held,
-            gravity: if six_directions { GravitySpec::Six } else { GravitySpec::Lifted },
+            gravity: if six_directions { GravitySpec::SixDirections } else { GravitySpec::Lifted },
             table: table_friction.is_some(),
             table_friction: table_friction.unwrap_or_default(),
         }

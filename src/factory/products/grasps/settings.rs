@@ -48,11 +48,11 @@ pub struct Physics {
     /// Mass of every object [kg]; `None`: that of the job, otherwise by its convex hull.
     pub mass: Option<f64>,
     /// Perturbed runs of each grasp.
-    pub perturbed: u32,
+    pub perturbed_runs: u32,
     /// Share of the grasps that are rolled out, 0 to 1.
-    pub roll_out_share: f64,
+    pub rollout_share: f64,
     /// Runs of each grasp that is rolled out, at least 1.
-    pub roll_outs: u32,
+    pub rollouts: u32,
     /// Share of the held grasps that are tried under every variant, 0 to 1.
     pub variant_share: f64,
     /// Share of the tried grasps whose trials are stored over time, 0 to 1.

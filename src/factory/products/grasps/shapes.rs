@@ -68,7 +68,7 @@ pub fn trial_hand(job: &GraspJob) -> Result<Option<TrialHand>, ProduceError> {
     if job.settings.physics.is_none() {
         return Ok(None);
     }
-    let scene = &job.hand.scene;
+    let scene = &job.hand.file;
     let plain = HandModel::open(scene).and_then(|model| plain_hand(&model, &TrialProtocol::STANDARD));
     let plain = plain.map_err(|error| ProduceError::unusable(scene.display().to_string(), error))?;
     Ok(plain.map(|PlainHand { mjcf, drive }| TrialHand { mjcf, drive }))

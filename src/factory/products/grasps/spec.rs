@@ -124,8 +124,8 @@ pub struct AntipodalSpec {
     #[schemars(range(min = 0, max = 0.1), extend("x-unit" = "m"))]
     pub margin: f64,
     /// With `support = "table"`: resting pose of the object in each run.
-    #[schemars(extend("examples" = ["likeliest"]))]
-    pub resting: RestingSpec,
+    #[schemars(extend("examples" = ["most_likely"]))]
+    pub resting_pose: RestingSpec,
 }
 
 /// Resting pose of an object in a run.
@@ -133,9 +133,9 @@ pub struct AntipodalSpec {
 #[serde(rename_all = "snake_case")]
 pub enum RestingSpec {
     /// Drawn for each run, by the probabilities of the poses.
-    Drawn,
+    Sampled,
     /// The most probable one, in every run.
-    Likeliest,
+    MostLikely,
 }
 
 /// Where along its fingers a hand takes a pair.
@@ -156,7 +156,7 @@ pub enum DepthSpec {
 #[serde(rename_all = "snake_case")]
 pub enum SupportSpec {
     /// Nothing: the hand may come from any side.
-    Air,
+    None,
     /// A table: the object lies on it in a resting pose, and the hand comes from above or from aside and stays above the table.
     Table,
 }
@@ -263,7 +263,7 @@ pub struct KeepSpec {
     pub friction: f64,
     /// Edges of the friction cone.
     #[schemars(range(min = 3, max = 256), extend("x-unit" = "edges"))]
-    pub edges: u32,
+    pub cone_edges: u32,
     /// Makes soft fingers of the contacts: largest torque about the normal per unit of normal force. Without it contacts
     /// are hard points.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.002], "x-unit" = "m"), range(max = 0.1))]
@@ -306,17 +306,17 @@ pub struct PhysicsSpec {
     /// Runs of a grasp under perturbed conditions, up to the first that ends otherwise than the trials before; all of them where
     /// its probability of success is measured: friction by 20 %, mass by 10 %, the object's position by 1 mm
     /// along each axis and its rotation by 1 degree about each (standard deviations).
-    #[serde(default = "physics::perturbed")]
+    #[serde(default = "physics::perturbed_runs")]
     #[schemars(range(min = 0, max = 1000), extend("x-unit" = "runs"))]
-    pub perturbed: u32,
+    pub perturbed_runs: u32,
     /// Share of the tried grasps whose probability of success is measured.
-    #[serde(default = "physics::roll_out_share")]
+    #[serde(default = "physics::rollout_share")]
     #[schemars(range(min = 0, max = 1), extend("examples" = [0.1]))]
-    pub roll_out_share: f64,
+    pub rollout_share: f64,
     /// Number of further perturbed runs from which that probability is measured.
-    #[serde(default = "physics::roll_outs")]
+    #[serde(default = "physics::rollouts")]
     #[schemars(range(min = 1, max = 10_000), extend("x-unit" = "runs"))]
-    pub roll_outs: u32,
+    pub rollouts: u32,
     /// Share of the held grasps that are tried under seven variants as well: friction lower by 20 % and by 40 %, twice the mass,
     /// nothing that supports the object while the hand closes, half the step, elliptic friction cones without `impratio` and
     /// iterations against slip, and MuJoCo's default solver settings. A grasp that holds under all of them is robust.
@@ -342,7 +342,7 @@ pub struct PhysicsSpec {
     pub failed_per_held: f64,
     /// Gravity on the object once it is held.
     #[serde(default)]
-    #[schemars(extend("examples" = ["six"]))]
+    #[schemars(extend("examples" = ["six_directions"]))]
     pub gravity: GravitySpec,
     /// Tries each state on a table as well: the object rests in the most likely of its resting poses in which the hand stays
     /// above the table, gravity is on, and nothing but the table holds the object while the hand closes; then the hand lifts
@@ -394,15 +394,15 @@ mod physics {
         MassSpec::Auto(AutoMass::Auto)
     }
 
-    pub(super) fn perturbed() -> u32 {
+    pub(super) fn perturbed_runs() -> u32 {
         2
     }
 
-    pub(super) fn roll_out_share() -> f64 {
+    pub(super) fn rollout_share() -> f64 {
         0.04
     }
 
-    pub(super) fn roll_outs() -> u32 {
+    pub(super) fn rollouts() -> u32 {
         10
     }
 
@@ -454,7 +454,7 @@ pub enum GravitySpec {
     #[default]
     Lifted,
     /// Gravity along -z, z, -y, y, -x and x, half a second each.
-    Six,
+    SixDirections,
 }
 
 /// The files of the dataset.

@@ -76,9 +76,9 @@ impl Trials {
     /// # Errors
     /// When the hand cannot be read.
     pub fn new(job: &GraspJob, settings: Physics, seed: u64, run: &GraspRun) -> Result<Self, ProduceError> {
-        let JobHand { scene, .. } = &job.hand;
-        let name = scene.display().to_string();
-        let model = HandModel::open(scene).map_err(|error| ProduceError::unusable(&name, error))?;
+        let JobHand { file, .. } = &job.hand;
+        let name = file.display().to_string();
+        let model = HandModel::open(file).map_err(|error| ProduceError::unusable(&name, error))?;
         let TrialSpread { friction, mass, shift, turn } = SPREAD;
         let names = |variants: &[Variant]| variants.iter().map(|variant| variant.name().to_owned()).collect();
         let record = GraspTrials {
@@ -227,7 +227,7 @@ impl Tries<'_> {
             is_unconfirmed: false,
             series: outcome.series.as_ref().map(|series| recorded_series(series, conditions.gravity)),
         };
-        let is_rolled_out = draws.chosen.unit() < settings.roll_out_share;
+        let is_rolled_out = draws.chosen.unit() < settings.rollout_share;
         if is_rolled_out || trial.settled() == Some(true) {
             trial.table = self.on_table(grasp, has_series)?;
         }
@@ -238,7 +238,7 @@ impl Tries<'_> {
             self.perturb(grasp, &mut trial, draws, is_rolled_out)?;
         }
         if is_rolled_out {
-            for _ in 0..settings.roll_outs {
+            for _ in 0..settings.rollouts {
                 let off = conditions.perturbed(&SPREAD, &mut draws.rolled_out);
                 let held = self.one(grasp, &off)?.verdict.is_held();
                 trial.roll_outs = [trial.roll_outs[0] + 1, trial.roll_outs[1] + u32::from(held)];
@@ -295,7 +295,7 @@ impl Tries<'_> {
         draws: &mut Draws,
         all: bool,
     ) -> Result<(), HandError> {
-        for _ in 0..self.settings.perturbed {
+        for _ in 0..self.settings.perturbed_runs {
             let off = self.object.conditions.perturbed(&SPREAD, &mut draws.perturbed);
             let outcome = recorded(&self.one(grasp, &off)?);
             let (shift, turn) = (off.shift.into(), off.turn.into());

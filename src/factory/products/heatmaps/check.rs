@@ -58,11 +58,11 @@ fn hand(checker: &mut Checker, spec: &HeatmapsSpec, folder: &FilePath) -> Option
 }
 
 fn settings(checker: &mut Checker, spec: &HeatmapsSpec, hand: &Arc<Hand>) -> Option<HeatmapSettings> {
-    let HeatmapSpec { label, types, angle, depth_step, .. } = spec.heatmaps;
+    let HeatmapSpec { label, types, max_angle, depth_step, .. } = spec.heatmaps;
     let SquaresSpec { side, metric, size } = spec.patches;
     let tips = tips(checker, spec, hand)?;
     let (label, size) = (label.into(), metric.then_some(size));
-    Some(HeatmapSettings { label, types, tips, angle, depth_step, side, size })
+    Some(HeatmapSettings { label, types, tips, max_angle, depth_step, side, size })
 }
 
 /// The fingertips, by default the pads of a gripper.

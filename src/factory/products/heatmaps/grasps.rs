@@ -65,7 +65,7 @@ impl SceneGrasps {
     /// direction.
     pub fn mark(&self, settings: &HeatmapSettings, depth: &DepthCrop, heatmap: &mut SceneHeatmap) {
         let axis = heatmap.world_from_camera.rotation() * Vector3::z();
-        let least = libm::cos(settings.angle);
+        let least = libm::cos(settings.max_angle);
         let camera_from_world = heatmap.world_from_camera.inverse();
         heatmap.grasps.clear();
         heatmap.forbidden.clear();

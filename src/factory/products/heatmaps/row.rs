@@ -24,7 +24,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
         ("grasps", "name a dataset of these grasps among the bodies of the scenes: `picks.dataset`"),
         ("camera", "the cameras are those of the dataset of views"),
         ("render", "heatmaps of scenes have no colours"),
-        ("images", "every image stores its depth: `heatmaps.depth_step`; the angle is `heatmaps.angle`"),
+        ("images", "every image stores its depth: `heatmaps.depth_step`; the angle is `heatmaps.max_angle`"),
     ],
     hand_uses: &[],
     inputs: &[

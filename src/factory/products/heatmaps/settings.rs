@@ -37,7 +37,7 @@ pub struct HeatmapSettings {
     /// The contacts of the hand that are fingertips.
     pub tips: Vec<String>,
     /// Largest angle between an approach and the camera's axis [rad].
-    pub angle: f64,
+    pub max_angle: f64,
     /// Step of stored depth [m]; 0: floats.
     pub depth_step: f64,
     /// Side of a patch [px].

@@ -56,7 +56,7 @@ pub struct HeatmapSpec {
     pub tips: Option<Vec<String>>,
     /// Largest angle between the approaches of the marked grasps and the camera's axis.
     #[schemars(range(min = 0, max = std::f64::consts::PI), extend("x-unit" = "rad"))]
-    pub angle: f64,
+    pub max_angle: f64,
     /// Depth is stored in steps of this length as 16-bit numbers; 0: in metres as 32-bit floats.
     #[schemars(range(min = 0, max = 0.01), extend("x-unit" = "m"))]
     pub depth_step: f64,

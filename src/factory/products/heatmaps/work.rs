@@ -52,7 +52,7 @@ impl Work for HeatmapJob {
 
     fn open(&self, opening: Opening<'_>) -> Result<Box<dyn OpenWork + '_>, ProduceError> {
         let hand = PickedHand::open(&self.hand)?;
-        let unusable = |cause| ProduceError::unusable(self.hand.scene.display().to_string(), cause);
+        let unusable = |cause| ProduceError::unusable(self.hand.file.display().to_string(), cause);
         let tips = Fingertips::new(hand.hand(), &self.settings.tips).map_err(unusable)?;
         Ok(Box::new(OpenHeatmaps(Shared {
             job: self,

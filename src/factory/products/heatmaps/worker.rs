@@ -71,7 +71,7 @@ impl<'s> HeatmapWorker<'s> {
             names: names.collect(),
             types: types.clone(),
             label: settings.label,
-            angle: settings.angle,
+            angle: settings.max_angle,
             camera,
             world_from_camera: Pose::identity(),
             side: settings.side,

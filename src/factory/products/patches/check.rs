@@ -31,7 +31,7 @@ pub(super) fn job(checker: &mut Checker, spec: &PatchesSpec, folder: &FilePath) 
     let (hand, grasps, settings) = (hand?, found?, settings?);
     if hand.id != grasps.hand {
         let expected = format!("the hand of the grasps, of content {}", grasps.hand.0.short());
-        checker.invalid("hand.scene", expected, format!("{} of content {}", hand.name, hand.id.0.short()));
+        checker.invalid("hand.model", expected, format!("{} of content {}", hand.name, hand.id.0.short()));
         return None;
     }
     Some(PatchJob { dataset, grasps, hand, settings })

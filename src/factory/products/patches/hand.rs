@@ -75,8 +75,8 @@ impl PatchHand {
     /// When it is gone, another one, or lacks a fingertip that the job names.
     pub fn open(job: &PatchJob) -> Result<Self, ProduceError> {
         check_hand(&job.hand)?;
-        let unusable = |cause: Cause| ProduceError::unusable(job.hand.scene.display().to_string(), cause);
-        let model = HandModel::open(&job.hand.scene).map_err(|error| unusable(error.into()))?;
+        let unusable = |cause: Cause| ProduceError::unusable(job.hand.file.display().to_string(), cause);
+        let model = HandModel::open(&job.hand.file).map_err(|error| unusable(error.into()))?;
         Self::new(model.hand(), &job.settings.tips).map_err(|error| unusable(error.into()))
     }
 

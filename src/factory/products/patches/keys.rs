@@ -54,7 +54,7 @@ impl PatchJob {
         spec.images.heatmap_angle = heatmap_angle.unwrap_or(spec.images.heatmap_angle);
         let mut idle = vec!["shards"];
         if folder.is_none() {
-            idle.push("hand.scene");
+            idle.push("hand.model");
             // A job without a mark is named as it was before there were any.
             idle.extend((!visibility).then_some("patches.visibility"));
             idle.extend((!table).then_some("scene"));

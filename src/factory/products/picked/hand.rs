@@ -25,8 +25,8 @@ impl PickedHand {
     /// When it is gone or another one.
     pub fn open(hand: &JobHand) -> Result<Self, ProduceError> {
         check_hand(hand)?;
-        let unusable = |cause: Cause| ProduceError::unusable(hand.scene.display().to_string(), cause);
-        let model = HandModel::open(&hand.scene).map_err(|error| unusable(error.into()))?;
+        let unusable = |cause: Cause| ProduceError::unusable(hand.file.display().to_string(), cause);
+        let model = HandModel::open(&hand.file).map_err(|error| unusable(error.into()))?;
         Ok(Self::new(model.hand()))
     }
 

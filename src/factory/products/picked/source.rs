@@ -52,6 +52,6 @@ pub fn has_hand(checker: &mut Checker, hand: &JobHand, picks: &FoundPicks) -> bo
     }
     let expected = format!("the hand of the picks, of content {}", picks.hand.0.short());
     let seen = format!("{} of content {}", hand.name, hand.id.0.short());
-    checker.invalid("hand.scene", expected, seen).help("name the hand's description as the job of the picks does");
+    checker.invalid("hand.model", expected, seen).help("name the hand's description as the job of the picks does");
     false
 }

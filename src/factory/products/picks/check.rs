@@ -30,7 +30,7 @@ const GRASPS: InputSection = InputSection {
 };
 
 const MAKE_TRIALS: &str = "make a dataset with trials (a section `[physics]` in the job for grasps), or use the kept \
-                           ones: `picks.take = \"kept\"`";
+                           ones: `picks.grasps = \"kept\"`";
 
 /// Default directions of a hand with a closing line.
 const ROLLS: u32 = 16;
@@ -62,7 +62,7 @@ pub(super) fn checked(checker: &mut Checker, spec: &PicksSpec, folder: &FilePath
     if hand.id != grasps.hand {
         let expected = format!("the hand of the grasps, of content {}", grasps.hand.0.short());
         let seen = format!("{} of content {}", hand.name, hand.id.0.short());
-        let report = checker.invalid("hand.scene", expected, seen);
+        let report = checker.invalid("hand.model", expected, seen);
         report.help("name the hand's description as the job of the grasps does");
         return None;
     }
@@ -82,7 +82,7 @@ fn hand(checker: &mut Checker, spec: &PicksSpec, folder: &FilePath) -> Option<(J
 }
 
 fn settings(checker: &mut Checker, spec: &PickSpec, has_line: bool) -> Option<PickSettings> {
-    let &PickSpec { take: _, rolls, candidates, margin, trials, awake } = spec;
+    let &PickSpec { grasps: _, rolls, candidates, margin, trials, movable } = spec;
     if let Some(rolls) = rolls.filter(|rolls| *rolls > 1 && !has_line) {
         let expected = "1 for a hand without two pads that slide towards each other";
         let report = checker.invalid("picks.rolls", expected, rolls.to_string());
@@ -90,17 +90,17 @@ fn settings(checker: &mut Checker, spec: &PickSpec, has_line: bool) -> Option<Pi
         return None;
     }
     let rolls = rolls.unwrap_or(if has_line { ROLLS } else { 1 });
-    Some(PickSettings { rolls, candidates, margin, trials, awake: awake.into() })
+    Some(PickSettings { rolls, candidates, margin, trials, awake: movable.into() })
 }
 
 /// The grasps of the scenes' objects, compared with the roots that the job pins.
 fn grasps(checker: &mut Checker, spec: &PicksSpec, dataset: &FilePath, scenes: &FoundScenes) -> Option<PickGrasps> {
     let objects: BTreeSet<ObjectId> =
         scenes.list.iter().flat_map(|scene| scene.bodies.iter().map(|(object, _)| *object)).collect();
-    let found = read_pick_grasps(dataset, spec.picks.take.map(Into::into), &objects);
+    let found = read_pick_grasps(dataset, spec.picks.grasps.map(Into::into), &objects);
     if let Err(InvalidPickGrasps::NoTrials(_)) = found {
         let seen = format!("{} has none", dataset.shown());
-        checker.invalid("picks.take", "a dataset of grasps with trials", seen).help(MAKE_TRIALS);
+        checker.invalid("picks.grasps", "a dataset of grasps with trials", seen).help(MAKE_TRIALS);
         return None;
     }
     let found = GRASPS.found(checker, found)?;

@@ -21,14 +21,14 @@ impl PickJob {
         spec.grasps.root = Some(self.grasps.root.hex());
         spec.grasps.trials_root = self.grasps.trials.map(|root| root.hex());
         spec.hand = Some(self.hand.spec(folder));
-        let take = Some(self.grasps.take.into());
-        spec.picks = PickSpec { take, rolls: Some(rolls), candidates, margin, trials, awake: awake.into() };
+        let grasps = Some(self.grasps.take.into());
+        spec.picks = PickSpec { grasps, rolls: Some(rolls), candidates, margin, trials, movable: awake.into() };
         let mut idle = vec!["shards"];
         if folder.is_none() {
-            idle.push("hand.scene");
+            idle.push("hand.model");
         }
         if trials == 0 {
-            idle.push("picks.awake");
+            idle.push("picks.movable");
         }
         without(keys_of(&spec), &idle)
     }

@@ -46,7 +46,7 @@ pub struct PickGraspsSpec {
     /// The digest of its exact numbers (64 hexadecimal digits); a resolved job pins it.
     #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
     pub root: Option<String>,
-    /// With `take = "held"` or `"tried"`: the digest of its physics numbers (64 hexadecimal digits); a resolved job pins it.
+    /// With `picks.grasps = "held"` or `"tried"`: the digest of its physics numbers (64 hexadecimal digits); a resolved job pins it.
     #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
     pub trials_root: Option<String>,
 }
@@ -57,7 +57,7 @@ pub struct PickGraspsSpec {
 pub struct PickSpec {
     /// Stored grasps that are taken. Without it, `held` where the dataset of grasps has trials, else `kept`.
     #[schemars(extend("examples" = ["held"]))]
-    pub take: Option<TakeSpec>,
+    pub grasps: Option<TakeSpec>,
     /// Directions in which each stored grasp is evaluated: the hand is rotated about its closing line through the mean of the
     /// grasp's contacts, evenly over the full circle, and closes anew. Without it, 16 for a hand whose two pads slide towards each other,
     /// and 1, the stored grasp alone, for every other.
@@ -73,7 +73,7 @@ pub struct PickSpec {
     #[schemars(range(max = 10_000), extend("x-unit" = "grasps"))]
     pub trials: u32,
     /// Bodies that may move in a trial.
-    pub awake: AwakeSpec,
+    pub movable: MovableSpec,
 }
 
 /// Choice of stored grasps.
@@ -115,25 +115,25 @@ impl From<TakenGrasps> for TakeSpec {
 /// Choice of bodies that may move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum AwakeSpec {
+pub enum MovableSpec {
     /// Bodies that touch the grasped one or touch such a body, and bodies that the hand comes within 5 cm of; the others stand still.
     Near,
     /// All bodies.
     All,
 }
 
-impl From<AwakeSpec> for AwakeBodies {
-    fn from(awake: AwakeSpec) -> Self {
-        match awake {
-            AwakeSpec::Near => Self::Near,
-            AwakeSpec::All => Self::All,
+impl From<MovableSpec> for AwakeBodies {
+    fn from(movable: MovableSpec) -> Self {
+        match movable {
+            MovableSpec::Near => Self::Near,
+            MovableSpec::All => Self::All,
         }
     }
 }
 
-impl From<AwakeBodies> for AwakeSpec {
-    fn from(awake: AwakeBodies) -> Self {
-        match awake {
+impl From<AwakeBodies> for MovableSpec {
+    fn from(movable: AwakeBodies) -> Self {
+        match movable {
             AwakeBodies::Near => Self::Near,
             AwakeBodies::All => Self::All,
         }

@@ -35,8 +35,8 @@ impl Trials {
     /// # Errors
     /// When it cannot be read.
     pub fn new(hand: &JobHand, awake: AwakeBodies) -> Result<Self, ProduceError> {
-        let name = hand.scene.display().to_string();
-        let model = HandModel::open(&hand.scene).map_err(|error| ProduceError::unusable(&name, error))?;
+        let name = hand.file.display().to_string();
+        let model = HandModel::open(&hand.file).map_err(|error| ProduceError::unusable(&name, error))?;
         Ok(Self { model, name, awake })
     }
 

@@ -39,12 +39,12 @@ fn read_robot(checker: &mut Checker, spec: &RobotSpec, folder: &FilePath) -> Opt
     for name in fixed.keys().filter(|name| spec.joints.contains(name)) {
         checker.contradiction(Path::from("robot.fixed").key(name), &path, "a joint is either moved or fixed");
     }
-    let scene = tidy(&folder.join(&spec.scene));
+    let file = tidy(&folder.join(&spec.model));
     let Description { name, digest } =
-        pinned_description(checker, "robot", "robot", &scene, Description::read(&scene), spec.content.as_deref())?;
+        pinned_description(checker, "robot", "robot", &file, Description::read(&file), spec.content.as_deref())?;
     let (joints, target) = (spec.joints.clone(), spec.target.clone());
     let frame = spec.frame.clone().unwrap_or_else(|| WORLD.to_owned());
-    let robot = Robot { scene, name, id: ObjectId(digest), joints, target, frame, fixed };
+    let robot = Robot { file, name, id: ObjectId(digest), joints, target, frame, fixed };
     robot_faults(&robot).into_iter().for_each(|fault| report(checker, &robot, fault));
     (checker.count() == before).then_some(robot)
 }
@@ -54,7 +54,7 @@ fn report(checker: &mut Checker, robot: &Robot, fault: RobotFault) {
     let RobotFault { key, message, present } = fault;
     let joints = Path::from("robot.joints");
     let (path, what, wanted) = match &key {
-        RobotKey::Scene => (Path::from("robot.scene"), "robot", None),
+        RobotKey::Scene => (Path::from("robot.model"), "robot", None),
         RobotKey::Target => (Path::from("robot.target"), "target", Some(robot.target.as_str())),
         RobotKey::Frame => (Path::from("robot.frame"), "frame", Some(robot.frame.as_str())),
         RobotKey::Joints(None) => (joints, "planning group", None),

@@ -22,15 +22,15 @@ impl ReachabilityJob {
             FieldMetric::Metres { rho } => FieldSpec { profile: Profile::Standard, radian_weight: Some(rho) },
             FieldMetric::Cells => FieldSpec { profile: Profile::Thesis, radian_weight: None },
         };
-        let idle: &[&str] = if folder.is_some() { &["shards"] } else { &["shards", "robot.scene", "robot.content"] };
+        let idle: &[&str] = if folder.is_some() { &["shards"] } else { &["shards", "robot.model", "robot.content"] };
         without(keys_of(&spec), idle)
     }
 }
 
 fn robot_spec(robot: &Robot, folder: Option<&Path>) -> RobotSpec {
-    let Robot { scene, name: _, id, joints, target, frame, fixed } = robot;
+    let Robot { file, name: _, id, joints, target, frame, fixed } = robot;
     RobotSpec {
-        scene: folder.map(|folder| with_slashes(&relative_to(scene, folder)).into()).unwrap_or_default(),
+        model: folder.map(|folder| with_slashes(&relative_to(file, folder)).into()).unwrap_or_default(),
         joints: joints.clone(),
         target: target.clone(),
         frame: (frame != WORLD).then(|| frame.clone()),

@@ -104,7 +104,7 @@ impl PoseLabeller {
     pub fn new(job: &ReachabilityJob, seed: u64, level: SimdLevel) -> Result<Self, ProduceError> {
         let refused = |error: RobotError| ProduceError::unusable(&job.robot.name, error);
         let ReadRobot { model, group, collidable } = ReadRobot::new(&job.robot, job.collisions).map_err(refused)?;
-        let scene = || job.robot.scene.display().to_string();
+        let scene = || job.robot.file.display().to_string();
         let no_labeller = |error: NoLabeller| ProduceError::unusable(scene(), error);
         let mut collisions = None;
         if let Some(Collidable { bodies, rest, .. }) = &collidable {
@@ -266,7 +266,7 @@ struct ReadRobot {
 impl ReadRobot {
     fn new(robot: &Robot, collisions: CollisionTest) -> Result<Self, RobotError> {
         let joints: Vec<&str> = robot.joints.iter().map(String::as_str).collect();
-        let model = RobotModel::open(&robot.scene)?;
+        let model = RobotModel::open(&robot.file)?;
         let group = model.planning_group(&joints, &robot.target, &robot.fixed)?;
         let frame = model.resting_frame(&robot.frame, &joints, &robot.fixed)?;
         // Where the poses are in the world's frame, every bit stays as it is.

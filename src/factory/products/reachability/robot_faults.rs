@@ -20,7 +20,7 @@ pub(super) struct RobotFault {
 /// A key of `robot`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum RobotKey {
-    /// `robot.scene`.
+    /// `robot.model`.
     Scene,
     /// `robot.joints`, or one of them.
     Joints(Option<usize>),
@@ -34,7 +34,7 @@ pub(super) enum RobotKey {
 
 /// Every fault of a robot's planning group; none when it is one.
 pub(super) fn robot_faults(robot: &Robot) -> Vec<RobotFault> {
-    let model = match RobotModel::open(&robot.scene) {
+    let model = match RobotModel::open(&robot.file) {
         Ok(model) => model,
         // No fault of the job: the run ends with this error.
         Err(RobotError::Memory { .. }) => return Vec::new(),

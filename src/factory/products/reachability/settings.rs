@@ -41,7 +41,7 @@ impl ReachabilityJob {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
     /// Description of the robot, an MJCF file.
-    pub scene: PathBuf,
+    pub file: PathBuf,
     /// Name in the description, for people.
     pub name: String,
     /// Content of the description, with all files that it includes, in any folder.

@@ -47,7 +47,7 @@ impl ReachabilitySpec {
 pub struct RobotSpec {
     /// The robot's description, an MJCF or URDF file; relative to the job file. Its surroundings are part of it.
     #[schemars(extend("examples" = ["../scenes/fetch.xml"]))]
-    pub scene: PathBuf,
+    pub model: PathBuf,
     /// The planning group: the joints that move, by name, from the base outward.
     #[schemars(length(min = 1), extend("examples" = [["shoulder", "elbow", "wrist"]]))]
     pub joints: Vec<String>,

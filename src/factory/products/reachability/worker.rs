@@ -51,10 +51,10 @@ impl Producer for ReachabilityWorker<'_> {
     fn load(&mut self, _subject: usize, _cancel: &Cancel) -> Result<(), ProduceError> {
         if !self.loaded {
             let robot = &self.job.robot;
-            let description = Description::read(&robot.scene).map_err(ProduceError::gone)?;
+            let description = Description::read(&robot.file).map_err(ProduceError::gone)?;
             let found = ObjectId(description.digest);
             if found != robot.id {
-                let name = robot.scene.display().to_string();
+                let name = robot.file.display().to_string();
                 return Err(ProduceError::Changed { name, found, expected: robot.id });
             }
             self.loaded = true;

@@ -5,8 +5,8 @@ use std::{path::Path, sync::Arc};
 use super::{
     settings::{PileWalls, Region, SceneSettings},
     spec::{
-        ContainerSpec, CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, PileSpec, PlaceSpec, RectangleSpec, RingSpec,
-        ScenePhysicsSpec, ScenesSpec,
+        ContainerSpec, CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, PileSpec, RectangleSpec, RegionSpec,
+        RingSpec, ScenePhysicsSpec, ScenesSpec,
     },
     vessel::{self, VesselFile},
 };
@@ -28,7 +28,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec, folder: &Path) 
     check_idle(checker, mode, is_contained);
     let (container, vessel) = container(checker, spec, is_contained, folder);
     let walls = (mode == SceneMode::Pile).then(|| walls(checker, &spec.pile, spec.table.size));
-    let place = spec.place.and_then(|place| region(checker, place, spec.table.size));
+    let region = spec.region.and_then(|region_spec| region(checker, region_spec, spec.table.size));
     let count = match spec.count {
         CountSpec::Exactly(count) => [count; 2],
         CountSpec::Between(CountRangeSpec { min, max }) => {
@@ -49,7 +49,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &ScenesSpec, folder: &Path) 
         vessel,
         import: None,
         walls,
-        place,
+        region,
         count,
         repeats: spec.repeats,
         scenes,
@@ -65,14 +65,14 @@ const IMPORTED_IDLE: [&str; 13] = [
     "repeats",
     "scenes",
     "pile",
-    "place",
-    "physics.release_every",
+    "region",
+    "physics.release_interval",
     "physics.release_height",
     "physics.rest_speed",
     "physics.rest_time",
-    "physics.cap",
-    "physics.finer",
-    "physics.put_back",
+    "physics.settle_timeout",
+    "physics.substeps",
+    "physics.max_redrops",
 ];
 
 /// Reports keys that the mode makes idle.
@@ -90,17 +90,18 @@ pub(super) fn idle_keys(mode: SceneMode, is_contained: bool) -> Vec<(&'static st
     const CONTAINER: (&str, &str) = ("container", "a bin has a container, all other modes have a table");
     const TABLE: (&str, &str) = ("table", "a bin has a container, all other modes have a table");
     const PILE: (&str, &str) = ("pile", "only a pile has walls that are lifted away");
-    const PLACE: (&str, &str) = ("place", "only on a table are bodies put next to each other");
+    const REGION: (&str, &str) = ("region", "only on a table are bodies put next to each other");
     const AT_ONCE: &str = "on a table all bodies are released at once, 2 mm above it";
     const CONTAINED: &str = "bodies are imported into a container or onto a table";
     const AS_THEY_ARE: &str = "imported scenes are kept as they are: nothing is drawn, dropped or settled";
-    let put_down = ["physics.release_every", "physics.release_height", "physics.put_back"].map(|key| (key, AT_ONCE));
+    let put_down =
+        ["physics.release_interval", "physics.release_height", "physics.max_redrops"].map(|key| (key, AT_ONCE));
     match mode {
-        SceneMode::Bin => vec![TABLE, PILE, PLACE],
-        SceneMode::Pile => vec![CONTAINER, PLACE],
-        SceneMode::Heap => vec![CONTAINER, PILE, PLACE],
+        SceneMode::Bin => vec![TABLE, PILE, REGION],
+        SceneMode::Pile => vec![CONTAINER, REGION],
+        SceneMode::Heap => vec![CONTAINER, PILE, REGION],
         SceneMode::Table => [CONTAINER, PILE].into_iter().chain(put_down).collect(),
-        SceneMode::Packed => [CONTAINER, PILE, PLACE].into_iter().chain(put_down).collect(),
+        SceneMode::Packed => [CONTAINER, PILE, REGION].into_iter().chain(put_down).collect(),
         SceneMode::Imported => {
             let floor = if is_contained { ("table", CONTAINED) } else { CONTAINER };
             std::iter::once(floor).chain(IMPORTED_IDLE.map(|key| (key, AS_THEY_ARE))).collect()
@@ -115,7 +116,7 @@ fn container(
     is_contained: bool,
     folder: &Path,
 ) -> (SceneContainer, Option<VesselFile>) {
-    let &ContainerSpec { ref mesh, unit, ref content, inner, wall, tilt_deg } = &spec.container;
+    let &ContainerSpec { ref mesh, unit, ref content, inner_size, wall, tilt_deg } = &spec.container;
     match (is_contained, mesh) {
         (true, Some(file)) => {
             if let Some((file, shape)) = vessel::read(checker, &spec.container, file, folder) {
@@ -130,23 +131,23 @@ fn container(
         }
         (false, _) => return (SceneContainer::Plane { size: spec.table.size }, None),
     }
-    (SceneContainer::Bin { inner, wall, tilt_deg }, None)
+    (SceneContainer::Bin { inner: inner_size, wall, tilt_deg }, None)
 }
 
 /// A region of a table of these sides [m].
-fn region(checker: &mut Checker, spec: PlaceSpec, table: [f64; 2]) -> Option<Region> {
+fn region(checker: &mut Checker, spec: RegionSpec, table: [f64; 2]) -> Option<Region> {
     let region = match spec {
-        PlaceSpec::Rectangle(RectangleSpec { x, y }) => {
-            let ordered = [("place.x", x), ("place.y", y)].map(|(key, range)| checker.check_range(key, &range));
+        RegionSpec::Rectangle(RectangleSpec { x, y }) => {
+            let ordered = [("region.x", x), ("region.y", y)].map(|(key, range)| checker.check_range(key, &range));
             ordered.iter().all(|ordered| *ordered).then_some(Region::Rectangle([x, y]))
         }
-        PlaceSpec::Ring(RingSpec { around, radius }) => {
-            checker.check_range("place.radius", &radius).then_some(Region::Ring { around, radius })
+        RegionSpec::Ring(RingSpec { around, radius }) => {
+            checker.check_range("region.radius", &radius).then_some(Region::Ring { around, radius })
         }
     }?;
     if !region.meets(table) {
         let found = format!("no part of a table of {} x {} m", table[0], table[1]);
-        checker.invalid("place", "a part of the table (`table.size`), whose middle is at x = y = 0", found);
+        checker.invalid("region", "a part of the table (`table.size`), whose middle is at x = y = 0", found);
     }
     Some(region)
 }
@@ -176,28 +177,32 @@ fn settle(checker: &mut Checker, spec: &ScenePhysicsSpec) -> SettleSettings {
         friction: _,
         rolling,
         timestep,
-        release_every,
+        release_interval,
         release_height,
         rest_speed,
         rest_time,
-        cap,
-        recheck,
-        finer,
-        put_back,
+        settle_timeout,
+        stability_time,
+        substeps,
+        max_redrops,
     } = spec;
-    if rest_time >= cap {
-        checker.invalid("physics.rest_time", "less than `physics.cap`", format!("{rest_time} s of {cap} s"));
+    if rest_time >= settle_timeout {
+        checker.invalid(
+            "physics.rest_time",
+            "less than `physics.settle_timeout`",
+            format!("{rest_time} s of {settle_timeout} s"),
+        );
     }
     SettleSettings {
         timestep,
         rolling,
-        release_every,
+        release_every: release_interval,
         release_height,
         rest_speed,
         rest_time,
-        cap,
-        recheck,
-        finer,
-        put_back,
+        cap: settle_timeout,
+        recheck: stability_time,
+        finer: substeps,
+        put_back: max_redrops,
     }
 }

@@ -10,7 +10,7 @@ use super::{
     },
     settings::{PileWalls, Region, SceneJob, SceneSettings},
     spec::{
-        CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, PileSpec, PlaceSpec, RectangleSpec, RingSpec,
+        CountRangeSpec, CountSpec, FrictionSpec, ModeSpec, PileSpec, RectangleSpec, RegionSpec, RingSpec,
         ScenePhysicsSpec, ScenesPerSplitSpec, ScenesSpec, TableSpec,
     },
     vessel::VesselFile,
@@ -30,7 +30,7 @@ impl SceneJob {
             vessel,
             import,
             walls,
-            place,
+            region,
             count: [min, max],
             repeats,
             scenes,
@@ -41,7 +41,7 @@ impl SceneJob {
         let idle = idle_keys(*mode, self.settings.is_contained()).into_iter().map(|(key, _)| key);
         // Without repeats the keys are those of jobs that do not have `repeats`.
         let idle = idle.chain((!repeats).then_some("repeats"));
-        let of_box = ["container.inner", "container.wall"].into_iter().filter(|_| vessel.is_some());
+        let of_box = ["container.inner_size", "container.wall"].into_iter().filter(|_| vessel.is_some());
         let idle: Vec<&str> = ["objects", "split", "shards"].into_iter().chain(idle).chain(of_box).collect();
         spec.mode = match mode {
             SceneMode::Table => ModeSpec::Table,
@@ -56,9 +56,9 @@ impl SceneJob {
         if let Some(PileWalls { side, height, lift_speed }) = *walls {
             spec.pile = PileSpec { side, height, lift_speed };
         }
-        spec.place = place.map(|place| match place {
-            Region::Rectangle([x, y]) => PlaceSpec::Rectangle(RectangleSpec { x, y }),
-            Region::Ring { around, radius } => PlaceSpec::Ring(RingSpec { around, radius }),
+        spec.region = region.map(|region| match region {
+            Region::Rectangle([x, y]) => RegionSpec::Rectangle(RectangleSpec { x, y }),
+            Region::Ring { around, radius } => RegionSpec::Ring(RingSpec { around, radius }),
         });
         spec.count = match min == max {
             true => CountSpec::Exactly(*min),
@@ -87,14 +87,14 @@ impl SceneJob {
             friction,
             rolling,
             timestep,
-            release_every,
+            release_interval: release_every,
             release_height,
             rest_speed,
             rest_time,
-            cap,
-            recheck,
-            finer,
-            put_back,
+            settle_timeout: cap,
+            stability_time: recheck,
+            substeps: finer,
+            max_redrops: put_back,
         };
         without(keys_of(&spec), &idle)
     }
@@ -105,7 +105,7 @@ fn container_keys(spec: &mut ScenesSpec, container: &SceneContainer, file: Optio
     spec.container.tilt_deg = container.tilt_deg();
     match container {
         SceneContainer::Plane { size } => spec.table = TableSpec { size: *size },
-        SceneContainer::Bin { inner, wall, .. } => (spec.container.inner, spec.container.wall) = (*inner, *wall),
+        SceneContainer::Bin { inner, wall, .. } => (spec.container.inner_size, spec.container.wall) = (*inner, *wall),
         SceneContainer::Mesh { shape, .. } => {
             spec.container.mesh = file.map(|(folder, file)| with_slashes(&relative_to(&file.path, folder)).into());
             spec.container.unit = file.and_then(|(_, file)| file.unit);

@@ -70,7 +70,7 @@ pub(super) fn dropped(stream: &mut Stream) -> Placement {
 pub(super) fn standing(
     object: &LoadedObject,
     size: [f64; 2],
-    place: Option<&Region>,
+    region: Option<&Region>,
     taken: &mut Vec<Footprint>,
     stream: &mut Stream,
 ) -> Option<Placement> {
@@ -88,7 +88,7 @@ pub(super) fn standing(
         // Positions at which the outline is on the table; none along a side that is shorter than the body.
         let ends = [0, 1].map(|axis| [-size[axis] / 2.0 - low[axis], size[axis] / 2.0 - high[axis]]);
         for _ in 0..TRIES {
-            let position = match place {
+            let position = match region {
                 Some(region) => {
                     let (point, middle) = (region.point(stream), footprint.middle());
                     let position = [0, 1].map(|axis| point[axis] - middle[axis]);

@@ -36,7 +36,7 @@ pub struct SceneSettings {
     /// Walls between which the bodies of a pile are dropped.
     pub walls: Option<PileWalls>,
     /// Region of the table in which the middles of bodies are put, of [`SceneMode::Table`]; `None`: anywhere.
-    pub place: Option<Region>,
+    pub region: Option<Region>,
     /// The fewest and the most bodies of a scene.
     pub count: [u32; 2],
     /// Whether a scene may have an object twice.
@@ -156,8 +156,8 @@ impl SceneSettings {
     /// Subject of the scenes of a split: a digest of container, walls, region, mode and split.
     pub fn subject(&self, split: Split) -> ObjectId {
         let walls = self.walls.map(|walls| walls.inner());
-        let place = self.place.map(|place| place.numbers());
-        let more = walls.into_iter().flatten().chain(place.into_iter().flatten());
+        let region = self.region.map(|region| region.numbers());
+        let more = walls.into_iter().flatten().chain(region.into_iter().flatten());
         let sizes = self.container.identity().into_iter().chain(more.flat_map(f64::to_le_bytes));
         let sizes: Vec<u8> = sizes.collect();
         let words = [self.mode.name(), self.container.name(), split.name()];

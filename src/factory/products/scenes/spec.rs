@@ -32,7 +32,7 @@ pub struct ScenesSpec {
     pub table: TableSpec,
     /// Region of the table in which the middles of bodies are put, for `mode = "table"`; without it anywhere on the table.
     #[schemars(extend("examples" = [{ "around": [-0.5, 0.0], "radius": [0.3, 0.5] }]))]
-    pub place: Option<PlaceSpec>,
+    pub region: Option<RegionSpec>,
     /// The open box of `mode = "bin"`.
     pub container: ContainerSpec,
     /// The walls of `mode = "pile"`.
@@ -124,7 +124,7 @@ pub struct TableSpec {
 /// A region of a table, in the frame of its middle.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
-pub enum PlaceSpec {
+pub enum RegionSpec {
     /// A rectangle along the sides of the table.
     Rectangle(RectangleSpec),
     /// A ring, such as what an arm reaches from its shoulder.
@@ -171,7 +171,7 @@ pub struct ContainerSpec {
     pub content: Option<String>,
     /// Room inside along x, y and z. A body whose centre of mass ends outside of the walls is gone.
     #[schemars(inner(range(min = 0.05, max = 10)), extend("x-unit" = "m"))]
-    pub inner: [f64; 3],
+    pub inner_size: [f64; 3],
     /// Thickness of walls and floor.
     #[schemars(range(min = 0.002, max = 0.5), extend("x-unit" = "m"))]
     pub wall: f64,
@@ -212,7 +212,7 @@ pub struct ScenePhysicsSpec {
     pub timestep: f64,
     /// Time from one release to the next.
     #[schemars(range(min = 0.01, max = 10), extend("x-unit" = "s"))]
-    pub release_every: f64,
+    pub release_interval: f64,
     /// Height of a body's lowest point above what lies there when it is let go.
     #[schemars(range(min = 0.001, max = 2), extend("x-unit" = "m"))]
     pub release_height: f64,
@@ -224,19 +224,19 @@ pub struct ScenePhysicsSpec {
     pub rest_time: f64,
     /// Time after the last release at which a scene that still moves is rejected.
     #[schemars(range(min = 0.5, max = 60), extend("x-unit" = "s"))]
-    pub cap: f64,
+    pub settle_timeout: f64,
     /// Time for which a scene is stepped again from its stored poses, at rest: a scene of which a body moves by 2 mm or 2
     /// degrees is rejected.
     #[schemars(range(min = 0.1, max = 60), extend("x-unit" = "s"))]
-    pub recheck: f64,
+    pub stability_time: f64,
     /// Bodies that end up in one another, as thin walls do that pass each other between two steps, settle once more in steps
     /// that are shorter by this factor; with 1 their scene is rejected at once.
     #[schemars(range(min = 1, max = 16))]
-    pub finer: u32,
+    pub substeps: u32,
     /// Dropped bodies that leave the container, where fewer than `count` asks for would stay, are dropped again, so many times
     /// at most: the first time half as far from the middle as before, then half of that. With 0 their scene is rejected at once.
     #[schemars(range(min = 0, max = 10))]
-    pub put_back: u32,
+    pub max_redrops: u32,
 }
 
 /// Coefficients of friction.

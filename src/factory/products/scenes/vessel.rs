@@ -59,7 +59,7 @@ pub(super) fn read(
     file: &Path,
     folder: &Path,
 ) -> Option<(VesselFile, ContainerMesh)> {
-    for key in ["container.inner", "container.wall"] {
+    for key in ["container.inner_size", "container.wall"] {
         if checker.has(key) {
             checker.contradiction(key, "container.mesh", "the mesh sets the size of the container");
         }

@@ -89,7 +89,7 @@ impl<'s> SceneWorker<'s> {
         let start = |(number, body): (usize, &Drawn)| {
             let mut stream = self.stream(sample, "start", body.id, body.copy);
             let start = match settings.mode {
-                SceneMode::Table => standing(&body.object, floor, settings.place.as_ref(), &mut taken, &mut stream),
+                SceneMode::Table => standing(&body.object, floor, settings.region.as_ref(), &mut taken, &mut stream),
                 _ => Some(dropped(&mut stream)),
             };
             start.ok_or(number + 1)

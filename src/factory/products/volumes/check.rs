@@ -18,12 +18,16 @@ use kernel::voxel::VolumeGrid;
 
 /// Settings of the volumes; mistakes are reported.
 pub(super) fn settings(checker: &mut Checker, spec: &VolumesSpec) -> VolumeSettings {
-    let FusionSpec { size, resolution, truncation_voxels, below, views, fusions } = spec.fusion;
+    let FusionSpec { size, resolution, truncation_voxels, support_height, views, per_scene } = spec.fusion;
     checker.check_range("fusion.views", &views);
-    if below >= size {
-        checker.invalid("fusion.below", format!("less than the cube's edge, {size} m"), format!("{below} m"));
+    if support_height >= size {
+        checker.invalid(
+            "fusion.support_height",
+            format!("less than the cube's edge, {size} m"),
+            format!("{support_height} m"),
+        );
     }
-    VolumeSettings { grid: VolumeGrid { resolution, size }, truncation_voxels, below, views, fusions }
+    VolumeSettings { grid: VolumeGrid { resolution, size }, truncation_voxels, support_height, views, per_scene }
 }
 
 /// The folder of the dataset; `None` when the job names none, which is reported.
@@ -66,7 +70,7 @@ pub(super) fn grasps(
         (Some(_), None) => {
             checker
                 .missing("hand", "the hand of the picks")
-                .help("name the hand's description: `hand = { scene = \"...\" }`");
+                .help("name the hand's description: `hand = { model = \"...\" }`");
             return None;
         }
         (None, Some(_)) => {

@@ -40,7 +40,7 @@ pub(super) fn fill_truth(
     }
     // Layers of voxels whose centres are at the table's height or below.
     let n = grid.resolution;
-    let below = (0..n).take_while(|z| grid.centre([0, 0, *z]).z - settings.below <= table_z).count();
+    let below = (0..n).take_while(|z| grid.centre([0, 0, *z]).z - settings.support_height <= table_z).count();
     for column in truth.instances.chunks_exact_mut(n as usize) {
         column[..below].iter_mut().filter(|own| **own == VolumeTruth::FREE).for_each(|own| *own = VolumeTruth::TABLE);
     }

@@ -46,34 +46,37 @@ pub struct VolumeSettings {
     /// Distances are cut at this [voxels].
     pub truncation_voxels: f64,
     /// Height of what carries the bodies above the lower side of the cube [m].
-    pub below: f64,
+    pub support_height: f64,
     /// Fewest and most images that are fused.
     pub views: [u32; 2],
     /// Fusions of each scene.
-    pub fusions: u32,
+    pub per_scene: u32,
 }
 
 impl VolumeSettings {
     /// Pose of the cube in every scene: upright, centred over the world's origin.
     pub fn world_from_volume(&self) -> Pose<World, Volume> {
         let half = self.grid.size / 2.0;
-        Pose::new(Rotation3::identity(), Vector3::new(-half, -half, -self.below))
+        Pose::new(Rotation3::identity(), Vector3::new(-half, -half, -self.support_height))
     }
 
     /// Key and numbers of a cube that the room in a container does not fit into; `None` where it fits. A plane has no sides.
     pub fn too_small_for(&self, container: &SceneContainer) -> Option<(&'static str, String)> {
         let ([x, y, z], room) = (container.inner()?, container.room()?);
-        let Self { grid: VolumeGrid { size, .. }, below, .. } = *self;
+        let Self { grid: VolumeGrid { size, .. }, support_height, .. } = *self;
         let wide = 2.0 * [0, 1].map(|axis| room.max[axis].max(-room.min[axis])).into_iter().fold(0.0, f64::max);
         let (high, deep) = (room.max.z, -room.min.z);
-        if deep > below {
-            let what = format!("the tilted bin reaches {deep:.3} m below the middle of its floor, the cube {below} m");
-            return Some(("fusion.below", format!("{what}; at least {deep:.3} m are needed")));
+        if deep > support_height {
+            let what = format!(
+                "the tilted bin reaches {deep:.3} m below the middle of its floor, the cube {support_height} m"
+            );
+            return Some(("fusion.support_height", format!("{what}; at least {deep:.3} m are needed")));
         }
-        (wide > size || high > size - below).then(|| {
-            let needed = wide.max(high + below);
-            let what =
-                format!("the bin is {x} x {y} x {z} m inside, the cube {size} m with {below} m of it below the floor");
+        (wide > size || high > size - support_height).then(|| {
+            let needed = wide.max(high + support_height);
+            let what = format!(
+                "the bin is {x} x {y} x {z} m inside, the cube {size} m with {support_height} m of it below the floor"
+            );
             ("fusion.size", format!("{what}; at least {needed:.3} m are needed"))
         })
     }

@@ -50,14 +50,14 @@ pub struct FusionSpec {
     pub truncation_voxels: f64,
     /// Height of what carries the bodies, the plane or the floor of the bin, above the lower side of the cube.
     #[schemars(range(min = 0, max = 10), extend("x-unit" = "m"))]
-    pub below: f64,
+    pub support_height: f64,
     /// Fewest and most images that are fused; their number is uniform in between, at most the views that the scene has, and each of
     /// these is as likely as any other.
     #[schemars(inner(range(min = 1, max = 255)), extend("x-unit" = "views", "examples" = [[1, 1]]))]
     pub views: [u32; 2],
-    /// Fusions of each scene.
+    /// Volumes of each scene, each fused from a draw of images.
     #[schemars(range(min = 1, max = 10_000))]
-    pub fusions: u32,
+    pub per_scene: u32,
 }
 
 /// The files of the dataset.

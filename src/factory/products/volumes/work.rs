@@ -23,7 +23,7 @@ impl Work for VolumeJob {
 
     fn subjects(&self) -> Vec<SubjectItems> {
         let items =
-            |scene: &ViewedScene| SubjectItems { id: scene.id, items: self.settings.fusions, samples_per_item: 1 };
+            |scene: &ViewedScene| SubjectItems { id: scene.id, items: self.settings.per_scene, samples_per_item: 1 };
         self.views.scenes.iter().map(items).collect()
     }
 
@@ -56,7 +56,7 @@ impl Work for VolumeJob {
     fn remarks(&self) -> Vec<String> {
         let views: usize = self.views.scenes.iter().map(|scene| scene.cameras.len()).sum();
         let mut remarks = vec![
-            format!("{} fusions of {} scenes with {views} views", self.settings.fusions, self.views.scenes.len()),
+            format!("{} fusions of {} scenes with {views} views", self.settings.per_scene, self.views.scenes.len()),
             format!("root of the views {}", self.views.root),
         ];
         if let Some(VolumeGrasps { picks, hand, .. }) = &self.grasps {

@@ -26,7 +26,7 @@ impl Touch {
         idle(checker, &["hand"], &[("exploration", spec.exploration), ("grasp", spec.grasp)]);
         if asked && spec.hand.is_none() {
             let help =
-                "`hand = { scene = \"../scenes/barrett_bh8_280.xml\" }`; docs/hands.md explains how to add your own";
+                "`hand = { model = \"../scenes/barrett_bh8_280.xml\" }`; docs/hands.md explains how to add your own";
             checker.missing("touch.hand", "the hand that touches").help(help);
         }
         let can_touch = HandModel::check_touching;

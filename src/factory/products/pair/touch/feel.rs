@@ -62,8 +62,8 @@ impl TouchingHand {
     /// # Errors
     /// When it cannot be read.
     pub fn new(hand: &JobHand) -> Result<Self, ProduceError> {
-        let scene = hand.scene.display().to_string();
-        let model = HandModel::open(&hand.scene).map_err(|error| ProduceError::unusable(&scene, error))?;
+        let scene = hand.file.display().to_string();
+        let model = HandModel::open(&hand.file).map_err(|error| ProduceError::unusable(&scene, error))?;
         Ok(Self { model, scene })
     }
 

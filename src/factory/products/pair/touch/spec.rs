@@ -37,7 +37,7 @@ pub struct TouchSpec {
     #[schemars(extend("examples" = [true]))]
     pub grasp: bool,
     /// With `exploration` or `grasp`: the hand.
-    #[schemars(extend("examples" = [{ "scene": "../scenes/barrett_bh8_280.xml" }]))]
+    #[schemars(extend("examples" = [{ "model": "../scenes/barrett_bh8_280.xml" }]))]
     pub hand: Option<HandSpec>,
 }
 
