@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HandSpec {
-    /// The hand's description, an MJCF or URDF file; relative to the job file. Its table stands beside it under the same name, with
-    /// the ending `.toml`.
+    /// The hand's description, an MJCF or URDF file; relative to the job file. Its table has the same path with the
+    /// extension `.toml`.
     #[schemars(extend("examples" = ["../scenes/barrett_bh8_280.xml"]))]
     pub model: PathBuf,
     /// Content that description and table must have (64 hexadecimal digits); a resolved job pins it.

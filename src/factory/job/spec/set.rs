@@ -5,16 +5,17 @@ use std::{collections::BTreeMap, path::PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Several jobs made one after another in one folder, each a dataset of its own: different data about the same objects.
+/// Several jobs, run one after another into one folder, with a separate dataset each: different data about the same
+/// objects.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SetSpec {
     /// A set of jobs.
     pub product: SetProduct,
-    /// Name of the set, for people. Without it, the file's name.
+    /// Name of the set, for readers. Default: the file's name.
     #[schemars(extend("examples" = ["ycb-everything"]))]
     pub name: Option<String>,
-    /// The jobs, in the order in which they are made.
+    /// The jobs, in the order of execution.
     #[schemars(length(min = 1))]
     pub jobs: Vec<MemberSpec>,
 }
@@ -37,12 +38,12 @@ pub struct MemberSpec {
     /// Job file; relative to this one.
     #[schemars(extend("examples" = ["ycb-grasps.toml"]))]
     pub job: PathBuf,
-    /// Datasets that the job reads, by the section of its job file that names one: each is the name of a job further up in the
-    /// set, whose dataset is read.
+    /// Datasets that the job reads, by the section of its job file that names one: each is the name of an earlier job
+    /// of the set.
     #[serde(default)]
     #[schemars(extend("examples" = [{ "grasps": "grasps" }]))]
     pub inputs: BTreeMap<String, String>,
-    /// Settings laid over its job file, each as `--set` takes it.
+    /// Settings that override its job file, each as for `--set`.
     #[serde(default)]
     #[schemars(extend("examples" = [["views={ even = 12 }"]]))]
     pub set: Vec<String>,

@@ -3,26 +3,26 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Which objects train, choose checkpoints and test.
+/// Objects for training, for choosing checkpoints and for testing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SplitSpec {
-    /// Share of the items of each training object that is held out: of its views, or of its runs.
+    /// Share of the items of each training object, views or runs, that is held out.
     #[schemars(range(min = 0, max = 1))]
     pub holdout_items: f64,
-    /// Objects that choose checkpoints: a share (0.1), a count (12) or names.
+    /// Objects for choosing checkpoints: a share (0.1), a count (12) or names.
     pub validation_objects: ObjectChoiceSpec,
-    /// Objects on which nothing is trained or chosen: a share (0.1), a count (12) or names.
+    /// Objects for testing only: a share (0.1), a count (12) or names.
     pub test_objects: ObjectChoiceSpec,
-    /// Split whole groups (see `objects.group`) instead of single objects.
+    /// Splits whole groups (see `objects.group`) instead of single objects.
     pub by_group: bool,
-    /// Objects whose shapes coincide after pose and scale are taken away stay on one side.
+    /// Objects whose shapes coincide after removing pose and scale stay in one split.
     pub keep_twins_together: bool,
-    /// Twins on both sides of the split are what this job is about: the dataset's report says so and warns of no leak. Wants
-    /// `keep_twins_together = false`. Without it, false. Changes neither data nor split, and no digest depends on it.
+    /// Twins in different splits are intended: the dataset's report notes them and does not warn of a leak. Requires
+    /// `keep_twins_together = false`. Default: false. Changes neither data nor split, and no digest depends on it.
     #[schemars(extend("examples" = [true]))]
     pub twins_intended: Option<bool>,
-    /// Views of one object with equal rotations stay on one side; where not, those that straddle are counted.
+    /// Views of one object with equal rotations stay in one split; if false, those in several splits are counted.
     pub keep_equal_views_together: bool,
     /// Nested subsets of the training objects, smallest first: counts (94) or shares (0.5).
     #[schemars(extend("examples" = [[14, 94]]))]
@@ -37,7 +37,7 @@ pub enum ObjectChoiceSpec {
     Count(u32),
     /// About this share; written with a decimal point.
     Share(#[schemars(range(min = 0, max = 1))] f64),
-    /// By name; `*` and `?` stand for any letters.
+    /// By name; `*` matches any letters, `?` one letter.
     Named(Vec<String>),
 }
 

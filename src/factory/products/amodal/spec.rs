@@ -19,24 +19,24 @@ pub const PROFILES: [&str; 2] = [
     include_str!("profiles/thesis.toml"),
 ];
 
-/// A job that makes completion pairs of the bodies in views of settled scenes: what an image shows of each, the whole solid, and what
-/// surrounds it.
+/// A job that makes completion pairs of the bodies in views of settled scenes: the visible part of each, the whole
+/// solid, and its surroundings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AmodalSpec {
     /// The views, a finished dataset.
     pub views: ViewsSourceSpec,
-    /// Measured depths that a partial grid is made of.
+    /// Measured depths that a partial grid contains.
     #[schemars(extend("examples" = ["surface"]))]
     pub points: PointSource,
     /// The occupancy grids.
     pub grid: GridSpec,
-    /// When a cell of the complete grid is occupied.
+    /// Rule for the occupied cells of the complete grid.
     pub truth: TruthSpec,
-    /// Which pairs are kept; the others are counted rejects with a reason.
+    /// Limits for pairs; others are rejected with a reason and counted.
     pub gate: AmodalGateSpec,
-    /// Channels stored beside the pair and what surrounds it.
+    /// Channels stored in addition to the pair and its surroundings.
     pub channels: ChannelsSpec,
-    /// Touch that goes with each pair, of what the camera did not see.
+    /// Tactile contacts on the hidden surface, stored with each pair.
     pub touch: TouchSpec,
     /// The files of the dataset.
     pub shards: AmodalShardsSpec,
@@ -49,14 +49,14 @@ impl AmodalSpec {
     }
 }
 
-/// Which pairs are kept.
+/// Limits for pairs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AmodalGateSpec {
-    /// Smallest share of a body's silhouette that is seen; 0.1 is the level below which BOP ignores a body.
+    /// Smallest visible share of a body's silhouette; 0.1 is the level below which BOP ignores a body.
     #[schemars(range(min = 0, max = 1))]
     pub min_visible_share: f64,
-    /// Fewest occupied cells of the partial grid.
+    /// Smallest number of occupied cells of the partial grid.
     #[schemars(extend("x-unit" = "cells"))]
     pub min_partial_cells: u32,
 }
@@ -65,8 +65,9 @@ pub struct AmodalGateSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AmodalShardsSpec {
-    /// Samples per shard, at most: a shard ends where a view ends, and holds one at least. Without it, a thirty-second of
-    /// all samples, but from 64 to 4,096: threads and tasks take whole shards. Changes no sample.
+    /// Largest number of samples per shard: a shard ends at the end of a view, and contains at least one. Default: a
+    /// thirty-second of all samples, at least 64 and at most 4,096, since threads and tasks make whole shards. Changes
+    /// no sample.
     #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "samples", "examples" = [4096]))]
     pub samples: Option<u32>,
 }

@@ -1,9 +1,10 @@
-//! The keys of what stands in front of the objects.
+//! The keys of occluders in front of the objects.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Occluders between the camera and the object in a share of the views. The section is optional: without it, there are none.
+/// Occluders between the camera and the object in a share of the views. The section is optional; without it there are
+/// none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OcclusionSpec {
@@ -11,11 +12,11 @@ pub struct OcclusionSpec {
     #[serde(default = "defaults::modes")]
     #[schemars(length(min = 1), extend("examples" = [["half_space"]]))]
     pub modes: Vec<OcclusionMode>,
-    /// Share of the views in which something stands in front of the object.
+    /// Share of the views with an occluder in front of the object.
     #[serde(default = "defaults::share")]
     #[schemars(extend("exclusiveMinimum" = 0), range(max = 1))]
     pub share: f64,
-    /// Smallest share of the object's visible pixels that an occluder hides. Each occluded view draws its own.
+    /// Smallest share of the object's visible pixels that an occluder hides. Each occluded view draws a share.
     #[serde(default = "defaults::min_hidden")]
     #[schemars(range(min = 0, max = 0.95))]
     pub min_hidden: f64,
@@ -29,14 +30,14 @@ pub struct OcclusionSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OcclusionMode {
-    /// A convex piece of the program's own making (a box, cylinder, frustum or superquadric of random sides) at a random pose
-    /// between camera and object, slid in from a random side until it hides the drawn share.
+    /// A convex piece (a box, cylinder, frustum or superquadric with random sides) at a random pose between camera and
+    /// object, moved in from a random side until it hides the drawn share.
     Neighbours,
-    /// Everything on one side of a random straight line across the image, as behind the edge of a board.
+    /// Everything on one side of a random straight line across the image, like the edge of a board.
     HalfSpace,
 }
 
-/// Defaults of keys that are not written: the section itself has none.
+/// Defaults of missing keys: the section itself has none.
 mod defaults {
     use super::OcclusionMode;
 

@@ -11,30 +11,30 @@ pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include
 /// A job that searches for grasps of a hand on each object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct GraspsSpec {
-    /// Where the objects come from: one or several `[[objects]]` entries, each with exactly one of `folder`, `list`,
+    /// Sources of the objects: one or several `[[objects]]` entries, each with exactly one of `folder`, `list`,
     /// `package` and `built_in`.
     #[schemars(length(min = 1))]
     pub objects: Vec<ObjectsSpec>,
-    /// The hand that grasps: one with eigengrasps.
+    /// The hand, which must have eigengrasps.
     // Without an `Option` a mistake in it would hide those of the other keys.
     #[schemars(required)]
     pub hand: Option<HandSpec>,
     /// Extent of the search.
     pub grasps: GraspRunsSpec,
-    /// Simulated annealing of the hand's pose and posture. Its energy rates states of the other samplers, too.
+    /// Simulated annealing of the hand's pose and posture. Its energy also rates the states of the other samplers.
     pub annealing: AnnealingSpec,
     /// Settings of `sampler = "uniform"`.
     pub uniform: UniformSpec,
     /// Settings of `sampler = "antipodal"`.
     pub antipodal: AntipodalSpec,
-    /// Criteria by which the states of a search become kept grasps, after the hand was closed. Rejected states stay in the
-    /// dataset, with the reason.
+    /// Criteria for kept grasps, evaluated after the hand has closed. Rejected states stay in the dataset, with the
+    /// reason.
     pub keep: KeepSpec,
     /// Physical trials: the hand closes on the free object in a simulation, lifts and shakes it. Without the
     /// section there are none. Trials change no grasp.
     #[schemars(extend("examples" = [{ "friction": 0.5 }]))]
     pub physics: Option<PhysicsSpec>,
-    /// Which objects train, validate and test; an item is a run.
+    /// Objects for training, validation and test; an item is a run.
     pub split: SplitSpec,
     /// The files of the dataset.
     pub shards: RunShardsSpec,
@@ -51,7 +51,7 @@ impl GraspsSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GraspRunsSpec {
-    /// Runs per object. Each run of annealing starts from a seed of its own; seeds are spread evenly over the surface.
+    /// Runs per object. Each run of annealing starts from a separate seed; seeds are spread evenly over the surface.
     #[schemars(range(min = 1, max = 10_000), extend("x-unit" = "runs"))]
     pub seeds: u32,
     /// Sampler that proposes states of the hand, which are then closed and evaluated.
@@ -67,14 +67,14 @@ pub enum SamplerSpec {
     Annealing,
     /// Approaches spread evenly around an axis of the object, without a search: `[uniform]`.
     Uniform,
-    /// The hand on two points on opposite sides of the object, without a search: `[antipodal]`. A gripper, whose two pads one
-    /// motor slides towards each other, takes them between its pads; every other hand between two of its contacts that face
-    /// each other in a posture of its eigengrasps.
+    /// The hand on two points on opposite sides of the object, without a search: `[antipodal]`. A gripper, whose two
+    /// pads one motor slides towards each other, holds them between its pads; every other hand between two of its
+    /// contacts that face each other in a posture of its eigengrasps.
     Antipodal,
 }
 
-/// Approaches all round an axis, at right angles to it, spread evenly: the opened hand comes from afar until it meets the
-/// object or its approach frame is on the axis, and closes there.
+/// Approaches around an axis, at right angles to it, spread evenly: the opened hand moves in from afar until it meets
+/// the object or its approach frame is on the axis, and closes there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct UniformSpec {
@@ -84,8 +84,8 @@ pub struct UniformSpec {
     /// The axis of each run.
     #[schemars(extend("examples" = ["any"]))]
     pub poses: PosesSpec,
-    /// Rolls of the hand about its approach, which the grasps of a run take one after another. At 0 the approach frame's x axis
-    /// is at right angles to the axis, to the right along the approach.
+    /// Rolls of the hand about its approach, which the grasps of a run use one after another. At 0 the approach frame's
+    /// x axis is at right angles to the axis, to the right along the approach.
     #[schemars(length(min = 1, max = 1000), extend("x-unit" = "rad", "examples" = [[0.0]]))]
     pub rolls: Vec<f64>,
 }
@@ -94,7 +94,7 @@ pub struct UniformSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PosesSpec {
-    /// The object's z axis, through the middle of its box; each run at a height of its own, spread evenly.
+    /// The object's z axis, through the middle of its box; each run at a different height, spread evenly.
     Upright,
     /// Any direction, drawn for each run, through the middle of the box: the object's z axis under any rotation.
     Any,
@@ -104,19 +104,20 @@ pub enum PosesSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AntipodalSpec {
-    /// Pairs of points that a run draws from the whole surface at most; with `depth = "any"` it ends once it has its states.
+    /// Largest number of pairs of points that a run draws from the whole surface; with `depth = "any"` it ends once it
+    /// has its states.
     #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "pairs"))]
     pub pairs: u32,
-    /// Friction coefficient of these cones. Narrower ones than the contacts' own leave friction in reserve.
+    /// Friction coefficient of these cones. Cones narrower than those of the contacts leave friction in reserve.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = 10))]
     pub friction: f64,
-    /// States that a run keeps, no two alike.
+    /// Number of states that a run keeps, no two alike.
     #[schemars(range(min = 1, max = 1000), extend("x-unit" = "states"))]
     pub best: u32,
-    /// Where along its fingers the hand takes a pair.
+    /// Position along the fingers at which the hand holds a pair.
     #[schemars(extend("examples" = ["any"]))]
     pub depth: DepthSpec,
-    /// Support of the object while the hand takes hold of it.
+    /// Support of the object while the hand closes.
     #[schemars(extend("examples" = ["table"]))]
     pub support: SupportSpec,
     /// With `support = "table"`: smallest height of the hand over the table, on the last 10 cm of its approach and while it
@@ -138,26 +139,27 @@ pub enum RestingSpec {
     MostLikely,
 }
 
-/// Where along its fingers a hand takes a pair.
+/// Position along the fingers at which a hand holds a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DepthSpec {
-    /// Anywhere from the innermost contacts of a gripper's pads, or from between the two contacts of another hand, to 3 mm before
-    /// the tips, and the hand stays there. States are those that both pads hold once closed, or two links that press against
-    /// each other; no two of them are within 2 cm and 15 degrees of each other.
+    /// Anywhere between the innermost contacts of a gripper's pads, or the middle of the two contacts of another hand,
+    /// and 3 mm before the tips; the hand stays there. States are those that, once closed, both pads hold, or two links
+    /// that press against each other; no two states are within 2 cm and 15 degrees of each other.
     Any,
-    /// Half way along a gripper's pads; the hand then comes on to the object by `keep.advance`. States are the best by energy, no two
-    /// of them duplicates as annealing has them.
+    /// Half way along a gripper's pads; the hand then advances to the object by `keep.advance`. States are the best by
+    /// energy, without duplicates as in annealing.
     Middle,
 }
 
-/// Support of an object while a hand takes hold of it.
+/// Support of an object while a hand closes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SupportSpec {
-    /// Nothing: the hand may come from any side.
+    /// No support: the hand can approach from any side.
     None,
-    /// A table: the object lies on it in a resting pose, and the hand comes from above or from aside and stays above the table.
+    /// A table: the object rests on it in a resting pose, and the hand approaches from above or from the side and stays
+    /// above the table.
     Table,
 }
 
@@ -168,18 +170,18 @@ pub struct AnnealingSpec {
     /// Steps per run.
     #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "steps"))]
     pub steps: u32,
-    /// Energy to be minimised.
+    /// Energy to minimise.
     pub energy: EnergySpec,
     /// The space in which the potential's epsilon is measured.
     pub space: SpaceSpec,
     /// Friction coefficient of the potential.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = 10))]
     pub friction: f64,
-    /// Factor of the potential, by which both energies have the scale of the temperatures.
+    /// Factor of the potential, which brings both energies to the scale of the temperatures.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub potential_scale: f64,
-    /// Whether the schedule of temperatures is stretched over the steps, so that short runs end cold, too. If not, step i has
-    /// the temperature of step i of 70,000.
+    /// Whether the schedule of temperatures is stretched over the steps, so that short runs also end cold. If false,
+    /// step i has the temperature of step i of 70,000.
     pub whole_schedule: bool,
     /// Whether only states of lower energy are accepted (plain descent), for comparison.
     #[schemars(extend("examples" = [true]))]
@@ -189,10 +191,10 @@ pub struct AnnealingSpec {
     /// Range of the amplitudes of the eigengrasps: `joints`, as far as the joints allow, or `{ clamped = 4.0 }`.
     #[schemars(extend("examples" = [{ "clamped": 4.0 }]))]
     pub amplitudes: AmplitudesSpec,
-    /// States that a run keeps, no two alike.
+    /// Number of states that a run keeps, no two alike.
     #[schemars(range(min = 1, max = 1000), extend("x-unit" = "states"))]
     pub best: u32,
-    /// Steps in a row without a feasible neighbour after which a run is given up.
+    /// Steps in a row without a feasible neighbour after which a run is abandoned.
     #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "steps"))]
     pub max_failures: u32,
 }
@@ -203,7 +205,7 @@ pub struct AnnealingSpec {
 pub enum EnergySpec {
     /// Distances of the virtual contacts from the surface, and the angles by which their normals point past it.
     Contact,
-    /// The potential, -epsilon of the weighted virtual contacts, where it is below 0, else the contact energy.
+    /// The potential, -epsilon of the weighted virtual contacts, where it is below 0, otherwise the contact energy.
     ContactAndPotential,
 }
 
@@ -211,9 +213,9 @@ pub enum EnergySpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SpaceSpec {
-    /// Forces alone.
+    /// Forces only.
     Force,
-    /// Forces and torques, these about the centre of mass and divided by the object's radius.
+    /// Forces and torques, with torques about the centre of mass and divided by the object's radius.
     Wrench,
 }
 
@@ -221,9 +223,9 @@ pub enum SpaceSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FrameSpec {
-    /// The seed's: origin on the surface, z along the inward normal, a random roll.
+    /// Frame of the seed: origin on the surface, z along the inward normal, a random roll.
     Seed,
-    /// The object's, its origin moved to the centre of its box.
+    /// Frame of the object, with its origin moved to the centre of its box.
     Object,
 }
 
@@ -254,7 +256,7 @@ pub struct ClampedAmplitudes {
     pub clamped: f64,
 }
 
-/// Which grasps are kept.
+/// Criteria for kept grasps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KeepSpec {
@@ -264,7 +266,7 @@ pub struct KeepSpec {
     /// Edges of the friction cone.
     #[schemars(range(min = 3, max = 256), extend("x-unit" = "edges"))]
     pub cone_edges: u32,
-    /// Makes soft fingers of the contacts: largest torque about the normal per unit of normal force. Without it contacts
+    /// Makes the contacts soft fingers: largest torque about the normal per unit of normal force. Without it, contacts
     /// are hard points.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.002], "x-unit" = "m"), range(max = 0.1))]
     pub torsion: Option<f64>,
@@ -280,8 +282,8 @@ pub struct KeepSpec {
     /// Deepest overlap of hand and mesh before closing.
     #[schemars(range(min = 0, max = 0.01), extend("x-unit" = "m"))]
     pub max_penetration: f64,
-    /// Keeps only grasps of an object on a table: for at least one resting pose of the object, the hand stays above the table
-    /// along the last 10 cm of its approach and while it closes.
+    /// Keeps only grasps that are possible on a table: for at least one resting pose of the object, the hand stays
+    /// above the table along the last 10 cm of its approach and while it closes.
     #[schemars(extend("examples" = [true]))]
     pub table: bool,
 }
@@ -290,7 +292,7 @@ pub struct KeepSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PhysicsSpec {
-    /// States that are tried. All others are untried: nothing says that they fail.
+    /// States to try. All others are untried, which does not mean that they fail.
     #[serde(default)]
     #[schemars(extend("examples" = ["kept"]))]
     pub tried: TriedSpec,
@@ -298,14 +300,14 @@ pub struct PhysicsSpec {
     #[serde(default = "physics::friction")]
     #[schemars(range(min = 0, max = 10))]
     pub friction: f64,
-    /// Mass of the object: `auto`, what the job knows of each (`mass`, otherwise `material` of its entry or table), otherwise
-    /// 3.7 kg/m^2 times the area of its convex hull; or a number for all [kg].
+    /// Mass of the object: `auto` uses `mass` or `material` of its entry or table, otherwise 3.7 kg/m^2 times the area
+    /// of its convex hull; or a number for all objects [kg].
     #[serde(default = "physics::mass")]
     #[schemars(extend("examples" = [0.3]))]
     pub mass: MassSpec,
-    /// Runs of a grasp under perturbed conditions, up to the first that ends otherwise than the trials before; all of them where
-    /// its probability of success is measured: friction by 20 %, mass by 10 %, the object's position by 1 mm
-    /// along each axis and its rotation by 1 degree about each (standard deviations).
+    /// Runs of a grasp under perturbed conditions, up to the first that differs from the trials before; all of them
+    /// where its probability of success is measured. Standard deviations: friction 20 %, mass 10 %, the object's
+    /// position 1 mm along each axis and its rotation 1 degree about each.
     #[serde(default = "physics::perturbed_runs")]
     #[schemars(range(min = 0, max = 1000), extend("x-unit" = "runs"))]
     pub perturbed_runs: u32,
@@ -317,26 +319,29 @@ pub struct PhysicsSpec {
     #[serde(default = "physics::rollouts")]
     #[schemars(range(min = 1, max = 10_000), extend("x-unit" = "runs"))]
     pub rollouts: u32,
-    /// Share of the held grasps that are tried under seven variants as well: friction lower by 20 % and by 40 %, twice the mass,
-    /// nothing that supports the object while the hand closes, half the step, elliptic friction cones without `impratio` and
-    /// iterations against slip, and MuJoCo's default solver settings. A grasp that holds under all of them is robust.
+    /// Share of the held grasps that are also tried under seven variants: friction lower by 20 % and by 40 %, twice the
+    /// mass, no support of the object while the hand closes, half the step, elliptic friction cones without `impratio`
+    /// and iterations against slip, and MuJoCo's default solver settings. A grasp that holds under all of them is
+    /// robust.
     #[serde(default = "physics::variant_share")]
     #[schemars(range(min = 0, max = 1))]
     pub variant_share: f64,
-    /// Share of the tried grasps of which the forces of the links on the object and its drift in the hand are stored over time, in the
-    /// trial in the air and in that on the table: a sample every 20 ms, 2.6 kB per grasp of the Barrett hand.
+    /// Share of the tried grasps with stored time series of the links' forces on the object and of its drift in the
+    /// hand, for the trial in the air and the one on the table: a sample every 20 ms, 2.6 kB per grasp of the Barrett
+    /// hand.
     #[serde(default = "physics::series_share")]
     #[schemars(range(min = 0, max = 1))]
     pub series_share: f64,
-    /// Trials that are made again before their outcome becomes a label: grasps that held, once, with elliptic friction cones
-    /// without `impratio` and iterations against slip, friction lower by 20 %, and nothing that supports the object while the
-    /// hand closes (`strict`: and then under MuJoCo's default solver settings); grasps that failed, with sharp edges of the hand's boxes, with the hand 2 mm nearer to the object, with
-    /// friction higher by half, with half the mass, and by MuJoCo's own contacts of the mesh's triangles (where it has few
-    /// enough), up to the first that holds. A grasp whose trials disagree is labelled borderline.
+    /// Trials that are repeated before their outcome becomes a label: grasps that held, once, with elliptic friction
+    /// cones without `impratio` and iterations against slip, friction lower by 20 %, and no support of the object while
+    /// the hand closes (`strict`: and then under MuJoCo's default solver settings); grasps that failed, with sharp
+    /// edges of the hand's boxes, with the hand 2 mm nearer to the object, with friction higher by half, with half the
+    /// mass, and by MuJoCo's own contacts of the mesh's triangles (where it has few enough), up to the first that
+    /// holds. A grasp whose trials disagree is labelled borderline.
     #[serde(default = "physics::confirm")]
     pub confirm: ConfirmSpec,
-    /// Limit of the grasps of a run that are labelled failed, for each that is labelled held, rounded up, and one at least unless this is 0:
-    /// a negative takes up to ten trials. All other grasps that fail their first trial are left at that, unconfirmed.
+    /// Maximum failed labels per held label in a run, rounded up, and at least one unless this is 0: a negative takes
+    /// up to ten trials. All other grasps that fail their first trial stay unconfirmed.
     #[serde(default = "physics::failed_per_held")]
     #[schemars(range(min = 0, max = 1000), extend("examples" = [0.25]))]
     pub failed_per_held: f64,
@@ -344,9 +349,9 @@ pub struct PhysicsSpec {
     #[serde(default)]
     #[schemars(extend("examples" = ["six_directions"]))]
     pub gravity: GravitySpec,
-    /// Tries each state on a table as well: the object rests in the most likely of its resting poses in which the hand stays
-    /// above the table, gravity is on, and nothing but the table holds the object while the hand closes; then the hand lifts
-    /// and shakes it.
+    /// Also tries each state on a table: the object rests in the most likely of its resting poses in which the hand
+    /// stays above the table, gravity is on, and only the table supports the object while the hand closes; then the
+    /// hand lifts and shakes it.
     #[serde(default = "physics::table")]
     pub table: bool,
     /// Coefficient of friction between object and table, and between hand and table.
@@ -355,34 +360,34 @@ pub struct PhysicsSpec {
     pub table_friction: f64,
 }
 
-/// Choice of the states that are tried.
+/// Choice of the states to try.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TriedSpec {
-    /// Every state whose closed hand touches with two links at least, whatever its quality: the trial alone says whether it
-    /// holds.
+    /// Every state whose closed hand touches with at least two links, regardless of its quality: only the trial decides
+    /// whether it holds.
     #[default]
     Closed,
-    /// Kept grasps alone: a state that fails the criteria of `[keep]` stays untried.
+    /// Kept grasps only: a state that fails the criteria of `[keep]` stays untried.
     Kept,
 }
 
-/// Choice of the trials that are made again.
+/// Choice of the trials to repeat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ConfirmSpec {
-    /// Trials that held, under MuJoCo's default settings as well, and trials that failed: for hands whose fingers press at an
-    /// angle, as those of three and more do.
+    /// Trials that held, also under MuJoCo's default settings, and trials that failed: for hands whose fingers press at
+    /// an angle, such as those with three or more fingers.
     Strict,
     /// Trials that held and trials that failed.
     Both,
-    /// Trials that failed alone: enough for grippers that are tried on a table as well.
+    /// Only trials that failed: enough for grippers that are also tried on a table.
     Failed,
     /// None.
     None,
 }
 
-/// Defaults of keys of `[physics]` that are not written: the section itself has none.
+/// Defaults of missing keys of `[physics]`: the section itself has none.
 mod physics {
     use super::{AutoMass, ConfirmSpec, MassSpec};
 
@@ -431,9 +436,9 @@ mod physics {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum MassSpec {
-    /// By the table of objects, else by its volume.
+    /// By the table of objects, otherwise by its convex hull.
     Auto(AutoMass),
-    /// Every object the same [kg].
+    /// One mass for all objects [kg].
     Kilograms(#[schemars(range(min = 0.001, max = 100))] f64),
 }
 
@@ -441,7 +446,7 @@ pub enum MassSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AutoMass {
-    /// By the table of objects, else by the volume of the solid.
+    /// By the table of objects, otherwise by its convex hull.
     Auto,
 }
 

@@ -12,21 +12,21 @@ use format::HeatmapLabel;
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
 
-/// A job that marks the grasps of all bodies of settled scenes in images of these scenes: where would palm and fingertips of the hand be,
-/// and how good is each grasp?
+/// A job that marks the grasps of all bodies of settled scenes in images of these scenes: positions of palm and
+/// fingertips of the hand, and the label of each grasp.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HeatmapsSpec {
     /// The views, a finished dataset: their cameras and scenes.
     pub views: ViewsSourceSpec,
     /// The grasps of the bodies of the same scenes, a finished dataset.
     pub picks: PicksSourceSpec,
-    /// The hand of these grasps, which says where its fingertips are.
+    /// The hand of these grasps, which defines its fingertips.
     // Without an `Option` a mistake in it would hide those of the other keys.
     #[schemars(required)]
     pub hand: Option<HandSpec>,
     /// The heatmaps and their labels.
     pub heatmaps: HeatmapSpec,
-    /// The patches, which lie around the points of a grasp where all of them are well inside the image.
+    /// The patches around the points of a grasp, where all of them are well inside the image.
     pub patches: SquaresSpec,
     /// The files of the dataset.
     pub shards: HeatmapShardsSpec,
@@ -45,19 +45,19 @@ impl HeatmapsSpec {
 pub struct HeatmapSpec {
     /// The label of a grasp.
     pub label: LabelSpec,
-    /// Number of grasp types: the most common ones among the free grasps of the whole dataset, with `label = "trial"` among those that
-    /// held, the lower type first where two are as common. Grasps of other types are counted and left out. Grasps of a hand
-    /// without types count as of one.
+    /// Number of grasp types: the most common ones among the free grasps of the whole dataset, with `label = "trial"`
+    /// among those that held, the lower type first where two are equally common. Grasps of other types are counted and
+    /// left out. Grasps of a hand without types count as one type.
     #[schemars(range(min = 1, max = 4096), extend("x-unit" = "types"))]
     pub types: u32,
-    /// The fingertips: contacts of the hand, by the names of their sites. Without it, the pads of a hand with two pads; every other
-    /// hand needs it.
+    /// The fingertips: contacts of the hand, by the names of their sites. Default: the pads of a hand with two pads;
+    /// required for every other hand.
     #[schemars(length(min = 1, max = 15), extend("examples" = [["distal_1_outer", "distal_2_outer", "distal_3_outer"]]))]
     pub tips: Option<Vec<String>>,
     /// Largest angle between the approaches of the marked grasps and the camera's axis.
     #[schemars(range(min = 0, max = std::f64::consts::PI), extend("x-unit" = "rad"))]
     pub max_angle: f64,
-    /// Depth is stored in steps of this length as 16-bit numbers; 0: in metres as 32-bit floats.
+    /// Step of the stored depth, as 16-bit numbers; 0 stores metres as 32-bit floats.
     #[schemars(range(min = 0, max = 0.01), extend("x-unit" = "m"))]
     pub depth_step: f64,
 }
@@ -66,9 +66,9 @@ pub struct HeatmapSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LabelSpec {
-    /// Label by trials among the neighbours: -1 for a grasp that held, 1 for one that failed, 0 where no trial says anything.
+    /// Label by trials among the neighbours: -1 for a grasp that held, 1 for one that failed, 0 without a result.
     Trial,
-    /// -1 for every free grasp: the hand comes to it and closes in it without touching anything else.
+    /// -1 for every free grasp: the hand reaches it and closes without touching anything else.
     Free,
 }
 
@@ -97,8 +97,8 @@ pub struct SquaresSpec {
     /// Side of each patch.
     #[schemars(range(min = 4, max = 1024), extend("x-unit" = "px"))]
     pub side: u32,
-    /// Names besides the squares of `side` pixels of the image others that cover one size in metres, `size`, at the depth of their
-    /// points.
+    /// Stores in addition to the squares of `side` pixels others that cover one size in metres, `size`, at the depth of
+    /// their points.
     pub metric: bool,
     /// With `metric`: side of these squares.
     #[schemars(range(max = 10), extend("x-unit" = "m", "exclusiveMinimum" = 0))]
@@ -109,8 +109,8 @@ pub struct SquaresSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HeatmapShardsSpec {
-    /// Images per shard. Without it, a thirty-second of all images, but from 8 to 64: threads and tasks take whole shards.
-    /// Changes no sample.
+    /// Images per shard. Default: a thirty-second of all images, at least 8 and at most 64, since threads and tasks
+    /// make whole shards. Changes no sample.
     #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "images", "examples" = [64]))]
     pub samples: Option<u32>,
 }

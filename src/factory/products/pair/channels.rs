@@ -35,7 +35,7 @@ fn payload<'w>(out: &'w mut SampleWriter<'_>, product: Product, channel: Channel
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChannelsSpec {
-    /// Which cells the camera sees to be free, one more bit per cell: free, surface and unseen can be distinguished.
+    /// Cells that the camera sees to be free, one more bit per cell: distinguishes free, surface and unseen cells.
     pub visibility: bool,
     /// The depth crop.
     pub depth: DepthSpec,
@@ -46,7 +46,7 @@ pub struct ChannelsSpec {
     pub cloud: bool,
     /// Truncated signed distance at the same grid.
     pub tsdf: bool,
-    /// With `tsdf`: where it is cut.
+    /// With `tsdf`: truncation.
     #[schemars(extend("x-unit" = "cells", "exclusiveMinimum" = 0))]
     pub tsdf_truncation: f64,
     /// Share of each cell that is solid, 8 bits.

@@ -17,7 +17,7 @@ pub struct GridSpec {
     pub drop_index_zero: bool,
 }
 
-/// When a cell of the complete grid is occupied.
+/// Rule for the occupied cells of the complete grid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TruthSpec {
@@ -26,7 +26,7 @@ pub struct TruthSpec {
     /// With `rule = "fraction"`: smallest share of the cell that is solid.
     #[schemars(extend("exclusiveMinimum" = 0, "examples" = [0.5]), range(max = 1))]
     pub fraction: Option<f64>,
-    /// Quirk of the thesis: the 256^3 solid also holds every cell that the surface crosses, as binvox does.
+    /// Quirk of the thesis: the 256^3 solid also contains every cell that the surface crosses, as in binvox.
     pub solid_with_surface: bool,
 }
 
@@ -34,8 +34,8 @@ pub struct TruthSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TruthRule {
-    /// The closed cell meets the solid: the surface passes through it or its centre is inside. Then every partial grid
-    /// lies in its complete grid.
+    /// The closed cell meets the solid: the surface passes through it or its centre is inside. Every partial grid is
+    /// then contained in its complete grid.
     AnyOverlap,
     /// The cell's centre is inside the solid.
     Centre,

@@ -11,12 +11,12 @@ use crate::{job::spec::HandSpec, products::appearance::RenderSpec};
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
 
-/// A job that renders grasps: what does a camera see around the palm and the fingertips of the hand?
+/// A job that renders the image patches around the palm and the fingertips of grasps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PatchesSpec {
     /// The grasps, a finished dataset.
     pub grasps: GraspsSourceSpec,
-    /// The hand of these grasps, which says where its fingertips are.
+    /// The hand of these grasps, which defines its fingertips.
     // Without an `Option` a mistake in it would hide those of the other keys.
     #[schemars(required)]
     pub hand: Option<HandSpec>,
@@ -29,7 +29,7 @@ pub struct PatchesSpec {
     pub scene: PatchSceneSpec,
     /// The images.
     pub render: RenderSpec,
-    /// Whole images beside the patches.
+    /// Whole images in addition to the patches.
     pub images: PatchImagesSpec,
     /// The files of the dataset.
     pub shards: PatchShardsSpec,
@@ -55,9 +55,9 @@ pub struct GraspsSourceSpec {
     /// With `label = "trial"`: the digest of its physics numbers (64 hexadecimal digits); a resolved job pins it.
     #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
     pub trials_root: Option<String>,
-    /// Number of grasp types: the most common ones among the kept grasps of the whole dataset, with `label = "trial"` among
-    /// those that held, on a table among those that one allows, the lower type first where two are as common. Grasps of other
-    /// types are left out.
+    /// Number of grasp types: the most common ones among the kept grasps of the whole dataset, with `label = "trial"`
+    /// among those that held, on a table among those that a table allows, the lower type first where two are equally
+    /// common. Grasps of other types are left out.
     #[schemars(range(min = 1, max = 4096), extend("x-unit" = "types"))]
     pub types: u32,
 }
@@ -76,8 +76,8 @@ pub struct PatchSpec {
     pub label: PatchLabel,
     /// Marks each point that the surface in the depth image hides.
     pub visibility: bool,
-    /// Stores besides the patches of `side` pixels of the image others that show squares of one size in metres, `size`, at the
-    /// depth of their points, resampled to `side` pixels.
+    /// Stores in addition to the patches of `side` pixels others that show squares of one size in metres, `size`, at
+    /// the depth of their points, resampled to `side` pixels.
     pub metric: bool,
     /// With `metric`: side of these squares.
     #[schemars(range(max = 10), extend("x-unit" = "m", "exclusiveMinimum" = 0))]
@@ -88,7 +88,7 @@ pub struct PatchSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PatchCameraSpec {
-    /// From the camera back along the approach to the centre of the object's box.
+    /// Distance of the camera from the centre of the object's box, back along the approach.
     #[schemars(range(max = 100), extend("x-unit" = "m", "exclusiveMinimum" = 0))]
     pub distance: f64,
     /// Image width.
@@ -100,11 +100,11 @@ pub struct PatchCameraSpec {
     /// Horizontal field of view; pixels are square, the principal point is in the middle.
     #[schemars(extend("x-unit" = "rad", "exclusiveMinimum" = 0, "maximum" = 3.1))]
     pub horizontal_fov: f64,
-    /// Nothing nearer than this along the optical axis is seen.
+    /// Nearest visible distance along the optical axis.
     #[schemars(extend("x-unit" = "m", "exclusiveMinimum" = 0))]
     pub near: f64,
-    /// Quirk of the thesis: points of the hand are projected with this focal length and not with that of the images, so that
-    /// patches lie off their points, the further the nearer to the border (6 % for 640 px and 1.047 rad).
+    /// Quirk of the thesis: points of the hand are projected with this focal length and not with that of the images, so
+    /// that patches are off their points, increasingly towards the border (6 % for 640 px and 1.047 rad).
     #[schemars(extend("x-unit" = "px", "exclusiveMinimum" = 0))]
     pub point_focal_length: Option<f64>,
 }
@@ -118,16 +118,16 @@ pub struct PatchSceneSpec {
     pub table: bool,
 }
 
-/// Whole images beside the patches, each on a topic of its own.
+/// Whole images in addition to the patches, each on a separate topic.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PatchImagesSpec {
-    /// The depth image that the patches are cut out of; with `render.colour` the same image in colour, too.
+    /// The depth image that the patches are cut from; with `render.colour` also the same image in colour.
     pub full: bool,
-    /// Truth for heatmaps over that image: palm and fingertips of all grasps of the object, of the chosen types, that come from
-    /// about where the camera stands.
+    /// Truth for heatmaps over that image: palm and fingertips of all grasps of the object, of the chosen types, that
+    /// approach from about the camera's direction.
     pub heatmaps: bool,
-    /// With `heatmaps`: how far their approaches are from the camera's axis, at most.
+    /// With `heatmaps`: largest angle between their approaches and the camera's axis.
     #[schemars(range(min = 0, max = std::f64::consts::PI), extend("x-unit" = "rad"))]
     pub heatmap_angle: f64,
 }

@@ -15,7 +15,7 @@ pub struct PicksSourceSpec {
     /// The digest of its exact numbers (64 hexadecimal digits); a resolved job pins it.
     #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
     pub root: Option<String>,
-    /// The digest of its physics numbers (64 hexadecimal digits), where it has trials; a resolved job pins it.
+    /// The digest of its physics numbers (64 hexadecimal digits), if it has trials; a resolved job pins it.
     #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
     pub trials_root: Option<String>,
 }

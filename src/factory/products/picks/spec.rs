@@ -11,8 +11,8 @@ use format::{AwakeBodies, TakenGrasps};
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
 
-/// A job that evaluates stored grasps in settled scenes: which the hand comes to without touching anything else, and what comes of some of
-/// them among the neighbours.
+/// A job that evaluates stored grasps in settled scenes: which are reachable without touching anything else, and
+/// whether some of them succeed among the neighbours.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PicksSpec {
     /// The scenes, a finished dataset.
@@ -23,7 +23,7 @@ pub struct PicksSpec {
     // Without an `Option` a mistake in it would hide those of the other keys.
     #[schemars(required)]
     pub hand: Option<HandSpec>,
-    /// Grasps that are evaluated, and those that are tried.
+    /// Grasps to evaluate, and grasps to try.
     pub picks: PickSpec,
     /// The files of the dataset.
     pub shards: PickShardsSpec,
@@ -51,28 +51,29 @@ pub struct PickGraspsSpec {
     pub trials_root: Option<String>,
 }
 
-/// Grasps that are evaluated, and those that are tried.
+/// Grasps to evaluate, and grasps to try.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PickSpec {
-    /// Stored grasps that are taken. Without it, `held` where the dataset of grasps has trials, else `kept`.
+    /// Stored grasps to use. Default: `held` if the dataset of grasps has trials, otherwise `kept`.
     #[schemars(extend("examples" = ["held"]))]
     pub grasps: Option<TakeSpec>,
-    /// Directions in which each stored grasp is evaluated: the hand is rotated about its closing line through the mean of the
-    /// grasp's contacts, evenly over the full circle, and closes anew. Without it, 16 for a hand whose two pads slide towards each other,
-    /// and 1, the stored grasp alone, for every other.
+    /// Directions in which each stored grasp is evaluated: the hand is rotated about its closing line through the mean
+    /// of the grasp's contacts, evenly over the full circle, and closes again. Default: 16 for a hand whose two pads
+    /// slide towards each other, and 1, only the stored grasp, for every other hand.
     #[schemars(range(min = 1, max = 360), extend("x-unit" = "directions", "examples" = [16]))]
     pub rolls: Option<u32>,
-    /// Grasps that are evaluated of each body, at most, drawn without replacement from its stored grasps and their directions.
+    /// Largest number of grasps to evaluate per body, drawn without replacement from its stored grasps and their
+    /// directions.
     #[schemars(range(min = 1, max = 100_000), extend("x-unit" = "grasps"))]
     pub candidates: u32,
-    /// The hand keeps so far from everything but the body that it grasps.
+    /// Smallest distance of the hand from everything except the body that it grasps.
     #[schemars(range(min = 0, max = 0.009), extend("x-unit" = "m"))]
     pub margin: f64,
-    /// Free grasps that are tried of each body, at most, in MuJoCo; with 0 nothing is tried.
+    /// Largest number of free grasps to try per body in MuJoCo; 0 disables trials.
     #[schemars(range(max = 10_000), extend("x-unit" = "grasps"))]
     pub trials: u32,
-    /// Bodies that may move in a trial.
+    /// Bodies that can move in a trial.
     pub movable: MovableSpec,
 }
 
@@ -86,7 +87,7 @@ pub enum TakeSpec {
     Held,
     /// The kept grasps.
     Kept,
-    /// All whose closed hand touches with two links at least, whatever their quality.
+    /// All grasps whose closed hand touches with at least two links, regardless of their quality.
     Closed,
 }
 
@@ -112,11 +113,12 @@ impl From<TakenGrasps> for TakeSpec {
     }
 }
 
-/// Choice of bodies that may move.
+/// Choice of bodies that can move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MovableSpec {
-    /// Bodies that touch the grasped one or touch such a body, and bodies that the hand comes within 5 cm of; the others stand still.
+    /// Bodies that touch the grasped one or touch such a body, and bodies within 5 cm of the hand's path; the others
+    /// are fixed.
     Near,
     /// All bodies.
     All,
@@ -144,8 +146,8 @@ impl From<AwakeBodies> for MovableSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PickShardsSpec {
-    /// Bodies per shard. Without it, a thirty-second of all bodies, but from 8 to 64: threads and tasks take whole shards.
-    /// Changes no sample.
+    /// Bodies per shard. Default: a thirty-second of all bodies, at least 8 and at most 64, since threads and tasks
+    /// make whole shards. Changes no sample.
     #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "bodies", "examples" = [64]))]
     pub samples: Option<u32>,
 }

@@ -11,10 +11,10 @@ use crate::job::Profile;
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
 
-/// A job that labels every pose of a grid: can the robot's end effector be brought there without a collision?
+/// A job that labels every pose of a grid: whether the robot's end effector reaches it without a collision.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ReachabilitySpec {
-    /// The robot, and which of its joints bring what to the poses.
+    /// The robot, with the joints that move and the frame to bring to the poses.
     // Without an `Option` a mistake in it would hide those of the other keys.
     #[schemars(required)]
     pub robot: Option<RobotSpec>,
@@ -25,7 +25,7 @@ pub struct ReachabilitySpec {
     /// Solver that finds joint values.
     #[schemars(extend("examples" = ["closed_form"]))]
     pub solver: Solver,
-    /// Collision test: what counts as a collision, and who finds it.
+    /// Collision test.
     #[schemars(extend("examples" = ["mujoco"]))]
     pub collisions: CollisionTest,
     /// The signed distance to the border of the reachable set.
@@ -51,14 +51,14 @@ pub struct RobotSpec {
     /// The planning group: the joints that move, by name, from the base outward.
     #[schemars(length(min = 1), extend("examples" = [["shoulder", "elbow", "wrist"]]))]
     pub joints: Vec<String>,
-    /// The site, or else the body (a link of a URDF), whose frame is brought to the poses.
+    /// The site, or else the body (a link of a URDF), whose frame reaches the poses.
     #[schemars(length(min = 1), extend("examples" = ["wrist_roll_link"]))]
     pub target: String,
-    /// The body or site whose frame the poses are in; it has to stand still. Without it, the world.
+    /// The body or site in whose frame the poses are expressed; it must be fixed. Default: the world.
     #[schemars(length(min = 1), extend("examples" = ["base_link"]))]
     pub frame: Option<String>,
-    /// Values of joints that stand still, by name: radians, or metres where they slide. A joint that follows one of them by
-    /// `<equality><joint>` follows its value; joints named nowhere stand where the description has them.
+    /// Values of fixed joints, by name: radians, or metres if they slide. A joint that follows one of them by
+    /// `<equality><joint>` follows its value; all other joints have the values of the description.
     #[schemars(extend("examples" = [{ "torso_lift_joint": 0.1 }]))]
     pub fixed: Option<BTreeMap<String, f64>>,
     /// Content that the description must have (64 hexadecimal digits); a resolved job pins it.
@@ -111,10 +111,10 @@ pub struct SpanSpec {
     /// The first position.
     #[schemars(extend("x-unit" = "m", "examples" = [0.0]))]
     pub from: f64,
-    /// Where the positions end; not one of them.
+    /// End of the positions, exclusive.
     #[schemars(extend("x-unit" = "m", "examples" = [1.2]))]
     pub to: f64,
-    /// From one position to the next, above zero.
+    /// Distance from one position to the next, above zero.
     #[schemars(extend("x-unit" = "m", "examples" = [0.1]))]
     pub step: f64,
 }
@@ -127,8 +127,8 @@ pub struct FieldSpec {
     /// axes equal.
     #[schemars(extend("examples" = ["thesis"]))]
     pub profile: Profile,
-    /// With `profile = "standard"`: metres that count as much as one radian. Without it, 0.127 (45 degrees count as much as
-    /// 0.1 m).
+    /// With `profile = "standard"`: metres equivalent to one radian. Default: 0.127 (45 degrees are equivalent to 0.1
+    /// m).
     #[schemars(extend("x-unit" = "m/rad", "exclusiveMinimum" = 0, "examples" = [0.2]))]
     pub radian_weight: Option<f64>,
 }
@@ -137,8 +137,8 @@ pub struct FieldSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PositionShardsSpec {
-    /// Positions per shard, each with all its orientations. Without it, as many as make about 65,536 poses. Changes no
-    /// label.
+    /// Positions per shard, each with all its orientations. Default: the number that gives about 65,536 poses. Changes
+    /// no label.
     #[schemars(range(min = 1, max = 1_000_000), extend("x-unit" = "positions", "examples" = [512]))]
     pub positions: Option<u32>,
 }

@@ -1,4 +1,4 @@
-//! The keys of touch beside pairs.
+//! The keys of touch stored with pairs.
 
 use std::path::Path;
 
@@ -8,32 +8,32 @@ use serde::{Deserialize, Serialize};
 use super::settings::{Exploration, ExplorationTarget, RandomRays, RayTarget, Touch, TouchByHand};
 use crate::job::spec::HandSpec;
 
-/// Touch that goes with each pair, of what the camera did not see.
+/// Tactile contacts on the hidden surface, stored with each pair.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TouchSpec {
-    /// Rays from the object's far side towards the camera, along its optical axis, at random positions of the object's box:
-    /// where each meets the object first.
+    /// Rays from the object's far side towards the camera, along its optical axis, at random positions of the object's
+    /// box: the first contact of each with the object.
     #[schemars(extend("examples" = [true]))]
     pub random_rays: bool,
-    /// With `random_rays`: how many for each view.
+    /// With `random_rays`: number of rays per view.
     #[schemars(range(min = 1, max = 100_000), extend("x-unit" = "rays"))]
     pub rays: u32,
-    /// With `random_rays`: what a ray meets.
+    /// With `random_rays`: geometry that rays meet.
     #[schemars(extend("examples" = ["mesh"]))]
     pub ray_target: RayTarget,
-    /// A hand explores what the camera did not see: guarded moves, each of which ends where the hand comes to
-    /// rest on the object, or when it has missed it.
+    /// A hand explores the hidden surface by guarded moves, each of which ends when the hand rests on the object, or
+    /// has missed it.
     #[schemars(extend("examples" = [true]))]
     pub exploration: bool,
-    /// With `exploration`: how many guarded moves for each view.
+    /// With `exploration`: number of guarded moves per view.
     #[schemars(range(min = 1, max = 1000), extend("x-unit" = "approaches"))]
     pub approaches: u32,
-    /// With `exploration`: what the hand goes to.
+    /// With `exploration`: targets of the hand.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("examples" = ["unseen_cells"]))]
     pub exploration_target: Option<ExplorationTarget>,
-    /// A hand takes hold of the object once.
+    /// A hand grasps the object once.
     #[schemars(extend("examples" = [true]))]
     pub grasp: bool,
     /// With `exploration` or `grasp`: the hand.
@@ -42,10 +42,10 @@ pub struct TouchSpec {
 }
 
 impl TouchSpec {
-    /// Writes the kinds of touch into keys that hold the defaults; those of kinds that are not asked for stay. With a folder the
-    /// hand's file is named relative to it, otherwise by content alone.
+    /// Writes the kinds of touch into keys that hold the defaults; those of other kinds stay. With a folder the hand's
+    /// file is named relative to it, otherwise by content alone.
     pub fn write(&mut self, touch: &Touch, folder: Option<&Path>) {
-        // Digests of jobs without an exploration do not know the key.
+        // Digests of jobs without an exploration do not contain the key.
         self.exploration_target = None;
         if let Some(RandomRays { count, target }) = touch.random_rays {
             (self.random_rays, self.rays, self.ray_target) = (true, count, target);
