@@ -4,7 +4,6 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
-    sync::LazyLock,
 };
 
 use graspmill::{
@@ -60,13 +59,8 @@ pub(super) fn amodal_job(views: &str, more: &str) -> String {
 
 /// A workspace with bins and views of them, which are made once.
 pub(super) fn with_views() -> Workspace {
-    static MADE: LazyLock<Workspace> = LazyLock::new(|| {
-        let made = Workspace::kept("scenes-amodal");
-        made.make_dataset("scenes", BINS, &[]);
-        made.make_dataset("views", &views_job("scenes", SHELL, ""), &[]);
-        made
-    });
-    Workspace::copy_of(&MADE)
+    let jobs = [("scenes", BINS.to_owned()), ("views", views_job("scenes", SHELL, ""))];
+    Workspace::copy_of(&Workspace::with_datasets(&jobs))
 }
 
 fn reader(folder: &Path) -> DatasetReader {

@@ -5,7 +5,6 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::Path,
-    sync::LazyLock,
 };
 
 use graspmill::{
@@ -73,17 +72,20 @@ pub(super) fn heatmaps_job(keys: &str) -> String {
     )
 }
 
-/// A workspace with scenes, views, grasps, and picks with four trials of each body, which are made once.
+/// Jobs of scenes, views, grasps, and picks with four trials of each body.
+pub(super) fn input_jobs() -> Vec<(&'static str, String)> {
+    let scenes = format!("{BINS}{NO_SPLIT}");
+    vec![
+        ("scenes", scenes),
+        ("views", views_job(CAMERAS)),
+        ("grasps", grasps_job()),
+        ("picks", picks_job("trials = 4")),
+    ]
+}
+
+/// A workspace with the datasets of [`input_jobs`].
 pub(super) fn with_inputs() -> Workspace {
-    static MADE: LazyLock<Workspace> = LazyLock::new(|| {
-        let made = Workspace::kept("scenes-heatmaps");
-        made.make_dataset("scenes", &format!("{BINS}{NO_SPLIT}"), &[]);
-        made.make_dataset("views", &views_job(CAMERAS), &[]);
-        made.make_dataset("grasps", &grasps_job(), &[]);
-        made.make_dataset("picks", &picks_job("trials = 4"), &[]);
-        made
-    });
-    Workspace::copy_of(&MADE)
+    Workspace::copy_of(&Workspace::with_datasets(&input_jobs()))
 }
 
 fn heatmaps(folder: &Path) -> Vec<SceneHeatmap> {

@@ -5,7 +5,6 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     f64::consts::TAU,
     path::Path,
-    sync::LazyLock,
 };
 
 use graspmill::{
@@ -62,15 +61,9 @@ pub(super) fn picks_job(picks: &str) -> String {
 
 /// A workspace with scenes, and grasps that were tried or not, which are made once.
 fn with_inputs(tried: bool) -> Workspace {
-    static UNTRIED: LazyLock<Workspace> = LazyLock::new(|| made("scenes-picks", ""));
-    static TRIED: LazyLock<Workspace> = LazyLock::new(|| made("scenes-picks-tried", PHYSICS));
-    fn made(name: &str, physics: &str) -> Workspace {
-        let made = Workspace::kept(name);
-        made.make_dataset("scenes", &format!("{BINS}{NO_SPLIT}"), &[]);
-        made.make_dataset("grasps", &grasps_job(&GRASPED, physics), &[]);
-        made
-    }
-    Workspace::copy_of(if tried { &TRIED } else { &UNTRIED })
+    let physics = if tried { PHYSICS } else { "" };
+    let jobs = [("scenes", format!("{BINS}{NO_SPLIT}")), ("grasps", grasps_job(&GRASPED, physics))];
+    Workspace::copy_of(&Workspace::with_datasets(&jobs))
 }
 
 fn reader(folder: &Path) -> DatasetReader {

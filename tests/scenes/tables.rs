@@ -1,10 +1,8 @@
 //! Tables of everything that is made of scenes: another program compares each value with what the Python package reads in the shards.
 
-use std::sync::LazyLock;
-
 use serde_json::Value;
 
-use super::heatmaps::{heatmaps_job, with_inputs};
+use super::heatmaps::{heatmaps_job, input_jobs};
 use crate::support::{
     files::{copy_folder, repository_path},
     first_words::check_first_words,
@@ -19,23 +17,14 @@ const PAIRS: &str = "product = \"amodal\"\nseed = 3\ntouch = { random_rays = tru
 
 /// A dataset of each product that is made of scenes, made once.
 fn with_all() -> Workspace {
-    static MADE: LazyLock<Workspace> = LazyLock::new(make_all);
-    Workspace::copy_of(&MADE)
-}
-
-/// In a folder that is as deep as that of the inputs, whose jobs name the hand by a relative path.
-fn make_all() -> Workspace {
-    let workspace = Workspace::kept("scenes-all");
-    copy_folder(with_inputs().folder(), workspace.folder());
     let hand = repository_path(GRIPPER);
     let volumes = format!(
         "product = \"volumes\"\nseed = 3\n[views]\ndataset = \"views\"\n[fusion]\nviews = [1, 3]\nper_scene = 2\nsize = 0.42\n\
          support_height = 0.05\n[picks]\ndataset = \"picks\"\n[hand]\nmodel = {hand:?}\n"
     );
-    workspace.make_dataset("amodal", PAIRS, &[]);
-    workspace.make_dataset("volumes", &volumes, &[]);
-    workspace.make_dataset("heatmaps", &heatmaps_job(""), &[]);
-    workspace
+    let mut jobs = input_jobs();
+    jobs.extend([("amodal", PAIRS.to_owned()), ("volumes", volumes), ("heatmaps", heatmaps_job(""))]);
+    Workspace::copy_of(&Workspace::with_datasets(&jobs))
 }
 
 #[test]

@@ -4,7 +4,6 @@
 use std::{
     fs,
     path::{Path, PathBuf},
-    sync::LazyLock,
 };
 
 use graspmill::{
@@ -49,12 +48,7 @@ fn job(cameras: &[&str], more: &str) -> String {
 
 /// A workspace with scenes, which are made once.
 fn with_scenes() -> Workspace {
-    static MADE: LazyLock<Workspace> = LazyLock::new(|| {
-        let made = Workspace::kept("scenes-views");
-        made.make_dataset("scenes", &format!("{BINS}{NO_SPLIT}"), &[]);
-        made
-    });
-    Workspace::copy_of(&MADE)
+    Workspace::copy_of(&Workspace::with_datasets(&[("scenes", format!("{BINS}{NO_SPLIT}"))]))
 }
 
 fn samples(folder: &Path) -> Vec<Sample> {

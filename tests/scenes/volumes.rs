@@ -4,7 +4,6 @@
 use std::{
     collections::{BTreeMap, BTreeSet},
     path::Path,
-    sync::LazyLock,
 };
 
 use graspmill::{
@@ -55,20 +54,15 @@ fn volumes_job(fusion: &str) -> String {
     )
 }
 
-/// Makes bins, and views of them.
-fn make_views(workspace: &Workspace, more: &str) {
-    workspace.make_dataset("scenes", BINS, &[]);
-    workspace.make_dataset("views", &views_job(SHELL, more), &[]);
+/// A workspace with bins, and views of them by a job with more keys.
+fn with_views_by(more: &str) -> Workspace {
+    let jobs = [("scenes", BINS.to_owned()), ("views", views_job(SHELL, more))];
+    Workspace::copy_of(&Workspace::with_datasets(&jobs))
 }
 
 /// A workspace with bins and views of them, which are made once.
 fn with_views() -> Workspace {
-    static MADE: LazyLock<Workspace> = LazyLock::new(|| {
-        let made = Workspace::kept("scenes-volumes");
-        make_views(&made, "");
-        made
-    });
-    Workspace::copy_of(&MADE)
+    with_views_by("")
 }
 
 fn reader(folder: &Path) -> DatasetReader {
@@ -166,8 +160,7 @@ fn check_by_peers(program: Program, workspace: &Workspace, rule: &str, count: &s
 #[test]
 fn numpy_fuses_the_same_distances_and_libigl_finds_the_same_bodies() {
     // With a sensor: holes, noise, and depths between two surfaces.
-    let workspace = Workspace::new();
-    make_views(&workspace, "sensor = { profile = \"kinect-v1\" }");
+    let workspace = with_views_by("sensor = { profile = \"kinect-v1\" }");
     workspace.make_dataset("volumes", &volumes_job(""), &[]);
     let found = check_by_peers(Program::python(), &workspace, "numpy", "12");
     assert!(found["occupied"].as_u64().expect("a count") > 12 * 300, "{found}");

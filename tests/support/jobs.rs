@@ -73,8 +73,10 @@ pub fn make_small_datasets(workspace: &Workspace) -> Vec<(&'static str, PathBuf)
 
 /// The small dataset of each product, made once for all tests of a binary that only read them.
 pub fn small_datasets() -> &'static [(&'static str, PathBuf)] {
-    static MADE: LazyLock<Vec<(&str, PathBuf)>> =
-        LazyLock::new(|| make_small_datasets(&Workspace::kept(concat!("small-", env!("CARGO_CRATE_NAME")))));
+    static MADE: LazyLock<Vec<(&str, PathBuf)>> = LazyLock::new(|| {
+        let workspace = Workspace::with_datasets(&small_jobs(Path::new("")));
+        small_jobs(Path::new("")).map(|(name, _)| (name, workspace.path(name))).into()
+    });
     &MADE
 }
 

@@ -1,16 +1,28 @@
 //! Folders that tests work in.
 
 use std::{
-    fs,
+    fs::{self, File},
     path::{Path, PathBuf},
+    sync::LazyLock,
 };
 
+use graspmill::ids::Digest;
 use tempfile::TempDir;
 
 use super::{
-    files::{copy_folder, read_text},
+    files::{copy_folder, digest_dataset, read_text, repository_path},
     program::Program,
 };
+
+/// Digest of the built program and of the descriptions in `scenes/`: fixtures of another program are not used.
+static PROGRAM: LazyLock<Digest> = LazyLock::new(|| {
+    let program = fs::read(env!("CARGO_BIN_EXE_graspmill")).expect("the program");
+    let scenes = digest_dataset(repository_path("scenes"));
+    Digest::of(format!("{} {scenes:?}", Digest::of(&program)).as_bytes())
+});
+
+/// Folder of the fixtures, which later runs of the tests use again.
+const FIXTURES: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/fixtures");
 
 /// A folder that a test works in.
 pub struct Workspace {
@@ -33,6 +45,32 @@ impl Workspace {
         _ = fs::remove_dir_all(&folder);
         fs::create_dir_all(&folder).expect("a folder");
         Self { folder, _temporary: None }
+    }
+
+    /// A workspace with datasets made by these jobs, by name, each of which may name those before it by relative paths.
+    ///
+    /// Every prefix of the list is a fixture: a folder of `target/tmp/fixtures` named by a digest of the program, the names and
+    /// the jobs. It is made once, also when several tests need it at the same time, and kept for later runs. Tests must not
+    /// write into it: [`Workspace::copy_of`] gives a copy.
+    #[track_caller]
+    pub fn with_datasets(jobs: &[(&str, String)]) -> Self {
+        let Some(((name, job), before)) = jobs.split_last() else { panic!("no dataset") };
+        let key = Digest::of(format!("{} {jobs:?}", *PROGRAM).as_bytes()).hex();
+        let fixture = Self { folder: Path::new(FIXTURES).join(&key[..24]), _temporary: None };
+        fs::create_dir_all(FIXTURES).expect("a folder");
+        let lock = File::create(fixture.folder.with_extension("lock")).expect("a lock");
+        lock.lock().expect("locked");
+        let complete = fixture.folder.with_extension("complete");
+        if !complete.exists() {
+            _ = fs::remove_dir_all(&fixture.folder);
+            fs::create_dir(&fixture.folder).expect("a folder");
+            if !before.is_empty() {
+                copy_folder(Self::with_datasets(before).folder(), fixture.folder());
+            }
+            fixture.make_dataset(name, job, &[]);
+            File::create(complete).expect("a mark");
+        }
+        fixture
     }
 
     /// A folder that is removed with the workspace, with a copy of everything in another.
