@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Checks the language of comments, messages and documents: three rules that a program can hold.
+"""Checks the language of comments, messages and documents: four rules that a program can check.
 
     python scripts/language.py               the whole repository; prints `file:line: rule: text` per finding
     python scripts/language.py --counts      lines of documentation, and how many of them begin with an opening word
+    python scripts/language.py --frequencies [FOLDER]   words per 1,000 of documents, comments and messages, here or in a folder
     python scripts/language.py --self-test   asserts what the rules find and what they pass
 
 opening: a doc comment, a docstring or a paragraph of a document names its subject. It begins with none of Of, Those, What,
@@ -12,6 +13,8 @@ per:     rates use "per": samples per shard, not "samples a shard".
 word:    documents, messages and help strings use the field's words: rotation, not turn; index, position or pose, not place;
          evaluate or check, not look at; largest or smallest count, not most or least; "expressed in" a frame, not "seen
          from"; compared with, not held against; "stated" or "distinguished", not told.
+budget:  documents, documentation comments and messages use each word of our old idiom (stand, say, ask, "so many", nobody, mend)
+         at most 0.2 times per 1,000 words, as the documentation of other projects does. The finding names the files with most.
 
 Needs Python 3.8 or later and git. Exit codes: 0 nothing found; 1 findings; 2 wrong arguments.
 """
@@ -190,6 +193,92 @@ def markdown(_path, text):
         before = line
 
 
+# Rule `budget`: how often each group may occur per 1,000 words of a kind of text.
+BUDGET = 0.2
+IDIOM = {
+    "stand": r"stand(?:s|ing)?|stood",
+    "say": r"say(?:s|ing)?|said",
+    "ask": r"ask(?:s|ed|ing)?",
+    "so many": r"so (?:many|much)",
+    "nobody": r"nobody",
+    "mend": r"mend(?:s|ed|ing)?",
+}
+# Words that documentation of the field uses often; `--frequencies` prints them for comparison.
+COMMON = {
+    "use": r"use[sd]?|using",
+    "default": r"defaults?",
+    "must": r"must|should",
+    "return": r"return(?:s|ed)?",
+}
+GROUPS = {name: re.compile(rf"\b(?:{words})\b", re.IGNORECASE) for name, words in {**IDIOM, **COMMON}.items()}
+WORD = re.compile(r"[A-Za-z][A-Za-z'-]*")
+
+
+def texts(name, text):
+    """The texts of a file, as (kind, text); code in backquotes and placeholders are left out."""
+    if name.endswith(".md"):
+        parts = re.split(r"^\s*```.*$", text, flags=re.MULTILINE)
+        found = [("documents", part) for part in parts[::2]]
+    elif name.endswith(".py"):
+        nodes = (node for node in ast.walk(ast.parse(text))
+                 if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)))
+        found = [("comments", ast.get_docstring(node) or "") for node in nodes]
+    else:
+        lines = (re.match(r"\s*//[/!](?: |$)(.*)", line) for line in text.split("\n"))
+        found = [("comments", line.group(1)) for line in lines if line]
+        if not TEST_FILE.search(name):
+            found += [("messages", content) for _, content in rust_strings(text) if " " in content.strip()]
+    return [(kind, re.sub(r"`[^`]*`|\{[^{}]*\}", "_", part)) for kind, part in found]
+
+
+def frequencies(files):
+    """Words and occurrences of each group, by kind of text, and occurrences by group and file, of (name, text) pairs."""
+    words, count, places = {}, {}, {}
+    for name, text in files:
+        for kind, part in texts(name, text):
+            words[kind] = words.get(kind, 0) + len(WORD.findall(part))
+            for group, pattern in GROUPS.items():
+                found = len(pattern.findall(part))
+                count[kind, group] = count.get((kind, group), 0) + found
+                if found:
+                    places.setdefault((kind, group), {}).setdefault(name, 0)
+                    places[kind, group][name] += found
+    return words, count, places
+
+
+def over_budget(files):
+    """Findings of the rule `budget`, as texts."""
+    words, count, places = frequencies(files)
+    findings = []
+    for (kind, group), found in sorted(count.items()):
+        rate = 1000 * found / max(1, words[kind])
+        if group in IDIOM and rate > BUDGET:
+            most = sorted(places[kind, group].items(), key=lambda place: (-place[1], place[0]))[:5]
+            named = ", ".join(f"{name} ({times})" for name, times in most)
+            findings.append(f"{kind}: budget: '{group}' occurs {rate:.2f} times per 1,000 words, at most {BUDGET}: {named}")
+    return findings
+
+
+def print_frequencies(folder):
+    """Prints occurrences per 1,000 words of each group, by kind of text; of a folder other than the repository, of all its files."""
+    if folder is None:
+        files = [(name, read(name)) for name in sources()]
+    else:
+        paths = [path for path in sorted(Path(folder).rglob("*")) if path.suffix in READERS and path.is_file()]
+        files = []
+        for path in paths:
+            text = path.read_text(encoding="utf-8", errors="replace")
+            try:
+                texts(path.name, text)
+            except SyntaxError:
+                continue
+            files.append((path.relative_to(folder).as_posix(), text))
+    words, count, _ = frequencies(files)
+    for kind, total in sorted(words.items()):
+        rates_found = ", ".join(f"{group} {1000 * count[kind, group] / max(1, total):.2f}" for group in GROUPS)
+        print(f"{kind}: {total} words; per 1,000: {rates_found}")
+
+
 READERS = {".rs": rust, ".py": python, ".md": markdown}
 
 
@@ -256,13 +345,23 @@ def self_test():
     )
     for reader, name, text in good:
         assert not found(reader, name, text), (list(reader(name, text)), text)
+    plain = "word " * 4998
+    assert over_budget([("docs/a.md", plain + "It stands. They stood.")]), "two of 5,000 are more than one"
+    assert not over_budget([("docs/a.md", plain + "It stands.\n```\nstands stands\n```\n`stands`")])
+    assert over_budget([("src/a.rs", 'fail("nobody said so")')])
+    assert not over_budget([("tests/a.rs", 'fail("nobody said so")')])
 
 
 def main():
     parser = argparse.ArgumentParser(description="Checks the language of comments, messages and documents.")
     parser.add_argument("--counts", action="store_true", help="print lines of documentation and their opening words")
+    parser.add_argument("--frequencies", nargs="?", const="", metavar="FOLDER",
+                        help="print words per 1,000, of this repository or of a folder")
     parser.add_argument("--self-test", action="store_true", help="assert what the rules find and what they pass")
     arguments = parser.parse_args()
+    if arguments.frequencies is not None:
+        print_frequencies(arguments.frequencies or None)
+        return 0
     if arguments.self_test:
         self_test()
         return 0
@@ -275,6 +374,9 @@ def main():
         for number, rule, text in sorted(READERS[Path(name).suffix](name, read(name))):
             print(f"{name}:{number}: {rule}: {text.strip()[:120]}")
             findings += 1
+    for finding in over_budget((name, read(name)) for name in sources()):
+        print(finding)
+        findings += 1
     if findings:
         print(f"language: {findings} findings; see the rules in scripts/language.py", file=sys.stderr)
     return 1 if findings else 0
