@@ -49,11 +49,25 @@ def self_test():
     assert not is_finding(message("a note", level="note"))
 
 
+def clippy_variables():
+    """Variables with which `cargo clippy -- -D warnings` calls the compiler: Cargo then reuses what clippy has checked.
+
+    Rustdoc needs the checked crates below each crate. Checked by the compiler alone they would be checked a second time.
+    """
+    sysroot = subprocess.run(["rustc", "--print", "sysroot"], cwd=ROOT, stdout=subprocess.PIPE, text=True).stdout.strip()
+    driver = Path(sysroot).resolve() / "bin" / "clippy-driver"
+    if not driver.is_file():
+        return {}
+    separator = "__CLIPPY_HACKERY__"
+    return {"RUSTC_WORKSPACE_WRAPPER": str(driver), "CLIPPY_ARGS": f"-D{separator}warnings{separator}"}
+
+
 def document(arguments):
     """Runs cargo doc; returns its exit code and the findings, as `file:line: message`."""
     flags = f"{os.environ.get('RUSTDOCFLAGS', '')} -Wrustdoc::broken-intra-doc-links".strip()
+    environment = {**os.environ, **clippy_variables(), "RUSTDOCFLAGS": flags}
     command = [os.environ.get("CARGO", "cargo"), "doc", "--workspace", "--no-deps", "--message-format=json", *arguments]
-    run = subprocess.run(command, cwd=ROOT, env={**os.environ, "RUSTDOCFLAGS": flags}, stdout=subprocess.PIPE, text=True)
+    run = subprocess.run(command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, text=True)
     findings = []
     for line in run.stdout.splitlines():
         message = json.loads(line).get("message")
