@@ -71,6 +71,7 @@ fn a_damaged_shard_is_a_gap_until_its_task_runs_again() {
 }
 
 #[test]
+#[ignore = "slow: tasks of every product"]
 fn every_product_merges_to_the_same_bytes() {
     let workspace = Workspace::new();
     let coarse = ["poses.x.step=0.3", "poses.y.step=0.4", "shards.positions=16"];

@@ -47,6 +47,7 @@ fn every_depth_point_of_all_scans_is_on_its_scan() {
 
 /// The gate leaves out exactly the views that its two numbers select; the kept views are untouched.
 #[test]
+#[ignore = "slow: make test-all"]
 fn the_thesis_gate_leaves_out_what_its_numbers_say() {
     let workspace = Workspace::new();
     let job = format!("profile = \"thesis\"\n{}", job(40, r#""029_plate*", "042_*", "059_*", "062_*""#));

@@ -119,6 +119,7 @@ fn shard_size_channels_and_other_objects_change_no_sample() {
 }
 
 #[test]
+#[ignore = "slow: kills at several moments"]
 fn a_killed_run_resumes_to_the_same_root() {
     let workspace = write_job(&JOB.replace("even = 16", "even = 400"));
     let [first, out] = ["first", "killed"].map(|name| workspace.path(name));

@@ -165,6 +165,7 @@ fn compare(title: &str, shapes: &Shapes) {
 }
 
 #[test]
+#[ignore = "slow: touch of all half-shapes"]
 fn the_job_has_exactly_the_ambiguous_pairs() {
     let shapes = shapes(&[]);
     let sizes: BTreeSet<u32> = shapes.keys().map(|(millimetres, _)| *millimetres).collect();

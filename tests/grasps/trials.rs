@@ -168,6 +168,7 @@ fn triangles_slip_where_friction_ends() {
 
 /// Faces of two triangles, and triangles as long as the object, are pressed on between their corners as any others are.
 #[test]
+#[ignore = "slow: many trials"]
 fn triangles_wider_than_a_pad_are_touched() {
     let model = open_hand(GRIPPER);
     let still = TrialProtocol { lift: 0.0, shake: 0.0, ..TrialProtocol::STANDARD };

@@ -161,6 +161,7 @@ fn starve(workspace: &Workspace, name: &str) -> usize {
 }
 
 #[test]
+#[ignore = "slow: make test-all"]
 fn too_little_memory_ends_a_run_and_loses_nothing() {
     let workspace = Workspace::new();
     let mut tried = 0;

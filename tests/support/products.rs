@@ -7,7 +7,7 @@ use std::{
 
 use super::{
     files::repository_path,
-    jobs::small_jobs,
+    jobs::{small_datasets, small_jobs},
     program::{Program, print_root},
     workspace::Workspace,
 };
@@ -61,6 +61,18 @@ const CLUTTER: [ClutterJob; 6] = [
     ("picks", "picks-quick", &["shards.samples=2"], &[("scenes", "scenes"), ("grasps", "clutter-grasps")]),
     ("heatmaps", "heatmaps-quick", &["shards.samples=1"], &[("views", "views"), ("picks", "picks")]),
 ];
+
+/// The small dataset of a product of [`small_jobs`], without those of the other products.
+pub fn small_product(name: &str) -> MadeProduct {
+    let &(product, ref folder) = small_datasets().iter().find(|(product, _)| *product == name).expect("a small job");
+    MadeProduct {
+        product,
+        job: folder.with_extension("toml"),
+        settings: Vec::new(),
+        dataset: folder.clone(),
+        root: print_root(folder),
+    }
+}
 
 /// The small dataset of each product.
 pub fn made_products() -> &'static [MadeProduct] {
