@@ -569,6 +569,7 @@ fn write_job_with_sheet(sampler: &str, keys: &str) -> Workspace {
 }
 
 #[test]
+#[ignore = "slow: makes several datasets"]
 fn an_object_without_a_solid_is_refused_before_the_run_and_the_others_are_made() {
     for (sampler, keys) in [
         ("annealing", "[annealing]\nsteps = 300\nmax_failures = 300"),

@@ -257,6 +257,7 @@ fn objects_stand_on_the_table_that_their_grasp_allows() {
 }
 
 #[test]
+#[ignore = "slow: makes several datasets"]
 fn grasps_that_no_table_allows_are_rejected() {
     run("upright", &["render.colour=false", "scene.table=true", "grasps.types=64", "patches.label=epsilon"], "2");
     let (reader, grasps) = (open("upright"), open("grasps"));

@@ -152,6 +152,7 @@ fn forge(folder: &Path) -> u64 {
 }
 
 #[test]
+#[ignore = "slow: makes every sample again"]
 fn samples_of_all_products_are_made_again_and_a_forged_one_is_found() {
     let workspace = Workspace::new();
     // Patches first: their grasps are read when they are made again.
@@ -205,6 +206,7 @@ fn a_missing_mesh_is_named_with_the_place_where_it_is_expected() {
 }
 
 #[test]
+#[ignore = "slow: makes several datasets"]
 fn a_dataset_that_was_moved_is_told_where_its_hand_is() {
     let workspace = Workspace::new();
     let data = workspace.make_dataset("grasps", &small_job("grasps"), &[]);

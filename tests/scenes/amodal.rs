@@ -358,6 +358,7 @@ fn depth_that_views_store_in_steps_is_made_again_to_the_bit() {
 }
 
 #[test]
+#[ignore = "slow: makes several datasets"]
 fn a_sensor_s_points_are_of_the_body_or_of_its_pixels() {
     let workspace = Workspace::new();
     workspace.make_dataset("scenes", BINS, &[]);

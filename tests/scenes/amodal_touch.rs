@@ -175,6 +175,7 @@ fn threads_and_tasks_change_no_touch_and_touch_changes_nothing_else() {
 }
 
 #[test]
+#[ignore = "slow: three other programs"]
 fn embree_mujoco_and_libigl_meet_what_rays_meet_in_clutter() {
     let workspace = Workspace::new();
     let scans = "product = \"scenes\"\nseed = 2\nmode = \"bin\"\ncount = 5\nscenes = { training = 2 }\n[[objects]]\n\
@@ -260,6 +261,7 @@ print(json.dumps(found))
 ";
 
 #[test]
+#[ignore = "slow: a hand in simulation among bodies"]
 fn a_hand_among_bodies_touches_what_it_reaches_and_says_what_was_in_its_way() {
     let workspace = Workspace::new();
     let scenes = "product = \"scenes\"\nseed = 4\nmode = \"table\"\ncount = 3\nscenes = { training = 2 }\n[[objects]]\n\

@@ -60,6 +60,7 @@ fn assert_near(found: &[f64], expected: &[f64], tolerance: f64) {
 }
 
 #[test]
+#[ignore = "slow: every exported scene is simulated"]
 fn models_hold_what_the_records_say_and_stay_where_they_are() {
     let workspace = with_inputs();
     let data = workspace.path("scenes");
@@ -114,6 +115,7 @@ fn models_hold_what_the_records_say_and_stay_where_they_are() {
 }
 
 #[test]
+#[ignore = "slow: every exported scene is simulated"]
 fn containers_stand_as_the_bodies_settled_in_them() {
     let workspace = Workspace::new();
     let objects = "[[objects]]\nbuilt_in = [\"box-01\", \"can-01\"]\n";

@@ -149,6 +149,7 @@ fn threads_and_tasks_change_nothing_and_one_more_mesh_changes_the_scenes_that_dr
 
 /// Bodies dropped from a height, in steps that are too long for their walls.
 #[test]
+#[ignore = "slow: settles many bodies"]
 fn bodies_in_one_another_settle_once_more_in_shorter_steps() {
     let workspace = Workspace::new();
     let shapes = [&SHAPES[..], &[ONE_MORE]].concat();
@@ -171,6 +172,7 @@ fn bodies_in_one_another_settle_once_more_in_shorter_steps() {
 
 /// By a lax rule bodies rest while they still fall: what the check by further stepping moves settles on.
 #[test]
+#[ignore = "slow: settles many bodies"]
 fn bodies_that_the_check_moves_settle_on_from_there() {
     let workspace = Workspace::new();
     let lax = "mode = \"bin\"\ncount = 4\nscenes = { training = 6 }\nphysics = { rest_speed = 0.1, rest_time = 0.05 }";

@@ -29,6 +29,7 @@ fn spread(scene: &Scene) -> f64 {
 }
 
 #[test]
+#[ignore = "slow: settles many bodies"]
 fn packed_bodies_stand_upright_around_the_middle() {
     let workspace = Workspace::new();
     let packed = made(&workspace, "mode = \"packed\"\ncount = 6\nscenes = { training = 4 }");
@@ -62,6 +63,7 @@ fn packed_bodies_stand_upright_around_the_middle() {
 }
 
 #[test]
+#[ignore = "slow: settles many bodies"]
 fn bodies_stand_where_their_place_on_the_table_is() {
     let workspace = Workspace::new();
     let made = |name: &str, place: &str| {
@@ -132,6 +134,7 @@ fn what_finds_no_room_is_rejected_and_never_left_out() {
 }
 
 #[test]
+#[ignore = "slow: settles many bodies"]
 fn a_pile_is_what_stays_when_its_walls_are_lifted() {
     let workspace = Workspace::new();
     let keys = "mode = \"pile\"\ncount = 5\nscenes = { training = 4 }\ntable = { size = [1.0, 1.0] }\n\
@@ -160,6 +163,7 @@ fn a_pile_is_what_stays_when_its_walls_are_lifted() {
 }
 
 #[test]
+#[ignore = "slow: settles many bodies"]
 fn an_object_may_stand_twice_where_the_job_says_so() {
     let workspace = Workspace::new();
     let keys =

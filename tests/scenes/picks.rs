@@ -160,6 +160,7 @@ fn other_objects_and_more_trials_change_nothing() {
 }
 
 #[test]
+#[ignore = "slow: runs by threads, tasks and levels"]
 fn threads_and_tasks_change_nothing() {
     let workspace = with_inputs(true);
     let job = picks_job("trials = 2");
@@ -314,6 +315,7 @@ fn by_index(by: PickObstacle) -> usize {
 }
 
 #[test]
+#[ignore = "slow: grasps with trials"]
 fn stored_grasps_are_taken_by_their_verdicts_and_labels() {
     let workspace = with_inputs(true);
     let runs: Vec<Sample> = samples(&workspace.path("grasps"));

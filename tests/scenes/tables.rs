@@ -28,6 +28,7 @@ fn with_all() -> Workspace {
 }
 
 #[test]
+#[ignore = "slow: a dataset of every product in clutter"]
 fn run_inspect_report_and_card_of_scenes_begin_with_the_same_words() {
     let workspace = Workspace::kept("scenes-words");
     copy_folder(with_all().folder(), workspace.folder());
@@ -46,6 +47,7 @@ fn run_inspect_report_and_card_of_scenes_begin_with_the_same_words() {
 }
 
 #[test]
+#[ignore = "slow: a dataset of every product in clutter"]
 fn every_table_of_scenes_holds_what_the_shards_do() {
     let workspace = with_all();
     for (product, tables) in [

@@ -79,6 +79,7 @@ fn verbs() -> Vec<Verb> {
 }
 
 #[test]
+#[ignore = "slow: every verb on every product"]
 fn every_verb_takes_a_dataset_or_names_the_product_and_its_verbs() {
     let workspace = with_inputs();
     let set = make_set(&workspace);

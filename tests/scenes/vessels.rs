@@ -72,6 +72,7 @@ fn tote_of_licences() -> String {
 }
 
 #[test]
+#[ignore = "slow: settles many bodies"]
 fn a_release_names_the_container_and_is_refused_without_its_licence() {
     let workspace = Workspace::new();
     let release = |data: &Path, to: &str| {
@@ -99,6 +100,7 @@ fn a_release_names_the_container_and_is_refused_without_its_licence() {
 }
 
 #[test]
+#[ignore = "slow: settles many bodies"]
 fn bodies_lie_in_a_tote_wherever_its_file_stands() {
     let workspace = Workspace::new();
     let data = workspace.make_dataset("scenes", &job(&repository(TOTE), ""), &[]);

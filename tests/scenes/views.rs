@@ -214,6 +214,7 @@ fn warnings_of_a_kinect(workspace: &Workspace, out: &str, camera: &str, settings
 }
 
 #[test]
+#[ignore = "slow: makes several datasets"]
 fn bodies_nearer_than_the_sensor_measures_are_counted_and_the_remedy_keeps_them() {
     const MEASURES_FROM: f64 = 0.5;
     // Every other error of the sensor is off.
@@ -469,6 +470,7 @@ print(json.dumps(found))
 ";
 
 #[test]
+#[ignore = "slow: renders every image in colour"]
 fn colours_are_of_the_bodies_that_the_instances_name_and_change_nothing_else() {
     let workspace = with_scenes();
     let camera =
@@ -534,6 +536,7 @@ fn only_colours_of_views_need_egl() {
 /// Readers of BOP's layout that are independent of ours draw models, masks and boxes again, and count targets and
 /// symmetries.
 #[test]
+#[ignore = "slow: another program reads every image"]
 fn a_stranger_reads_the_export_in_the_layout_of_bop() {
     let workspace = with_views();
     let (data, out) = (workspace.path("views"), workspace.path("bop"));
