@@ -31,6 +31,8 @@ mod scene_objects;
 mod scene_samples;
 mod set;
 mod tally;
+#[cfg(test)]
+mod template_tests;
 mod templates;
 mod touch;
 mod touch_pictures;

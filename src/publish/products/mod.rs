@@ -8,8 +8,6 @@ pub mod patches;
 pub mod picks;
 pub mod reachability;
 pub mod scenes;
-#[cfg(test)]
-mod template_tests;
 pub mod views;
 pub mod volumes;
 

@@ -11,7 +11,7 @@ pub use inspection::{AmodalInspection, inspect_amodal};
 pub use row::PAGES;
 
 #[cfg(test)]
-pub(super) use self::{
+pub(crate) use self::{
     inspection::AmodalSurvey,
     page::{AmodalPage, CardView},
     templates::PAGE_TEMPLATE,

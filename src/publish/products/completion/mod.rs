@@ -15,4 +15,4 @@ pub use row::PAGES;
 pub use survey::inspect_completion;
 
 #[cfg(test)]
-pub(super) use self::{card::CardView, page::CompletionPage, survey::CompletionSurvey, templates::PAGE_TEMPLATE};
+pub(crate) use self::{card::CardView, page::CompletionPage, survey::CompletionSurvey, templates::PAGE_TEMPLATE};

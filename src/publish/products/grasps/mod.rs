@@ -17,6 +17,6 @@ pub use trials::{TrialsInspection, VariantsInspection};
 pub use ways::WayFacts;
 
 #[cfg(test)]
-pub(super) use self::{
+pub(crate) use self::{
     gallery::CardView, inspection::GraspSurvey, page::GraspsPage, replayed::ReplayView, templates::PAGE_TEMPLATE,
 };

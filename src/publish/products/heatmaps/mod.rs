@@ -11,7 +11,7 @@ pub use inspection::{HeatmapsInspection, inspect_heatmaps};
 pub use row::PAGES;
 
 #[cfg(test)]
-pub(super) use self::{
+pub(crate) use self::{
     inspection::HeatmapSurvey,
     page::{CardView, HeatmapsPage},
     templates::PAGE_TEMPLATE,

@@ -10,4 +10,4 @@ pub use inspection::{ChosenType, PatchObjectFacts, PatchesInspection, inspect_pa
 pub use row::PAGES;
 
 #[cfg(test)]
-pub(super) use self::{inspection::PatchSurvey, page::PatchesPage, sheets::CardView, templates::PAGE_TEMPLATE};
+pub(crate) use self::{inspection::PatchSurvey, page::PatchesPage, sheets::CardView, templates::PAGE_TEMPLATE};

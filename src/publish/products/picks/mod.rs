@@ -11,7 +11,7 @@ pub use inspection::{PickedObject, PicksInspection, inspect_picks};
 pub use row::PAGES;
 
 #[cfg(test)]
-pub(super) use self::{
+pub(crate) use self::{
     inspection::PickSurvey,
     page::{CardView, PicksPage},
     templates::PAGE_TEMPLATE,

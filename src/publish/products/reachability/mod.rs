@@ -14,4 +14,4 @@ pub use inspection::{AxisFacts, CoveringFacts, FieldFacts, ReachabilityFacts, Ro
 pub use row::PAGES;
 
 #[cfg(test)]
-pub(super) use self::{page::ReachabilityPage, templates::PAGE_TEMPLATE};
+pub(crate) use self::{page::ReachabilityPage, templates::PAGE_TEMPLATE};

@@ -11,7 +11,7 @@ pub use inspection::{ImportedChecks, SceneObject, ScenesInspection, inspect_scen
 pub use row::PAGES;
 
 #[cfg(test)]
-pub(super) use self::{
+pub(crate) use self::{
     inspection::SceneSurvey,
     page::{CardView, ScenesPage},
     templates::PAGE_TEMPLATE,

@@ -12,7 +12,7 @@ pub use inspection::{ViewsInspection, inspect_views};
 pub use row::PAGES;
 
 #[cfg(test)]
-pub(super) use self::{
+pub(crate) use self::{
     inspection::ViewSurvey,
     page::{CardView, ViewsPage},
     templates::PAGE_TEMPLATE,

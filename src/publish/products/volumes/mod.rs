@@ -11,7 +11,7 @@ pub use inspection::{VolumesInspection, inspect_volumes};
 pub use row::PAGES;
 
 #[cfg(test)]
-pub(super) use self::{
+pub(crate) use self::{
     inspection::VolumeSurvey,
     page::{CardView, VolumesPage},
     templates::PAGE_TEMPLATE,

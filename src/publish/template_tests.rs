@@ -5,22 +5,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use minijinja::{Environment, Value, value::Serde};
 use serde_json::json;
 
-use super::{
-    PRODUCTS,
-    amodal::{self, AmodalInspection, AmodalSurvey},
-    completion::{self, CompletionInspection, CompletionSurvey},
-    grasps::{
-        self, Calibration, GraspSurvey, GraspedObject, GraspsInspection, ReliabilityBin, ReplayView, TableFacts,
-        TrialsInspection, VariantsInspection, WayFacts,
-    },
-    heatmaps::{self, HeatmapSurvey, HeatmapsInspection},
-    patches::{self, PatchSurvey, PatchesInspection},
-    picks::{self, PickSurvey, PicksInspection},
-    reachability::{self, ReachabilityFacts},
-    scenes::{self, SceneSurvey, ScenesInspection},
-    views::{self, ViewSurvey, ViewsInspection},
-    volumes::{self, VolumeSurvey, VolumesInspection},
-};
 use crate::{
     escape,
     evaluation::{self, Evaluation},
@@ -28,6 +12,22 @@ use crate::{
     inspection::InspectionHeader,
     notes::{RunNotes, Speed},
     page::DatasetView,
+    products::{
+        PRODUCTS,
+        amodal::{self, AmodalInspection, AmodalSurvey},
+        completion::{self, CompletionInspection, CompletionSurvey},
+        grasps::{
+            self, Calibration, GraspSurvey, GraspedObject, GraspsInspection, ReliabilityBin, ReplayView, TableFacts,
+            TrialsInspection, VariantsInspection, WayFacts,
+        },
+        heatmaps::{self, HeatmapSurvey, HeatmapsInspection},
+        patches::{self, PatchSurvey, PatchesInspection},
+        picks::{self, PickSurvey, PicksInspection},
+        reachability::{self, ReachabilityFacts},
+        scenes::{self, SceneSurvey, ScenesInspection},
+        views::{self, ViewSurvey, ViewsInspection},
+        volumes::{self, VolumeSurvey, VolumesInspection},
+    },
     release::{DOCUMENT_TEMPLATES, Example},
     set::{self, SetPage},
     tally::{Spread, Tally},
