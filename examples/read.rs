@@ -13,7 +13,7 @@ mod support;
 
 use std::{collections::BTreeMap, env, error::Error};
 
-use graspmill::read::{DatasetReader, Folder, Selection, Split};
+use graspmill::read::{DatasetReader, Folder, Selection, Split, VoxelPair};
 
 /// Pairs of four built-in shapes, 6 views of each.
 const JOB: &str = r#"
@@ -47,7 +47,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // An epoch in random order: every sample once. The seed fixes the order.
     for sample in reader.shuffled(Selection::of(Split::Training), 1).take(5) {
         let sample = sample?;
-        let pair = sample.pair()?;
+        let pair = sample.read::<VoxelPair>()?;
         println!(
             "{}, view {}: the camera saw {} of {} cells, each {:.1} mm wide",
             names[&sample.id.subject],

@@ -26,12 +26,12 @@
 /// digests. `examples/read.rs` is a whole program.
 ///
 /// ```no_run
-/// use graspmill::read::{DatasetReader, Folder, Selection, Split};
+/// use graspmill::read::{DatasetReader, Folder, Selection, Split, VoxelPair};
 ///
 /// let reader = DatasetReader::open(&Folder::at("datasets/quickstart"))?;
 /// println!("root {}", reader.manifest().root);
 /// for sample in reader.shuffled(Selection::of(Split::Training), 1) {
-///     let pair = sample?.pair()?;
+///     let pair = sample?.read::<VoxelPair>()?;
 ///     println!("the camera saw {} of {} cells", pair.both_cells, pair.complete_cells);
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -95,7 +95,7 @@ pub mod runtime {
 /// ```
 /// use graspmill::{
 ///     make::{JobContext, JobText, OpenJob, Parallelism, RunContext},
-///     read::{DatasetReader, Folder, Selection},
+///     read::{DatasetReader, Folder, Selection, VoxelPair},
 /// };
 ///
 /// let text = JobText {
@@ -114,7 +114,7 @@ pub mod runtime {
 /// assert_eq!((summary.made, summary.manifest.counts.objects), (8, 2));
 ///
 /// for sample in DatasetReader::open(&dataset)?.iter(Selection::default()) {
-///     let pair = sample?.pair()?;
+///     let pair = sample?.read::<VoxelPair>()?;
 ///     assert_eq!(pair.both_cells, pair.partial_cells, "every seen cell of a solid is part of it");
 /// }
 /// # Ok::<(), Box<dyn std::error::Error>>(())

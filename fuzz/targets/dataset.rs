@@ -7,7 +7,7 @@ use graspmill::{
     format::{
         Channel, PARTIAL_INSIDE_COMPLETE, Product,
         dataset::{DatasetReader, Manifest, Selection, SetTable, VerifyLevel, VerifyOptions, read_mark, verify},
-        products::{grasps::Shapes, reachability::read_field},
+        extras::{Shapes, read_field},
     },
     tables::ParquetIndex,
 };

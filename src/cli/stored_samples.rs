@@ -7,7 +7,7 @@ use super::{
     folder::{refuse_other_products, refuse_set},
 };
 use format::{
-    PixelMask, VoxelPair,
+    Coverage, Depth, Occlusion, PixelMask, Visibility, VoxelPair,
     dataset::{DatasetReader, Sample, Selection},
 };
 use kernel::{
@@ -77,19 +77,19 @@ impl StoredSample {
     /// Reads a sample.
     pub fn read(reader: &DatasetReader, index: SampleIndex) -> Result<Self, Failure> {
         let sample = listed(reader, index)?;
-        let pair = sample.pair()?;
-        let coverage = sample.coverage()?.and_then(|coverage| {
+        let pair = sample.read::<VoxelPair>()?;
+        let coverage = sample.find::<Coverage>()?.and_then(|coverage| {
             let values = coverage.share.iter().map(|share| f32::from(*share) / 255.0).collect();
             CubeField::from_values(coverage.resolution as usize, values)
         });
         Ok(Self {
             name: sample.id.to_string(),
             object: sample.object()?,
-            free: sample.visibility()?.map(|visibility| visibility.free),
+            free: sample.find::<Visibility>()?.map(|visibility| visibility.free),
             touch: sample.touched()?.map(|touched| touched.tactile),
             coverage,
-            depth: sample.depth()?.map(|depth| depth.crop),
-            occluder: sample.occlusion()?.map(|occlusion| occlusion.mask),
+            depth: sample.find::<Depth>()?.map(|depth| depth.crop),
+            occluder: sample.find::<Occlusion>()?.map(|occlusion| occlusion.mask),
             picture: OnceCell::new(),
             seen: OnceCell::new(),
             seen_depths: OnceCell::new(),

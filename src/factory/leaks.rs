@@ -15,7 +15,8 @@ use crate::{ProduceError, RunContext, RunError, run::TWIN_LIKENESS};
 use assets::AssetRecord;
 use format::{
     dataset::{AssetRow, DatasetReader, SetTable},
-    products::grasps::{SHAPES, Shapes},
+    extras::Shapes,
+    products::grasps::SHAPES,
 };
 use kernel::{
     files::Folder,

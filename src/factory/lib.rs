@@ -23,6 +23,7 @@ pub mod product;
 pub mod products;
 mod recent;
 pub mod run;
+pub mod sections;
 mod sink;
 pub mod work;
 

@@ -8,7 +8,7 @@ use serde_json::{Map, Value};
 use crate::{
     ProduceError, RunError,
     clock::timed,
-    job::{JobHand, JobObject, JobObjects, Weight},
+    sections::{JobHand, JobObject, JobObjects, Weight},
     work::{Closing, SideCost},
 };
 use assets::object::PreparedObject;

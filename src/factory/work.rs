@@ -6,8 +6,8 @@ use serde_json::Value;
 
 use super::{
     Cancel, Parallelism, ProduceError, RunError, SampleWriter,
-    job::{JobObjects, SplitInput},
     plan::{JobSplits, SubjectItems},
+    sections::{JobObjects, SplitInput},
 };
 use format::{
     Channel, Product,

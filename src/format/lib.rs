@@ -7,30 +7,27 @@
 // Tests compare with what the C library computes.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
 
-mod check;
 mod codec;
 pub mod dataset;
-mod product;
+pub mod extras;
 mod product_format;
 pub mod products;
+mod storage;
 #[cfg(test)]
 mod tests;
 
-pub use check::{
-    BrokenRule, CheckSample, CheckedRecord, FileCheck, FileContext, ProductChecks, RootPart, check_record,
-};
 pub use codec::{Depth, DepthCoding, RecordError};
-pub use product::{Channel, Product};
+pub use extras::{FileCheck, FileContext, RootPart, TouchedPair};
 pub use product_format::{
     ArrayFormat, ChannelFormat, ExtraFile, FactFormat, FactKind, FactRange, Facts, Noun, ProductFormat, RecordDecoder,
 };
 pub use products::{
+    BrokenRule, Channel, CheckSample, CheckedRecord, Product, ProductChecks, Record,
     amodal::{AmodalFacts, Clutter},
-    checks_of,
+    check_record, checks_of,
     completion::{
         Approach, ApproachEnd, BlockedProbe, Cloud, Coverage, Felt, HandTouch, Implicit, Occlusion, OcclusionFacts,
-        PARTIAL_INSIDE_COMPLETE, PairFacts, PixelMask, TactileContacts, TouchContact, TouchedPair, Tsdf, Visibility,
-        VoxelPair,
+        PARTIAL_INSIDE_COMPLETE, PairFacts, PixelMask, TactileContacts, TouchContact, Tsdf, Visibility, VoxelPair,
     },
     grasps::{
         ClosedHand, FORCE, Grasp, GraspFacts, GraspLabel, GraspMethod, GraspRun, GraspTrial, GraspTrials, HandJoint,

@@ -8,7 +8,7 @@ use std::{
 
 use graspmill::{
     files::Folder,
-    format::{Visibility, VoxelPair, dataset::DatasetReader},
+    format::{Depth, Visibility, VoxelPair, dataset::DatasetReader},
     geom::{DepthCrop, GridPlacement},
     ids::{ItemId, SampleId},
 };
@@ -50,9 +50,9 @@ fn shapes(settings: &[&str]) -> Shapes {
         let parts: Vec<&str> = row.name.split(['-', '@']).collect();
         let millimetres = parts[3].strip_suffix("mm").and_then(|size| size.parse().ok()).expect("a size");
         let seen = Seen {
-            pair: sample.pair().expect("a pair"),
-            depth: sample.depth().expect("sound depth").expect("depth is stored").crop,
-            visibility: sample.visibility().expect("sound visibility").expect("visibility is stored"),
+            pair: sample.read::<VoxelPair>().expect("a pair"),
+            depth: sample.find::<Depth>().expect("sound depth").expect("depth is stored").crop,
+            visibility: sample.find::<Visibility>().expect("sound visibility").expect("visibility is stored"),
         };
         let backs = shapes.entry((millimetres, parts[1].to_owned())).or_default();
         assert!(backs.insert(parts[2].to_owned(), seen).is_none(), "{} is there once", row.name);

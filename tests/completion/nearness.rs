@@ -2,7 +2,10 @@
 
 use graspmill::{
     files::Folder,
-    format::dataset::{DatasetReader, Selection},
+    format::{
+        Depth,
+        dataset::{DatasetReader, Selection},
+    },
 };
 use serde_json::Value;
 
@@ -30,7 +33,7 @@ fn number_after(text: &str, before: &str) -> f64 {
 fn smallest_depth(workspace: &Workspace, name: &str) -> f64 {
     let reader = DatasetReader::open(&Folder::at(workspace.path(name))).expect("a dataset");
     let samples = reader.iter(Selection::default()).map(|sample| sample.expect("readable"));
-    let depths = samples.map(|sample| sample.depth().expect("readable").expect("stored").crop);
+    let depths = samples.map(|sample| sample.find::<Depth>().expect("readable").expect("stored").crop);
     f64::from(depths.flat_map(|crop| crop.depth).filter(|depth| !depth.is_nan()).fold(f32::INFINITY, f32::min))
 }
 

@@ -34,7 +34,7 @@ fn made(job: &str, keys: &str) -> Workspace {
 fn occlusions(workspace: &Workspace) -> Vec<Occlusion> {
     let reader = DatasetReader::open(&Folder::at(workspace.path("occluded"))).expect("a dataset");
     let samples = reader.iter(Selection::default()).map(|sample| sample.expect("a sample"));
-    samples.map(|sample| sample.occlusion().expect("a record").expect("stored")).collect()
+    samples.map(|sample| sample.find::<Occlusion>().expect("a record").expect("stored")).collect()
 }
 
 #[test]

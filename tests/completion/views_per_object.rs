@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 
 use graspmill::{
     files::Folder,
-    format::dataset::{DatasetReader, Selection},
+    format::{
+        VoxelPair,
+        dataset::{DatasetReader, Selection},
+    },
     geom::super_fibonacci,
 };
 use nalgebra::Matrix3;
@@ -21,7 +24,7 @@ fn rotations(workspace: &Workspace, out: &str) -> BTreeMap<(String, u32), Matrix
     let samples = reader.iter(Selection::default()).map(|sample| sample.expect("a sample"));
     samples
         .map(|sample| {
-            let pair = sample.pair().expect("a pair");
+            let pair = sample.read::<VoxelPair>().expect("a pair");
             let id = &pair.sample;
             ((id.subject.0.hex(), id.item.0), *pair.world_from_object.rotation().matrix())
         })

@@ -8,7 +8,7 @@ use std::{
 use graspmill::{
     files::Folder,
     format::{
-        Channel, Facts, Product,
+        Channel, Facts, Product, Visibility, VoxelPair,
         dataset::{
             DatasetError, DatasetReader, Fate, Manifest, VerifyReport, begin_run, read_mark, scan_shards, verify,
         },
@@ -102,8 +102,8 @@ fn version_3_reads_back() {
         let pair = small.pair(index);
         assert_eq!((sample.index.0, sample.id), (index, id));
         assert_eq!(sample.channels().collect::<Vec<_>>(), small.channels);
-        assert_eq!(sample.pair().unwrap(), pair);
-        let visibility = sample.visibility().unwrap().unwrap();
+        assert_eq!(sample.read::<VoxelPair>().unwrap(), pair);
+        let visibility = sample.find::<Visibility>().unwrap().unwrap();
         assert_eq!((visibility.sample, visibility.free), (id, free_cells(&pair)));
         let touched = sample.touched().unwrap().unwrap();
         assert_eq!(touched.touch, TOUCH.map(|channel| (channel, make_touch(channel, &pair))));

@@ -5,7 +5,7 @@ use std::fs;
 use graspmill::{
     files::Folder,
     format::{
-        PairFacts,
+        Depth, PairFacts, Visibility, VoxelPair,
         dataset::{
             Begun, DatasetError, DatasetReader, Fate, RunMark, Selection, ShardWriter, begin_run, clear_away,
             finish_dataset, scan_shards,
@@ -38,9 +38,9 @@ fn every_sample_reads_back_by_id_and_by_index() {
         }
         let sample = sample.unwrap();
         let expected = small.pair(index);
-        assert_eq!(sample.pair().unwrap(), expected);
-        assert_eq!(sample.visibility().unwrap().unwrap().free, free_cells(&expected));
-        assert!(sample.depth().unwrap().is_none());
+        assert_eq!(sample.read::<VoxelPair>().unwrap(), expected);
+        assert_eq!(sample.find::<Visibility>().unwrap().unwrap().free, free_cells(&expected));
+        assert!(sample.find::<Depth>().unwrap().is_none());
     }
     assert_eq!(reader.find(&SampleId::of_object(small.object(0), ItemId(small.views))), None);
     assert!(reader.sample(SampleIndex(small.samples())).unwrap().is_none());

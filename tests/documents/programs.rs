@@ -27,15 +27,11 @@ fn enter_shelf() {
 #[test]
 fn samples_are_read() -> Result<(), Box<dyn Error>> {
     enter_shelf();
-    use graspmill::{
-        files::Folder,
-        format::dataset::{DatasetReader, Selection},
-        words::Split,
-    };
+    use graspmill::read::{DatasetReader, Folder, Selection, Split, VoxelPair};
 
     let reader = DatasetReader::open(&Folder::at("datasets/quickstart"))?;
     for sample in reader.shuffled(Selection::of(Split::Training), 1) {
-        let pair = sample?.pair()?;
+        let pair = sample?.read::<VoxelPair>()?;
         println!("{} of {} cells were seen", pair.partial_cells, pair.complete_cells);
     }
 

@@ -21,7 +21,7 @@ use graspmill::{
     format::{
         Channel, Grasp, GraspLabel, GraspRun, GraspTrial, GraspTrials,
         dataset::{DatasetReader, Manifest, Sample, Selection, verify},
-        products::grasps::Shapes,
+        extras::Shapes,
     },
     geom::{Shape, Triangles},
     ids::SampleId,
@@ -137,7 +137,7 @@ fn samplers_without_a_search_make_datasets() {
         assert_eq!(Manifest::read(&Folder::at(workspace.path(&scalar))).expect("a dataset"), first);
         let reader = open(&workspace, &format!("{name}-one"));
         let samples = reader.iter(Selection::default()).map(|sample| sample.expect("a sample"));
-        let runs: Vec<_> = samples.map(|sample| sample.grasp_run().expect("a run")).collect();
+        let runs: Vec<_> = samples.map(|sample| sample.read::<GraspRun>().expect("a run")).collect();
         assert!(runs.iter().all(|run| run.method.sampler == sampler && run.grasps.len() <= max));
         // On its table a run keeps its margin in one of the resting poses at least.
         let above = |grasp: &Grasp| grasp.clearances.iter().any(|[shaped, _]| *shaped >= 0.002);
@@ -212,7 +212,8 @@ fn trials_move_no_grasp() {
     let (mut rolled_out, mut varied, mut over_time) = (0, 0, 0);
     for sample in reader.iter(Selection::default()) {
         let sample = sample.expect("a sample");
-        let (run, trials) = (sample.grasp_run().expect("a run"), sample.grasp_trials().expect("readable"));
+        let (run, trials) =
+            (sample.read::<GraspRun>().expect("a run"), sample.find::<GraspTrials>().expect("readable"));
         let trials = trials.expect("a channel of trials");
         let is_tried = |trial: &&GraspTrial| run.grasps[trial.grasp as usize].verdict.is_closed();
         assert_eq!(trials.trials.iter().filter(is_tried).count(), trials.trials.len());
@@ -263,8 +264,8 @@ fn fewer_trials_are_those_of_all() {
     let workspace = write_job();
     let tried = run(&workspace, "tried", TRIED);
     let of_sample = |sample: Sample| {
-        let trials = sample.grasp_trials().expect("readable").expect("a channel of trials");
-        (sample.id, (sample.grasp_run().expect("a run"), trials))
+        let trials = sample.find::<GraspTrials>().expect("readable").expect("a channel of trials");
+        (sample.id, (sample.read::<GraspRun>().expect("a run"), trials))
     };
     let samples = open(&workspace, "tried");
     let first = samples.iter(Selection::default()).map(|sample| of_sample(sample.expect("a sample"))).collect();
@@ -283,7 +284,7 @@ fn kept_grasps_have_the_same_trials_alone(workspace: &Workspace, kept: u64, firs
     let fewer = run(workspace, "kept-alone", &["--set", &kept_alone, "--set", "annealing.steps=300"]);
     assert_eq!(fewer.counts.fact("grasps_tried"), kept);
     for sample in open(workspace, "kept-alone").iter(Selection::default()) {
-        let trials = sample.expect("a sample").grasp_trials().expect("readable").expect("a channel of trials");
+        let trials = sample.expect("a sample").find::<GraspTrials>().expect("readable").expect("a channel of trials");
         let (run, of_all) = &first[&trials.sample];
         let of_kept =
             of_all.trials.iter().filter(|trial| run.grasps[trial.grasp as usize].verdict == GraspVerdict::Kept);
@@ -307,7 +308,7 @@ fn fewer_failures_are_confirmed_on_demand(workspace: &Workspace, first: &Tried) 
     run(workspace, "few", &["--set", &few, "--set", "annealing.steps=300"]);
     let mut unconfirmed = 0;
     for sample in open(workspace, "few").iter(Selection::default()) {
-        let trials = sample.expect("a sample").grasp_trials().expect("readable").expect("a channel of trials");
+        let trials = sample.expect("a sample").find::<GraspTrials>().expect("readable").expect("a channel of trials");
         let (_, of_all) = &first[&trials.sample];
         let count = |of: &GraspTrials, label| of.trials.iter().filter(|trial| trial.label() == label).count();
         let [held, failed] = [GraspLabel::Held, GraspLabel::Failed].map(|label| count(of_all, label));
@@ -397,7 +398,7 @@ fn a_dataset_tells_of_its_hand_its_objects_and_every_run() {
     let mut seeds = BTreeSet::new();
     let mut kept = 0;
     for sample in reader.iter(Selection::default()) {
-        let run = sample.expect("a sample").grasp_run().expect("a run");
+        let run = sample.expect("a sample").read::<GraspRun>().expect("a run");
         assert_eq!((run.asked_steps, run.hand.id, run.sample.item.0 < 2), (300, hand.id, true));
         assert!(!run.grasps.is_empty() && run.grasps.len() <= 20);
         seeds.insert(run.object_from_seed.to_rows().map(f64::to_bits));
@@ -446,7 +447,7 @@ fn objects_rest_and_hands_stay_above_the_table() {
     assert_eq!(assets, other.assets().expect("the asset table"));
     let mut below = 0;
     for (one, two) in plain.iter(Selection::default()).zip(other.iter(Selection::default())) {
-        let [one, two] = [one, two].map(|sample| sample.expect("a sample").grasp_run().expect("a run"));
+        let [one, two] = [one, two].map(|sample| sample.expect("a sample").read::<GraspRun>().expect("a run"));
         let row = assets.objects.iter().find(|row| row.object == one.sample.subject).expect("a row");
         let resting = row.resting().expect("readable").expect("poses").poses;
         assert!(resting.len() >= 2 && resting.len() == one.resting_poses as usize);
@@ -485,7 +486,7 @@ fn masses_of_the_table_are_those_of_trials() {
     let mut seen = BTreeSet::new();
     for sample in reader.iter(Selection::default()) {
         let sample = sample.expect("a sample");
-        let method = sample.grasp_trials().expect("readable").expect("trials").method;
+        let method = sample.find::<GraspTrials>().expect("readable").expect("trials").method;
         let row = assets.objects.iter().find(|row| row.object == sample.id.subject).expect("a row");
         let name = &row.name;
         let facts = row.object_facts().expect("sound facts").expect("what it weighs");
@@ -528,7 +529,7 @@ fn masses_of_the_table_are_those_of_trials() {
     let given = run("given", objects, physics);
     let reader = open(&workspace, "given");
     let sample = reader.iter(Selection::default()).next().expect("samples").expect("a sample");
-    let method = sample.grasp_trials().expect("readable").expect("trials").method;
+    let method = sample.find::<GraspTrials>().expect("readable").expect("trials").method;
     assert_eq!((method.mass, method.mass_from.as_str()), (0.3, "job"));
     assert!(given.job != tried.job);
     // If the job gives one mass to all, trials do not depend on other data about the objects.

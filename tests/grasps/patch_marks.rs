@@ -8,9 +8,10 @@ use std::{
 use graspmill::{
     files::Folder,
     format::{
-        Channel, GraspLabel, GraspRun, GraspTrials, PATCH_POINTS, PatchPoint, PatchTrial, VISIBLE_TOLERANCE,
+        Channel, Depth, GraspLabel, GraspRun, GraspTrials, HeatmapPatch, PATCH_POINTS, PatchHeatmap, PatchImageColour,
+        PatchMetric, PatchPoint, PatchTable, PatchTrial, PatchVisibility, VISIBLE_TOLERANCE,
         dataset::{DatasetReader, Fate, Manifest, Sample, Selection},
-        products::{grasps::Shapes, patches::read_types},
+        extras::{Shapes, read_types},
     },
     geom::{Ray, RenderMesh, SimdLevel, TriMesh, TriangleTree},
     ids::{ItemId, ObjectId, SampleId},
@@ -78,7 +79,8 @@ fn samples(reader: &DatasetReader) -> Vec<Sample> {
 /// Runs and trials of the dataset of grasps.
 fn read_trials(grasps: &str) -> BTreeMap<SampleId, (GraspRun, GraspTrials)> {
     let read = |sample: Sample| {
-        let (run, trials) = (sample.grasp_run().expect("a run"), sample.grasp_trials().expect("readable"));
+        let (run, trials) =
+            (sample.read::<GraspRun>().expect("a run"), sample.find::<GraspTrials>().expect("readable"));
         (run.sample, (run, trials.expect("trials")))
     };
     samples(&open(grasps)).into_iter().map(read).collect()
@@ -112,7 +114,8 @@ fn tried_grasps_are_samples_with_the_label_of_their_trials() {
     assert_eq!(reader.manifest().counts.samples, types.covered());
     let mut seen = BTreeMap::new();
     for sample in samples(&reader) {
-        let (patch, record) = (sample.heatmap_patch().expect("a patch"), sample.patch_trial().expect("readable"));
+        let (patch, record) =
+            (sample.read::<HeatmapPatch>().expect("a patch"), sample.find::<PatchTrial>().expect("readable"));
         let record = record.expect("a trial");
         let (run, trials) = &runs[&SampleId { item: ItemId(patch.run), ..patch.sample }];
         let trial = trials.trials.iter().find(|trial| trial.grasp == patch.rank).expect("the trial of the grasp");
@@ -155,9 +158,9 @@ fn points_behind_the_surface_are_marked() {
         read_meshes().into_iter().map(|(id, mesh)| (id, TriangleTree::new(&mesh))).collect();
     let (mut other, mut hidden, mut points) = (0, 0, 0);
     for sample in samples(&open("depth")) {
-        let patch = sample.heatmap_patch().expect("a patch");
-        let visibility = sample.patch_visibility().expect("readable").expect("marks");
-        let heatmap = sample.patch_heatmap().expect("readable").expect("a heatmap");
+        let patch = sample.read::<HeatmapPatch>().expect("a patch");
+        let visibility = sample.find::<PatchVisibility>().expect("readable").expect("marks");
+        let heatmap = sample.find::<PatchHeatmap>().expect("readable").expect("a heatmap");
         assert_eq!(visibility.heatmap_visible.len(), heatmap.points.len());
         let eye = Point3::from(*patch.camera_from_object.inverse().translation());
         for (index, PatchPoint { point, .. }) in patch.points.iter().enumerate() {
@@ -180,9 +183,12 @@ fn points_behind_the_surface_are_marked() {
 fn squares_in_metres_are_cut_from_the_image() {
     for name in ["depth", "table"] {
         for sample in samples(&open(name)) {
-            let (patch, image) = (sample.heatmap_patch().expect("a patch"), sample.patch_image().expect("readable"));
+            let (patch, image) = (
+                sample.read::<HeatmapPatch>().expect("a patch"),
+                sample.find_at::<Depth>(Channel::PATCH_IMAGE).expect("readable"),
+            );
             let (metric, image) =
-                (sample.patch_metric().expect("readable").expect("squares"), image.expect("an image"));
+                (sample.find::<PatchMetric>().expect("readable").expect("squares"), image.expect("an image"));
             for (index, point) in patch.points.iter().enumerate() {
                 let (window, [left, top]) = (metric.windows[index], metric.corners[index]);
                 let depth = patch.camera_from_object.point(&point.point.into()).z;
@@ -210,9 +216,9 @@ fn objects_stand_on_the_table_that_their_grasp_allows() {
     let mut rasteriser = Rasteriser::new(SimdLevel::detect());
     let (mut outcomes, mut lowest, mut worst) = (BTreeSet::new(), 0.0_f64, 0.0_f64);
     for sample in samples(&reader) {
-        let patch = sample.heatmap_patch().expect("a patch");
-        let table = sample.patch_table().expect("readable").expect("a table");
-        let image = sample.patch_image().expect("readable").expect("an image").crop;
+        let patch = sample.read::<HeatmapPatch>().expect("a patch");
+        let table = sample.find::<PatchTable>().expect("readable").expect("a table");
+        let image = sample.find_at::<Depth>(Channel::PATCH_IMAGE).expect("readable").expect("an image").crop;
         let (run, _) = &runs[&SampleId { item: ItemId(patch.run), ..patch.sample }];
         let pose = run.grasps[patch.rank as usize].likeliest_table().expect("a table");
         assert_eq!(table.resting_pose as usize, pose);
@@ -248,7 +254,7 @@ fn objects_stand_on_the_table_that_their_grasp_allows() {
             assert!(point.x.abs().max(point.y.abs()) < 0.6 + 1e-5, "{point}");
             worst = worst.max(point.z.abs());
         }
-        outcomes.insert(sample.patch_trial().expect("readable").expect("a trial").outcome);
+        outcomes.insert(sample.find::<PatchTrial>().expect("readable").expect("a trial").outcome);
     }
     println!("objects {lowest:.1e} m from their tables, tabletops {worst:.1e} m off; labels {outcomes:?}");
     assert!(lowest < 1e-6 && worst < 1e-6);
@@ -274,7 +280,7 @@ fn grasps_that_no_table_allows_are_rejected() {
     }
     assert!(rejected > 0 && reader.manifest().counts.kept > 0, "{:?}", reader.manifest().counts);
     // Types are those of kept grasps that a table allows.
-    let runs = samples(&grasps).into_iter().map(|sample| sample.grasp_run().expect("a run"));
+    let runs = samples(&grasps).into_iter().map(|sample| sample.read::<GraspRun>().expect("a run"));
     let upright: usize = runs.map(|run| run.kept().filter(|grasp| grasp.likeliest_table().is_some()).count()).sum();
     assert!(reader.manifest().counts.kept <= upright as u64);
     assert_intact(WORKSPACE.path("upright"), FULL_CHECK);
@@ -298,10 +304,10 @@ fn objects_throw_shadows_on_their_table() {
     run("shadows", &[LYING[0], LYING[1]], "2");
     let mut shaded = 0;
     for sample in samples(&open("shadows")) {
-        let patch = sample.heatmap_patch().expect("a patch");
-        let image = sample.patch_image().expect("readable").expect("an image").crop;
-        let colour = sample.patch_image_colour().expect("readable").expect("colours");
-        let table = sample.patch_table().expect("readable").expect("a table");
+        let patch = sample.read::<HeatmapPatch>().expect("a patch");
+        let image = sample.find_at::<Depth>(Channel::PATCH_IMAGE).expect("readable").expect("an image").crop;
+        let colour = sample.find::<PatchImageColour>().expect("readable").expect("colours");
+        let table = sample.find::<PatchTable>().expect("readable").expect("a table");
         let is_table = |column: u32, row: u32| {
             let (seen, [u, v]) = (image.at(column, row), [column, row].map(|pixel| f64::from(pixel) + 0.5));
             let point = table.camera_from_table.inverse().point(&patch.camera.unproject(u, v, f64::from(seen)));
@@ -325,7 +331,8 @@ fn objects_throw_shadows_on_their_table() {
 fn masks_know_what_is_not_tested() {
     let reader = open("depth");
     let sample = samples(&reader).into_iter().next().expect("a sample");
-    let (patch, record) = (sample.heatmap_patch().expect("a patch"), sample.patch_trial().expect("readable"));
+    let (patch, record) =
+        (sample.read::<HeatmapPatch>().expect("a patch"), sample.find::<PatchTrial>().expect("readable"));
     let record = record.expect("a trial");
     assert!(record.check_beside(&patch).is_ok() && sample.payload(Channel::PATCH_TRIAL).is_some());
     for outcome in GraspLabel::ALL.into_iter().filter(|outcome| *outcome != record.outcome) {

@@ -10,9 +10,10 @@ use std::{
 use graspmill::{
     files::Folder,
     format::{
-        Channel, Depth, GraspRun, HeatmapPatch, HeatmapPoint, PATCH_POINTS, PatchHeatmap, PatchPoint,
+        Channel, Depth, GraspRun, HeatmapPatch, HeatmapPoint, PATCH_POINTS, PatchColour, PatchHeatmap,
+        PatchImageColour, PatchPoint,
         dataset::{DatasetReader, Manifest, Selection},
-        products::{grasps::Shapes, patches::read_types},
+        extras::{Shapes, read_types},
     },
     geom::{CameraCv, Object, Pose, RenderMesh, SimdLevel, TriMesh},
     ids::{ItemId, ObjectId, SampleId},
@@ -80,14 +81,15 @@ fn write_report(dataset: &str, name: &str) -> String {
 fn read_patches(reader: &DatasetReader) -> Vec<HeatmapPatch> {
     reader
         .iter(Selection::default())
-        .map(|sample| sample.and_then(|sample| sample.heatmap_patch()).expect("a patch"))
+        .map(|sample| sample.and_then(|sample| sample.read::<HeatmapPatch>()).expect("a patch"))
         .collect()
 }
 
 /// The runs of the dataset of grasps by object and seed.
 fn read_runs(reader: &DatasetReader) -> BTreeMap<SampleId, GraspRun> {
-    let runs =
-        reader.iter(Selection::default()).map(|sample| sample.and_then(|sample| sample.grasp_run()).expect("a run"));
+    let runs = reader
+        .iter(Selection::default())
+        .map(|sample| sample.and_then(|sample| sample.read::<GraspRun>()).expect("a run"));
     runs.map(|run| (run.sample, run)).collect()
 }
 
@@ -232,15 +234,15 @@ fn whole_images_hold_the_patches_and_the_grasps_from_about_one_side() {
     let mut bytes = [0; 3];
     for sample in reader.iter(Selection::default()) {
         let sample = sample.expect("a sample");
-        let patch = sample.heatmap_patch().expect("a patch");
+        let patch = sample.read::<HeatmapPatch>().expect("a patch");
         let alone = plain.sample_of(&sample.id).expect("readable").expect("the same grasp");
         assert_eq!(alone.payload(Channel::PATCH), sample.payload(Channel::PATCH));
         let channels = [Channel::PATCH, Channel::PATCH_IMAGE, Channel::PATCH_HEATMAP];
         for (sum, channel) in bytes.iter_mut().zip(channels) {
             *sum += sample.payload(channel).map_or(0, <[u8]>::len);
         }
-        assert_cuts(&patch, &sample.patch_image().expect("readable").expect("an image"));
-        assert_near_points(&patch, &sample.patch_heatmap().expect("readable").expect("a heatmap"), &all);
+        assert_cuts(&patch, &sample.find_at::<Depth>(Channel::PATCH_IMAGE).expect("readable").expect("an image"));
+        assert_near_points(&patch, &sample.find::<PatchHeatmap>().expect("readable").expect("a heatmap"), &all);
     }
     println!("{} grasps, bytes of patches, images and heatmaps before compression: {bytes:?}", all.len());
 }
@@ -296,7 +298,7 @@ fn the_thesis_projects_with_a_focal_length_of_its_own() {
     let (quirk, plain) = (open("quirk"), open("depth"));
     for patch in read_patches(&quirk) {
         let straight = plain.sample_of(&patch.sample).expect("readable").expect("the same grasp");
-        let straight = straight.heatmap_patch().expect("a patch");
+        let straight = straight.read::<HeatmapPatch>().expect("a patch");
         assert_eq!((patch.camera, straight.point_focal_length), (straight.camera, None));
         assert_eq!(patch.point_focal_length, Some(589.366_454));
         for (point, straight) in patch.points.iter().zip(&straight.points) {
@@ -391,8 +393,8 @@ fn colours_lie_over_depth() {
     let mut backgrounds = BTreeSet::new();
     for sample in plain.iter(Selection::default()) {
         let sample = sample.expect("a sample");
-        let patch = sample.heatmap_patch().expect("a patch");
-        let colour = sample.patch_colour().expect("readable").expect("colours");
+        let patch = sample.read::<HeatmapPatch>().expect("a patch");
+        let colour = sample.find::<PatchColour>().expect("readable").expect("colours");
         assert_eq!((colour.sample, colour.rgb.len()), (patch.sample, patch.depth.len()));
         for (rgb, depth) in colour.rgb.iter().zip(&patch.depth) {
             // A pixel that is seen at all of its four samples is not as the background is.
@@ -401,7 +403,7 @@ fn colours_lie_over_depth() {
         }
         // A pixel without depth shows the background, drawn again for each grasp.
         let other = random.sample_of(&sample.id).expect("readable").expect("the same grasp");
-        let other = other.patch_colour().expect("readable").expect("colours");
+        let other = other.find::<PatchColour>().expect("readable").expect("colours");
         backgrounds.extend(other.rgb.iter().zip(&patch.depth).find(|(_, depth)| depth.is_nan()).map(|(rgb, _)| *rgb));
     }
     println!("colours: {edges} edge pixels beside {pixels} with depth");
@@ -425,11 +427,12 @@ fn whole_images_in_colour_hold_the_patches() {
     let (mut apart, mut pixels, mut bytes) = (0, 0, 0);
     for sample in reader.iter(Selection::default()) {
         let sample = sample.expect("a sample");
-        let (patch, colour) = (sample.heatmap_patch().expect("a patch"), sample.patch_colour().expect("readable"));
+        let (patch, colour) =
+            (sample.read::<HeatmapPatch>().expect("a patch"), sample.find::<PatchColour>().expect("readable"));
         let alone = plain.sample_of(&sample.id).expect("readable").expect("the same grasp");
         assert_eq!(alone.payload(Channel::PATCH_COLOUR), sample.payload(Channel::PATCH_COLOUR));
-        let image = sample.patch_image_colour().expect("readable").expect("an image");
-        let depth = sample.patch_image().expect("readable").expect("an image");
+        let image = sample.find::<PatchImageColour>().expect("readable").expect("an image");
+        let depth = sample.find_at::<Depth>(Channel::PATCH_IMAGE).expect("readable").expect("an image");
         let whole = image.whole(640, 480);
         bytes += sample.payload(Channel::PATCH_IMAGE_COLOUR).map_or(0, <[u8]>::len);
         let colour = colour.expect("colours");

@@ -138,7 +138,7 @@ fn faces_with_holes_on_a_bridge_are_what_their_triangles_are() {
         let job = format!("name = \"{name}\"\nseed = 1\nviews = {{ even = 12 }}\n{objects}");
         let reader = DatasetReader::open(&Folder::at(folder.make_dataset(name, &job, &[]))).expect("a dataset");
         let samples = reader.iter(Selection::default());
-        samples.map(|sample| sample.expect("a sample").pair().expect("a pair")).collect::<Vec<VoxelPair>>()
+        samples.map(|sample| sample.expect("a sample").read::<VoxelPair>().expect("a pair")).collect::<Vec<VoxelPair>>()
     };
     let (polygons, triangles) = (complete("washer"), complete("washer_triangles"));
     assert_eq!(polygons.len(), 12);

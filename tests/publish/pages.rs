@@ -4,7 +4,7 @@ use std::{collections::BTreeSet, path::Path};
 
 use graspmill::{
     files::Folder,
-    format::products::reachability::read_field,
+    format::extras::read_field,
     geom::PoseLabel,
     ids::ItemId,
     publish::{

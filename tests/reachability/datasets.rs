@@ -5,9 +5,9 @@ use std::{collections::BTreeMap, fs, path::Path, time::Duration};
 use graspmill::{
     files::Folder,
     format::{
-        Product,
+        Product, ReachabilityBlock,
         dataset::{DatasetReader, Selection, VerifyLevel, VerifyOptions, verify},
-        products::reachability::read_field,
+        extras::read_field,
     },
     geom::{EndEffector, METRES_PER_RADIAN, Pose, PoseLabel, Proof, World},
     ids::SampleIndex,
@@ -92,7 +92,7 @@ fn what_is_stored_is_what_the_robot_does() {
     let robot = open_robot(workspace.path("fetch.xml"));
     let (mut cell, mut reachable) = (0, 0);
     for sample in reader.iter(Selection::default()) {
-        let block = sample.expect("a sample").block().expect("a block");
+        let block = sample.expect("a sample").read::<ReachabilityBlock>().expect("a block");
         for (index, label) in block.labels.iter().enumerate() {
             assert_eq!(field.labels[cell], *label);
             if let Some(witness) = block.witness(index) {
@@ -116,7 +116,7 @@ fn what_is_stored_is_what_the_robot_does() {
 fn read_cells(folder: &Path) -> Vec<(PoseLabel, Proof, Option<Vec<f64>>)> {
     let mut cells = Vec::new();
     for sample in DatasetReader::open(&Folder::at(folder)).expect("a dataset").iter(Selection::default()) {
-        let block = sample.expect("a sample").block().expect("a block");
+        let block = sample.expect("a sample").read::<ReachabilityBlock>().expect("a block");
         let each = block.labels.iter().zip(&block.proofs).enumerate();
         cells.extend(each.map(|(index, (label, proof))| (*label, *proof, block.witness(index).map(<[f64]>::to_vec))));
     }

@@ -3,8 +3,9 @@
 use graspmill::{
     files::Folder,
     format::{
+        ReachabilityBlock,
         dataset::{DatasetReader, Selection},
-        products::reachability::read_field,
+        extras::read_field,
     },
     geom::PoseLabel,
     runtime::ReachabilityMap,
@@ -29,7 +30,7 @@ fn a_map_opens_with_the_datasets_labels_distances_and_witnesses() {
     map.read_witnesses(&Folder::at(&data)).expect("witnesses");
     let mut cell = 0;
     for sample in DatasetReader::open(&Folder::at(&data)).expect("a dataset").iter(Selection::default()) {
-        let block = sample.expect("a sample").block().expect("a block");
+        let block = sample.expect("a sample").read::<ReachabilityBlock>().expect("a block");
         for angle in 0..block.labels.len() {
             assert_eq!(map.witness(cell), block.witness(angle), "cell {cell}");
             cell += 1;

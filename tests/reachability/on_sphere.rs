@@ -9,8 +9,9 @@ use graspmill::{
     factory::products::reachability::{LabelledPosition, PoseLabeller, Scratch, Solver},
     files::Folder,
     format::{
+        ReachabilityBlock,
         dataset::{DatasetReader, Selection},
-        products::reachability::read_field,
+        extras::read_field,
     },
     geom::{EndEffector, Pose, PoseGrid, PoseLabel, SimdLevel, World, super_fibonacci},
     runtime::ReachabilityMap,
@@ -91,7 +92,7 @@ fn what_is_stored_is_what_the_robot_does() {
     map.read_witnesses(&Folder::at(&data)).expect("witnesses");
     let (mut cell, mut counts) = (0, BTreeMap::new());
     for sample in DatasetReader::open(&Folder::at(&data)).expect("a dataset").iter(Selection::default()) {
-        let block = sample.expect("a sample").block().expect("a block");
+        let block = sample.expect("a sample").read::<ReachabilityBlock>().expect("a block");
         for orientation in 0..block.labels.len() {
             *counts.entry(block.labels[orientation]).or_insert(0) += 1;
             let nearest = map.nearest_cell(&header.grid.pose(cell)).expect("a cell");

@@ -13,12 +13,13 @@ use graspmill::{
     },
     files::Folder,
     format::{
-        AmodalFacts, Channel, Product, Scene, SceneContainer, SceneImage, TactileContacts, VoxelPair,
+        AmodalFacts, Channel, Cloud, Clutter, Coverage, Depth, Product, Scene, SceneContainer, SceneImage,
+        TactileContacts, Tsdf, Visibility, VoxelPair,
         dataset::{
             DatasetHeader, DatasetReader, Fate, Manifest, RunMark, Sample, Selection, ShardHeader, ShardWriter,
             begin_run, finish_dataset,
         },
-        products::grasps::Shapes,
+        extras::Shapes,
     },
     geom::{RenderMesh, SimdLevel},
     ids::{ItemId, JobDigest, ObjectId, SampleId, SampleIndex, ShardId},
@@ -130,11 +131,12 @@ fn threads_and_tasks_change_nothing_and_splits_are_those_of_the_scenes() {
     let pairs = reader(&two);
     assert_eq!(pairs.manifest().counts.samples, 6 * 2 * 3);
     let split_of: BTreeMap<ObjectId, Split> = (samples(&workspace.path("scenes")).iter())
-        .map(|sample| (sample.scene().expect("a scene").id(), scenes.split(sample.index).expect("a split")))
+        .map(|sample| (sample.read::<Scene>().expect("a scene").id(), scenes.split(sample.index).expect("a split")))
         .collect();
     let mut seen = BTreeSet::new();
     for sample in samples(&two) {
-        let (split, clutter) = (pairs.split(sample.index).expect("a split"), sample.clutter().expect("clutter"));
+        let (split, clutter) =
+            (pairs.split(sample.index).expect("a split"), sample.read::<Clutter>().expect("clutter"));
         assert_eq!(split, split_of[&sample.id.subject]);
         let view = SampleId { instance: 0, ..sample.id };
         assert_eq!(views.split(views.find(&view).expect("its view")), Some(split));
@@ -171,7 +173,7 @@ const LONE_CAMERA: &str = "{ poses = [[0.0, 0.0, 0.0, 0.5, -0.5, 0.5, -0.5]], wi
 fn write_lone_scenes(like: &Path, folder: &Path, pairs: &[VoxelPair]) -> Vec<ObjectId> {
     let reader = reader(like);
     let manifest = reader.manifest();
-    let scenes: Vec<Scene> = samples(like).iter().map(|sample| sample.scene().expect("a scene")).collect();
+    let scenes: Vec<Scene> = samples(like).iter().map(|sample| sample.read::<Scene>().expect("a scene")).collect();
     assert_eq!(scenes.len(), pairs.len());
     let job = JobDigest(manifest.job.0);
     let count = pairs.len() as u64;
@@ -221,7 +223,7 @@ fn a_lone_body_gives_the_pair_of_the_lone_object_to_the_bit() {
     let lone = workspace.make_dataset("lone", &format!("{LONE}{NO_SPLIT}"), &[]);
     let lone: Vec<Sample> = samples(&lone);
     assert_eq!(lone.len(), 12);
-    let pairs: Vec<VoxelPair> = lone.iter().map(|sample| sample.pair().expect("a pair")).collect();
+    let pairs: Vec<VoxelPair> = lone.iter().map(|sample| sample.read::<VoxelPair>().expect("a pair")).collect();
     let like = "product = \"scenes\"\nseed = 5\nmode = \"table\"\ncount = 1\nscenes = { training = 12 }\n[[objects]]\n\
                 built_in = [\"mug-01\", \"box-01\", \"bottle-01\"]\n";
     let like = workspace.make_dataset("like", &format!("{like}{NO_SPLIT}"), &[]);
@@ -238,7 +240,7 @@ fn a_lone_body_gives_the_pair_of_the_lone_object_to_the_bit() {
     assert_eq!(found.len(), 12);
     for ((lone, pair), id) in lone.iter().zip(&pairs).zip(&ids) {
         let sample = &found[id];
-        let own = sample.pair().expect("a pair");
+        let own = sample.read::<VoxelPair>().expect("a pair");
         compare_with_lone_rays(sample, &workspace.path("views"));
         assert_eq!(sample.id, SampleId { instance: 1, ..SampleId::of_object(*id, ItemId(0)) });
         // Grids, counts, placement, camera and poses: every number.
@@ -246,24 +248,25 @@ fn a_lone_body_gives_the_pair_of_the_lone_object_to_the_bit() {
         assert_eq!(own.grid.cell_size.to_bits(), pair.grid.cell_size.to_bits());
         assert_eq!(own.solid_share.to_bits(), pair.solid_share.to_bits());
         assert_eq!(
-            sample.visibility().expect("readable").expect("stored").free,
-            lone.visibility().expect("readable").expect("stored").free
+            sample.find::<Visibility>().expect("readable").expect("stored").free,
+            lone.find::<Visibility>().expect("readable").expect("stored").free
         );
         let bits = |sample: &Sample| -> Vec<u32> {
-            let depth = sample.depth().expect("readable").expect("stored").crop;
+            let depth = sample.find::<Depth>().expect("readable").expect("stored").crop;
             depth.depth.iter().map(|depth| depth.to_bits()).collect()
         };
         assert_eq!(bits(sample), bits(lone));
         assert_eq!(
-            sample.cloud().expect("readable").expect("stored").points,
-            lone.cloud().expect("readable").expect("stored").points
+            sample.find::<Cloud>().expect("readable").expect("stored").points,
+            lone.find::<Cloud>().expect("readable").expect("stored").points
         );
-        let [one, other] = [sample, lone].map(|sample| sample.tsdf().expect("readable").expect("stored").steps);
+        let [one, other] = [sample, lone].map(|sample| sample.find::<Tsdf>().expect("readable").expect("stored").steps);
         assert_eq!(one, other);
-        let [one, other] = [sample, lone].map(|sample| sample.coverage().expect("readable").expect("stored").share);
+        let [one, other] =
+            [sample, lone].map(|sample| sample.find::<Coverage>().expect("readable").expect("stored").share);
         assert_eq!(one, other);
         // Nothing else is seen; what is solid around it is the plane's lower side: y points down, from the camera at its height.
-        let clutter = sample.clutter().expect("clutter");
+        let clutter = sample.read::<Clutter>().expect("clutter");
         assert_eq!((clutter.others_seen.count(), clutter.object), (0, pair.sample.subject));
         assert_eq!((clutter.visible_share(), clutter.purity()), (1.0, 1.0));
         let (n, corner) = (own.grid.resolution, own.grid.lower_corner());
@@ -280,7 +283,7 @@ fn a_lone_body_gives_the_pair_of_the_lone_object_to_the_bit() {
 /// Compares the rays of a body on a plane, seen along it, with those of the lone object from the same stream: what starts below the
 /// plane is stopped where it starts, and all else is equal to the bit.
 fn compare_with_lone_rays(sample: &Sample, views: &Path) {
-    let (pair, clutter) = (sample.pair().expect("a pair"), sample.clutter().expect("clutter"));
+    let (pair, clutter) = (sample.read::<VoxelPair>().expect("a pair"), sample.read::<Clutter>().expect("clutter"));
     let views_reader = reader(views);
     let rows = views_reader.assets().expect("assets").objects;
     let row = rows.iter().find(|row| row.object == clutter.object).expect("its row");
@@ -350,10 +353,10 @@ fn depth_that_views_store_in_steps_is_made_again_to_the_bit() {
     assert_eq!(steps.len(), floats.len());
     for (one, other) in steps.iter().zip(&floats) {
         assert_eq!(
-            (one.pair().expect("a pair"), one.clutter().ok()),
-            (other.pair().expect("a pair"), other.clutter().ok())
+            (one.read::<VoxelPair>().expect("a pair"), one.read::<Clutter>().ok()),
+            (other.read::<VoxelPair>().expect("a pair"), other.read::<Clutter>().ok())
         );
-        assert_eq!(one.visibility().expect("readable"), other.visibility().expect("readable"));
+        assert_eq!(one.find::<Visibility>().expect("readable"), other.find::<Visibility>().expect("readable"));
     }
 }
 
@@ -377,7 +380,8 @@ fn a_sensor_s_points_are_of_the_body_or_of_its_pixels() {
     for (folder, by_pixels) in [(&surface, false), (&pixels, true)] {
         for sample in samples(folder) {
             let image = images.sample_of(&SampleId { instance: 0, ..sample.id }).expect("readable").expect("its view");
-            let (record, depth) = (image.scene_image().expect("an image"), image.view_depth().expect("readable"));
+            let (record, depth) =
+                (image.read::<SceneImage>().expect("an image"), image.find::<Depth>().expect("readable"));
             let (depth, points) = (depth.expect("stored").crop, record.point_instances.as_ref().expect("a sensor"));
             let number = sample.id.instance as u8;
             // Its points are its own stored depths, counted here again.
@@ -385,11 +389,14 @@ fn a_sensor_s_points_are_of_the_body_or_of_its_pixels() {
             let pixels = || (0..owners.len() as u32).filter(|pixel| owners[*pixel as usize] == number);
             let (width, measured) = (record.camera.width, |pixel: &u32| points[*pixel as usize]);
             let returned = |pixel: &u32| !depth.at(pixel % width, pixel / width).is_nan();
-            let clutter = sample.clutter().expect("clutter");
+            let clutter = sample.read::<Clutter>().expect("clutter");
             assert_eq!(clutter.points as usize, pixels().filter(returned).count());
             let own = pixels().filter(returned).filter(|pixel| measured(pixel) == number).count();
             assert_eq!(clutter.own_points as usize, own);
-            assert_eq!(clutter.points as usize, sample.cloud().expect("readable").expect("stored").points.len());
+            assert_eq!(
+                clutter.points as usize,
+                sample.find::<Cloud>().expect("readable").expect("stored").points.len()
+            );
             assert!(by_pixels || clutter.purity() == 1.0);
             impure += u32::from(clutter.purity() < 1.0);
             compared += 1;
@@ -414,7 +421,8 @@ fn bodies_that_are_hidden_outside_or_without_a_view_are_rejected_and_counted() {
     for (id, (reason, facts)) in fates(&pairs) {
         *counts.entry(reason.clone().unwrap_or_default()).or_default() += 1;
         let view = images.sample_of(&SampleId { instance: 0, ..id }).expect("readable");
-        let body = view.map(|view| view.scene_image().expect("an image").bodies[id.instance as usize - 1].clone());
+        let body =
+            view.map(|view| view.read::<SceneImage>().expect("an image").bodies[id.instance as usize - 1].clone());
         let (share, in_image) = body.map_or((0.0, None), |body| (body.visible_share(), Some(body.mask.count())));
         assert_eq!(facts.visible_share, share);
         let expected = match in_image {

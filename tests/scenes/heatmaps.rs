@@ -89,7 +89,7 @@ pub(super) fn with_inputs() -> Workspace {
 }
 
 fn heatmaps(folder: &Path) -> Vec<SceneHeatmap> {
-    samples(folder).iter().map(|sample| sample.scene_heatmap().expect("a heatmap")).collect()
+    samples(folder).iter().map(|sample| sample.read::<SceneHeatmap>().expect("a heatmap")).collect()
 }
 
 /// State of each free candidate by its trial, and every forbidden candidate: by scene and number of the body, and index.

@@ -141,7 +141,7 @@ fn scenes_of_a_split_have_objects_of_its_side() {
     let sample =
         reader.iter(graspmill::format::dataset::Selection::default()).next().expect("a sample").expect("readable");
     assert_eq!(reader.split(sample.index), Some(Split::Test));
-    let scene = sample.scene().expect("a scene");
+    let scene = sample.read::<Scene>().expect("a scene");
     assert!((scene.bodies[0].world_from_object.translation().z - cube - 0.05).abs() < 1e-6, "{scene:?}");
     assert!(scene.contacts.iter().all(|contact| contact.pair[0] != 0), "nothing touches the table");
 }

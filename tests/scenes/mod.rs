@@ -64,7 +64,7 @@ fn scenes(folder: &Path) -> Vec<Result<Scene, String>> {
             found.push(match row.fate {
                 Fate::Kept(_) => {
                     let sample = reader.sample(row.index).expect("readable").expect("stored");
-                    Ok(sample.scene().expect("a scene"))
+                    Ok(sample.read::<Scene>().expect("a scene"))
                 }
                 Fate::Rejected { reason, .. } => Err(reason),
             });

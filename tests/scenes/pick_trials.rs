@@ -79,13 +79,13 @@ fn a_lone_body_is_held_where_the_trial_on_a_table_holds_it() {
     workspace.make_dataset("grasps", &grasps_job(), &[]);
     let picks = workspace.make_dataset("picks", &picks_job("rolls = 1\ncandidates = 1000\ntrials = 1000"), &[]);
     let scenes: BTreeMap<ObjectId, Scene> = (samples(&workspace.path("scenes")).iter())
-        .map(|sample| sample.scene().expect("a scene"))
+        .map(|sample| sample.read::<Scene>().expect("a scene"))
         .map(|scene| (scene.id(), scene))
         .collect();
     let runs: BTreeMap<(ObjectId, u32), (GraspRun, GraspTrials)> = (samples(&workspace.path("grasps")).iter())
         .map(|sample| {
-            let tried = sample.grasp_trials().expect("readable").expect("trials");
-            ((sample.id.subject, sample.id.item.0), (sample.grasp_run().expect("a run"), tried))
+            let tried = sample.find::<GraspTrials>().expect("readable").expect("trials");
+            ((sample.id.subject, sample.id.item.0), (sample.read::<GraspRun>().expect("a run"), tried))
         })
         .collect();
     let (mut equal, mut count, mut held_in_scene) = (0, 0, 0);

@@ -11,9 +11,10 @@ use graspmill::{
     contact::ContactSurface,
     files::Folder,
     format::{
-        GraspLabel, GraspRun, PickCandidates, PickFacts, PickObstacle, PickPassage, PickTrials, Scene, SceneContainer,
+        GraspLabel, GraspRun, GraspTrials, PickCandidates, PickFacts, PickObstacle, PickPassage, PickTrials, Scene,
+        SceneContainer,
         dataset::{DatasetReader, Fate, Sample, Selection},
-        products::grasps::Shapes,
+        extras::Shapes,
     },
     geom::TriMesh,
     grasp::{HandPassage, HandSearch, InTheWay, Obstacle, Surroundings},
@@ -75,11 +76,11 @@ pub(super) fn samples(folder: &Path) -> Vec<Sample> {
 }
 
 pub(super) fn candidates(sample: &Sample) -> PickCandidates {
-    sample.pick_candidates().expect("candidates")
+    sample.read::<PickCandidates>().expect("candidates")
 }
 
 pub(super) fn trials(sample: &Sample) -> PickTrials {
-    sample.pick_trials().expect("readable").expect("stored")
+    sample.find::<PickTrials>().expect("readable").expect("stored")
 }
 
 /// Reason of each rejected sample.
@@ -173,7 +174,7 @@ fn threads_and_tasks_change_nothing() {
 
     // A body without a stored grasp is rejected with its reason.
     let scenes: BTreeMap<ObjectId, Scene> = (samples(&workspace.path("scenes")).iter())
-        .map(|sample| sample.scene().expect("a scene"))
+        .map(|sample| sample.read::<Scene>().expect("a scene"))
         .map(|scene| (scene.id(), scene))
         .collect();
     let grasped: BTreeSet<ObjectId> =
@@ -192,7 +193,7 @@ fn threads_and_tasks_change_nothing() {
     // Splits are those of the scenes.
     let (of_scenes, picks) = (reader(&workspace.path("scenes")), reader(&two));
     let split_of: BTreeMap<ObjectId, Split> = (samples(&workspace.path("scenes")).iter())
-        .map(|sample| (sample.scene().expect("a scene").id(), of_scenes.split(sample.index).expect("a split")))
+        .map(|sample| (sample.read::<Scene>().expect("a scene").id(), of_scenes.split(sample.index).expect("a split")))
         .collect();
     for sample in samples(&two) {
         assert_eq!(picks.split(sample.index), Some(split_of[&sample.id.subject]));
@@ -232,11 +233,11 @@ fn every_row_follows_from_the_stored_scene_and_grasp() {
     let picks = workspace.make_dataset("picks", &picks_job("trials = 0\nrolls = 8"), &[]);
     assert!(!reader(&picks).manifest().channels().iter().any(|channel| channel.topic == "/picks/trials"));
     let scenes: BTreeMap<ObjectId, Scene> = (samples(&workspace.path("scenes")).iter())
-        .map(|sample| sample.scene().expect("a scene"))
+        .map(|sample| sample.read::<Scene>().expect("a scene"))
         .map(|scene| (scene.id(), scene))
         .collect();
     let runs: BTreeMap<(ObjectId, u32), GraspRun> = (samples(&workspace.path("grasps")).iter())
-        .map(|sample| ((sample.id.subject, sample.id.item.0), sample.grasp_run().expect("a run")))
+        .map(|sample| ((sample.id.subject, sample.id.item.0), sample.read::<GraspRun>().expect("a run")))
         .collect();
     let stored = Shapes::open(&Folder::at(&picks)).expect("shapes");
     let shapes = (0..stored.objects()).map(|index| stored.object(index).expect("an object"));
@@ -320,7 +321,8 @@ fn stored_grasps_are_taken_by_their_verdicts_and_labels() {
     let workspace = with_inputs(true);
     let runs: Vec<Sample> = samples(&workspace.path("grasps"));
     let count = |take: &str, sample: &Sample| -> usize {
-        let (run, trials) = (sample.grasp_run().expect("a run"), sample.grasp_trials().expect("readable"));
+        let (run, trials) =
+            (sample.read::<GraspRun>().expect("a run"), sample.find::<GraspTrials>().expect("readable"));
         let trials = trials.expect("trials").trials;
         match take {
             "kept" => run.kept().count(),

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use graspmill::{
     files::Folder,
     format::{
-        SceneImage,
+        Depth, SceneImage,
         dataset::{DatasetReader, Sample, Selection},
     },
     perception::{Cluster, ClusterRule, DepthFrame, Plane, PlaneRule, SegmentationScore, find_clusters, find_plane},
@@ -30,7 +30,7 @@ type Counts = [usize; 4];
 
 /// The picture as the sensor measured it, with the number of the body that each depth is of, 0 for all that is no body.
 fn labelled(sample: &Sample, image: &SceneImage) -> (DepthFrame, Vec<u32>) {
-    let crop = sample.view_depth().expect("readable").expect("stored").crop;
+    let crop = sample.find::<Depth>().expect("readable").expect("stored").crop;
     let (width, height) = (image.camera.width, image.camera.height);
     let pixels = (0..height).flat_map(|row| (0..width).map(move |column| (column, row)));
     let depth = pixels.map(|(column, row)| crop.at(column, row)).collect();
@@ -113,7 +113,7 @@ fn objects_on_tables_are_found_by_the_gaps_between_them() {
     let mut counts = [Counts::default(); GAPS.len()];
     for (number, sample) in reader.iter(Selection::default()).enumerate() {
         let sample = sample.expect("readable");
-        let image = sample.scene_image().expect("an image");
+        let image = sample.read::<SceneImage>().expect("an image");
         let (frame, labels) = labelled(&sample, &image);
         let began = Instant::now();
         let plane = find_plane(&frame, &PlaneRule::default()).expect("a table");

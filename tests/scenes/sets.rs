@@ -5,7 +5,7 @@ use std::{collections::BTreeSet, fs, path::Path};
 use graspmill::{
     files::Folder,
     format::{
-        AmodalFacts,
+        AmodalFacts, Clutter,
         dataset::{DatasetReader, Fate, LedgerRow, SetTable},
     },
 };
@@ -78,7 +78,8 @@ fn expected_body(set: &Path) -> String {
     let pairs = kept(&set.join("amodal"));
     let nearest = pairs.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).expect("a pair");
     let reader = DatasetReader::open(&Folder::at(set.join("amodal"))).expect("a dataset");
-    let object = reader.sample(nearest.index).expect("readable").expect("stored").clutter().expect("a record").object;
+    let object =
+        reader.sample(nearest.index).expect("readable").expect("stored").read::<Clutter>().expect("a record").object;
     let row = reader.assets().expect("assets").objects.into_iter().find(|row| row.object == object);
     row.expect("a row").name
 }

@@ -3,7 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
-use graspmill::{files::Folder, format::Product, publish::export::FORMATS};
+use graspmill::{
+    files::Folder,
+    format::{Product, Scene, VoxelPair},
+    publish::export::FORMATS,
+};
 
 use super::heatmaps::{heatmaps_job, with_inputs};
 use crate::support::{
@@ -171,11 +175,11 @@ fn a_record_of_another_product_is_an_error_that_names_both() {
         let reader = DatasetReader::open(&Folder::at(folder)).expect("a dataset");
         reader.iter(Selection::default()).next().expect("a sample").expect("readable")
     };
-    let error = first(grasps).pair().expect_err("no pair");
+    let error = first(grasps).read::<VoxelPair>().expect_err("no pair");
     assert!(error.is_foreign(), "{error}");
     let words = error.to_string();
     assert!(words.contains("is of a dataset of grasps, whose samples have no pair"), "{words}");
     assert!(words.contains("give a dataset of completion or amodal"), "{words}");
-    let words = first(completion).scene().expect_err("no scene").to_string();
+    let words = first(completion).read::<Scene>().expect_err("no scene").to_string();
     assert!(words.contains("give a dataset of scenes"), "{words}");
 }

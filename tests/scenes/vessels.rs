@@ -6,7 +6,7 @@ use std::{
 };
 
 use graspmill::{
-    format::{PickObstacle, Scene, SceneContainer},
+    format::{PickCandidates, PickObstacle, Scene, SceneContainer},
     geom::TriMesh,
 };
 use serde_json::Value;
@@ -156,7 +156,7 @@ fn everybody_sees_the_same_tote() {
     let picked = workspace.make_dataset("picks", &picks::picks_job("trials = 2"), &[]);
     assert_intact(&picked, FULL_CHECK);
     Program::on("verify", &picked).option("--regenerate", "6").succeed();
-    let candidates = samples(&picked).into_iter().map(|sample| sample.pick_candidates().expect("a record"));
+    let candidates = samples(&picked).into_iter().map(|sample| sample.read::<PickCandidates>().expect("a record"));
     let blocked = candidates.flat_map(|record| record.candidates).filter_map(|candidate| candidate.ways.shaped.blocked);
     let by_walls = blocked.filter(|blocked| blocked.by == PickObstacle::Container).count();
     assert!(by_walls > 0, "walls are in the way of some grasps");

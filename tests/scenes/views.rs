@@ -9,9 +9,9 @@ use std::{
 use graspmill::{
     files::Folder,
     format::{
-        SceneImage, SceneInstance, ViewFacts,
+        Depth, SceneColour, SceneImage, SceneInstance, ViewFacts,
         dataset::{DatasetReader, Fate, Sample, Selection},
-        products::grasps::Shapes,
+        extras::Shapes,
     },
     geom::{DepthCrop, RenderMesh, SimdLevel},
     render::Rasteriser,
@@ -57,11 +57,11 @@ fn samples(folder: &Path) -> Vec<Sample> {
 }
 
 fn image(sample: &Sample) -> SceneImage {
-    sample.scene_image().expect("an image")
+    sample.read::<SceneImage>().expect("an image")
 }
 
 fn depth(sample: &Sample) -> DepthCrop {
-    sample.view_depth().expect("readable").expect("stored").crop
+    sample.find::<Depth>().expect("readable").expect("stored").crop
 }
 
 /// Compares what the Python package reads with its own arithmetic.
@@ -505,7 +505,7 @@ fn colours_are_of_the_bodies_that_the_instances_name_and_change_nothing_else() {
     // BOP's layout has the images unchanged.
     let out = workspace.path("bop");
     Program::on("export", &colour).option("--to", "bop").option("--out", &out).succeed();
-    let first = samples(&colour)[0].view_colour().expect("readable").expect("stored");
+    let first = samples(&colour)[0].find::<SceneColour>().expect("readable").expect("stored");
     let file = fs::read(out.join("train/000000/rgb/000000.png")).expect("an image");
     let mut png = png::Decoder::new(std::io::Cursor::new(file)).read_info().expect("a PNG");
     let mut rgb = vec![0; png.output_buffer_size().expect("a size")];

@@ -9,7 +9,7 @@ use std::{
 use graspmill::{
     files::Folder,
     format::{
-        PickState, Product, VolumeFacts, VolumeTruth,
+        PickState, Product, Scene, SceneVolume, VolumeAffordance, VolumeFacts, VolumeTruth,
         dataset::{DatasetReader, Fate, Sample, Selection},
     },
     ids::{ItemId, ObjectId, SampleId},
@@ -116,15 +116,15 @@ fn threads_and_tasks_change_nothing_and_splits_are_those_of_the_scenes() {
     let (scenes, volumes) = (reader(&workspace.path("scenes")), reader(&two));
     assert_eq!(volumes.manifest().counts.samples, 6 * 3);
     let split_of: BTreeMap<ObjectId, Split> = (samples(&workspace.path("scenes")).iter())
-        .map(|sample| (sample.scene().expect("a scene").id(), scenes.split(sample.index).expect("a split")))
+        .map(|sample| (sample.read::<Scene>().expect("a scene").id(), scenes.split(sample.index).expect("a split")))
         .collect();
     let more = workspace.make_dataset("more", &volumes_job(""), &["fusion.per_scene=5"]);
     let more: BTreeMap<SampleId, Sample> = samples(&more).into_iter().map(|sample| (sample.id, sample)).collect();
     let (mut counts, mut sets) = (BTreeSet::new(), BTreeSet::new());
     for sample in samples(&two) {
-        let volume = sample.scene_volume().expect("a volume");
+        let volume = sample.read::<SceneVolume>().expect("a volume");
         assert_eq!(volumes.split(sample.index), Some(split_of[&sample.id.subject]));
-        assert_eq!(more[&sample.id].scene_volume().expect("a volume"), volume);
+        assert_eq!(more[&sample.id].read::<SceneVolume>().expect("a volume"), volume);
         counts.insert(volume.views.len());
         sets.insert(volume.views.iter().map(|view| view.view).collect::<Vec<_>>());
     }
@@ -203,7 +203,7 @@ fn scenes_without_enough_views_or_without_a_body_in_the_cube_are_rejected_and_co
     assert!(self::fates(&two).values().all(|(reason, _)| reason.as_deref() == Some("few_views")));
     // All available views, if a range requests more.
     let range = workspace.make_dataset("range", &one.replace("views = [1, 1]", "views = [1, 9]"), &["fusion.size=1"]);
-    assert!(samples(&range).iter().all(|sample| sample.scene_volume().expect("a volume").views.len() == 1));
+    assert!(samples(&range).iter().all(|sample| sample.read::<SceneVolume>().expect("a volume").views.len() == 1));
     assert_eq!(samples(&range).len(), 8);
 }
 
@@ -364,7 +364,8 @@ fn a_regenerated_volume_is_that_of_its_own_number() {
     assert_eq!(volumes.len(), 6);
     assert_eq!(reader(&workspace.path("volumes")).manifest().product, Product::VOLUMES);
     for sample in &volumes {
-        let (volume, truth) = (sample.scene_volume().expect("a volume"), sample.volume_truth().expect("its truth"));
+        let (volume, truth) =
+            (sample.read::<SceneVolume>().expect("a volume"), sample.read::<VolumeTruth>().expect("its truth"));
         assert_eq!(sample.id, SampleId::of_object(sample.id.subject, ItemId(0)));
         assert_eq!(volume.views.iter().map(|view| view.view).collect::<Vec<_>>(), [0, 1, 2, 3]);
         // The images see the bodies: where a body's voxel is seen from close in front, the truth is close.
@@ -428,7 +429,7 @@ fn grasps_in_volumes_are_those_of_the_picks() {
     let mut lines = table.lines();
     assert_eq!(lines.next(), Some("scene_id,qx,qy,qz,qw,i,j,k,width,label"));
     let tried = samples(&two).into_iter().flat_map(|sample| {
-        let affordance = sample.volume_affordance().expect("readable").expect("grasps");
+        let affordance = sample.find::<VolumeAffordance>().expect("readable").expect("grasps");
         let voxel = affordance.grid.voxel();
         let tried = affordance.grasps.into_iter().filter(|grasp| grasp.state != PickState::Untried);
         tried.map(move |grasp| (grasp, voxel)).collect::<Vec<_>>()
@@ -452,9 +453,9 @@ fn grasps_in_volumes_are_those_of_the_picks() {
     let names = |folder: &Path| reader(folder).manifest().channels().len();
     assert_eq!((names(&plain), names(&two)), (2, 3));
     for (one, other) in samples(&plain).iter().zip(samples(&two)) {
-        assert_eq!(one.scene_volume().expect("a volume"), other.scene_volume().expect("a volume"));
-        assert_eq!(one.volume_truth().expect("a truth"), other.volume_truth().expect("a truth"));
-        assert_eq!(one.volume_affordance().expect("readable"), None);
+        assert_eq!(one.read::<SceneVolume>().expect("a volume"), other.read::<SceneVolume>().expect("a volume"));
+        assert_eq!(one.read::<VolumeTruth>().expect("a truth"), other.read::<VolumeTruth>().expect("a truth"));
+        assert_eq!(one.find::<VolumeAffordance>().expect("readable"), None);
     }
     assert!(!workspace.read("plain/job.toml").contains("picks"));
 

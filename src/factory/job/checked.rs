@@ -2,11 +2,10 @@
 
 use std::{any::Any, sync::Arc};
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-use super::{JobObject, SplitInput};
-use crate::work::Work;
+use crate::{
+    sections::{JobObject, Profile, SplitInput},
+    work::Work,
+};
 use assets::MeshRefusal;
 use format::Product;
 
@@ -27,16 +26,6 @@ pub struct Job {
     pub shard_samples: u32,
     /// Settings and subjects of the product.
     pub work: Arc<dyn Work>,
-}
-
-/// A named set of defaults; every quirk is a separate switch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Profile {
-    /// Good practice.
-    Standard,
-    /// Faithful to the thesis, quirks included.
-    Thesis,
 }
 
 impl Job {

@@ -2,10 +2,11 @@
 
 use std::{collections::BTreeMap, sync::LazyLock};
 
-use super::{Profile, renamed, schema, spec::HeadSpec};
+use super::{renamed, schema, spec::HeadSpec};
 use crate::{
     product::ProductFactory,
     products::{PRODUCTS, factory_of},
+    sections::Profile,
 };
 use form::{Checker, Document, FormErrors, Hints, Path, Requirement, nearest};
 use format::Product;

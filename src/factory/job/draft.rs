@@ -6,11 +6,13 @@ use std::{
 };
 
 use super::{
-    DraftWork, Job, JobContext, JobText, ObjectsDraft, Profile,
+    Job, JobText,
     decode::{self, Decoded},
-    paths::with_slashes,
 };
-use crate::product::ProductFactory;
+use crate::{
+    product::{DraftWork, ProductFactory},
+    sections::{JobContext, ObjectsDraft, Profile, with_slashes},
+};
 use assets::{AssetRecord, MeshRefusal, MeshSource};
 use form::FormErrors;
 

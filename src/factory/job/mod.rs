@@ -8,49 +8,32 @@
 //! at once. [`Job::to_toml`] writes a job back with every default filled in; [`Job::digest`] names it.
 //! [`OpenJob`](super::run::OpenJob) does all of it with one call.
 
-mod built_in;
-mod cameras;
 mod canonical;
 mod checked;
-mod csv;
 mod decode;
-mod description;
 mod difference;
-mod discover;
 mod draft;
-mod draft_work;
-mod found_mesh;
-mod hand;
-mod mesh_table;
-mod objects;
-mod packages;
-mod paths;
 mod reference;
 mod renamed;
 mod schema;
-mod sensor;
 mod set;
 pub mod spec;
-mod split;
 mod text;
 
-pub use cameras::{CAMERAS, NamedCamera, describe_cameras, named_camera};
-pub use canonical::{keys_of, shards_section, subjects_section, without};
-pub use checked::{Job, Profile};
-pub(crate) use csv::csv_records;
-pub use description::{check_content, pinned_description};
+pub use crate::{
+    product::{DraftWork, MakeWork, ShardSamples, default_shard_samples},
+    sections::{
+        CAMERAS, FoundMesh, JobContext, JobHand, JobObject, JobObjects, KnownMass, KnownObject, MeshPackage,
+        NamedCamera, ObjectChoice, ObjectsDraft, PACKAGES, PackageFile, Profile, SplitInput, SplitSettings, SubsetSize,
+        Weight, check_content, check_sensor, describe_cameras, describe_sensors, keys_of, named_camera, package,
+        pinned_description, read_hand, relative_to, shards_section, subjects_section, tidy, with_slashes, without,
+    },
+};
+pub use checked::Job;
 pub use difference::{InvalidSettings, SettingDifference, setting_differences};
 pub use draft::JobDraft;
-pub use draft_work::{DraftWork, MakeWork, ShardSamples, default_shard_samples};
-pub use found_mesh::{FoundMesh, KnownMass, KnownObject, PackageFile};
-pub use hand::{JobHand, read_hand};
-pub use objects::{JobObject, JobObjects, ObjectsDraft, SplitInput, Weight};
-pub use packages::{MeshPackage, PACKAGES, package};
-pub use paths::{relative_to, tidy, with_slashes};
 pub use reference::reference;
 pub use renamed::{RENAMED_KEYS, RENAMED_VALUES, RenamedKey, RenamedValue};
 pub use schema::schema;
-pub use sensor::{check_sensor, describe_sensors};
 pub use set::{JobSet, SetMember};
-pub use split::{ObjectChoice, SplitSettings, SubsetSize};
-pub use text::{JobContext, JobText};
+pub use text::JobText;

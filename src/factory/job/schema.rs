@@ -4,11 +4,8 @@ use std::{collections::BTreeMap, sync::LazyLock};
 
 use serde_json::{Value, json};
 
-use super::{
-    Profile,
-    spec::{HeadSpec, SetSpec},
-};
-use crate::{product::ProductFactory, products::PRODUCTS};
+use super::spec::{HeadSpec, SetSpec};
+use crate::{product::ProductFactory, products::PRODUCTS, sections::Profile};
 use form::{Schema, schema_of};
 
 static SCHEMA: LazyLock<Value> = LazyLock::new(|| {

@@ -7,7 +7,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::job::{ObjectChoice, SplitInput, SplitSettings, SubsetSize};
+use crate::sections::{ObjectChoice, SplitInput, SplitSettings, SubsetSize};
 use kernel::{
     ids::Digest,
     words::{ObjectSplit, Split, SplitTable},

@@ -2,7 +2,7 @@
 
 use std::path::{Path as FilePath, PathBuf};
 
-use crate::job::tidy;
+use crate::sections::tidy;
 use form::Checker;
 use format::{
     Product,

@@ -5,8 +5,11 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use serde::Serialize;
 
-use super::{DatasetError, DatasetReader, Fate, Ledger, LedgerRow, Manifest, finish::root_parts};
-use crate::{Channel, Product};
+use super::finish::root_parts;
+use crate::{
+    Channel, Product,
+    storage::{AssetRow, DatasetError, DatasetReader, Fate, Ledger, LedgerRow, Manifest},
+};
 use kernel::{
     files::Folder,
     ids::{Digest, ObjectId, SampleIndex},
@@ -195,7 +198,7 @@ fn objects_of(a: &DatasetReader, b: &DatasetReader) -> Result<BTreeMap<String, O
     let mut found: BTreeMap<String, ObjectDifference> = BTreeMap::new();
     for (a, b) in [(&a.objects, &b.objects), (&a.hands, &b.hands), (&a.containers, &b.containers)] {
         // A hand can have the name of an object: the first row with a name counts.
-        let named = |rows: &[super::AssetRow]| {
+        let named = |rows: &[AssetRow]| {
             rows.iter().rev().map(|row| (row.name.clone(), row.clone())).collect::<BTreeMap<_, _>>()
         };
         let (a, b) = (named(a), named(b));

@@ -7,21 +7,25 @@ use std::{
     path::Path,
 };
 
-use super::{
-    Counts, DatasetError, Fate, FileEntry, IndexFormat, IndexWriter, Ledger, LedgerRow, Manifest, RunMark, ShardEntry,
-    durable::{self, Temporary, json_text},
-    error::REMAKE,
-    folder::{hash_file, scan_shards, shards_folder},
-    index::{IndexRow, index_columns},
-    layout::{ASSETS, INDEX, JOB, MANIFEST, REJECTS, SHARDS, SPLITS, files_of},
-    read_mark,
-    reader::checked_splits,
-    roots::{ClassChannels, Leaf, Roots},
-    seal::sealed,
-    shard_file::{ShardFile, invalid},
-    subjects::{Subjects, asset_names, asset_tree, object_of},
+use crate::{
+    Channel, FORMAT_VERSION, FactKind, Product,
+    extras::files_of_product,
+    storage::{
+        Counts, DatasetError, Fate, FileEntry, IndexFormat, IndexWriter, Ledger, LedgerRow, Manifest, RunMark,
+        ShardEntry,
+        durable::{self, Temporary, json_text},
+        error::REMAKE,
+        folder::{hash_file, scan_shards, shards_folder},
+        index::{IndexRow, index_columns},
+        layout::{ASSETS, INDEX, JOB, MANIFEST, REJECTS, SHARDS, SPLITS, files_of},
+        read_mark,
+        reader::checked_splits,
+        roots::{ClassChannels, Leaf, Roots},
+        seal::sealed,
+        shard_file::{ShardFile, invalid},
+        subjects::{Subjects, asset_names, asset_tree, object_of},
+    },
 };
-use crate::{Channel, FORMAT_VERSION, FactKind, Product, checks_of};
 use kernel::{
     files::Folder,
     ids::{Digest, JobDigest, ShardId},
@@ -171,7 +175,7 @@ fn checked_mark(folder: &Folder, header: &DatasetHeader) -> Result<RunMark, Data
 
 /// Words and digests of the files that enter the root of a product's datasets.
 pub(super) fn root_parts(folder: &Folder, product: Product) -> Result<Vec<(&'static str, Digest)>, DatasetError> {
-    let parts = checks_of(product).files.iter().filter_map(|file| file.in_root.as_ref());
+    let parts = files_of_product(product).filter_map(|file| file.in_root.as_ref());
     parts.map(|part| Ok((part.word, (part.digest)(folder)?))).collect()
 }
 

@@ -4,8 +4,10 @@ use std::{fs, path::Path};
 
 use nalgebra::{Point3, Vector3};
 
-use super::{ShardHeader, ShardWriter, shard_file::ShardFile};
-use crate::{Channel, Product, Visibility, VoxelPair};
+use crate::{
+    Channel, Product, Visibility, VoxelPair,
+    storage::{ShardHeader, ShardWriter, shard_file::ShardFile},
+};
 use kernel::{
     files::Folder,
     geom::{GridPlacement, Intrinsics, OccupancyGrid, Pose, rotation_from_rpy},

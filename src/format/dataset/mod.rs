@@ -18,54 +18,26 @@
 //!
 //! A shard verifies itself: it is done when the digest in its file name matches the content. [`begin_run`], [`scan_shards`] and
 //! [`ShardWriter`] fill a folder, [`finish_dataset`] closes it. This module takes plain data: it does not depend on jobs, plans,
-//! simulators or producers.
+//! simulators or producers. The room `storage` holds the shards and tables themselves.
 
-mod assets;
-mod begin;
 mod diff;
-pub(crate) mod durable;
-pub(crate) mod error;
 mod finish;
-mod folder;
-mod index;
-pub mod layout;
-mod ledger;
-mod manifest;
 #[cfg(test)]
 mod measure;
-mod merkle;
-mod new_folder;
-mod object_facts;
 mod pending;
-mod reader;
-mod roots;
-mod seal;
-mod set;
-pub(crate) mod shard;
-pub(crate) mod shard_file;
 mod sizes;
-mod subjects;
 mod verify;
 
-pub use assets::{AssetRow, AssetTable};
-pub use begin::{Begun, abandon_run, begin_run};
-pub use diff::{ChannelCounts, DatasetDifference, ObjectDifference, Reason, SampleCounts, diff, other_platform};
-pub use durable::Temporary;
-pub use error::DatasetError;
-pub use finish::{DatasetHeader, finish_dataset};
-pub use folder::{
-    BadShard, DoneShard, RunMark, ShardScan, clear_away, listed_shards, read_mark, scan_shards, scan_some_shards,
-    shards_folder,
+pub use crate::storage::{
+    AssetRow, AssetTable, BadShard, Begun, CHUNK_BYTES, Cell, ColumnKind, Counts, DatasetError, DatasetReader,
+    DoneShard, Fate, FileEntry, FinishedShard, IndexColumn, IndexFormat, IndexWriter, InvalidObjectFacts, Ledger,
+    LedgerRow, Manifest, NewFolder, ObjectFacts, RunMark, Sample, Samples, Selection, SetContent, SetEntry, SetObject,
+    SetTable, ShardEntry, ShardHeader, ShardName, ShardScan, ShardWriter, Temporary, abandon_run, add_symmetries,
+    begin_run, clear_away, index_columns, layout, listed_shards, read_mark, scan_shards, scan_some_shards,
+    shards_folder, without_manifest,
 };
-pub use index::{Cell, ColumnKind, IndexColumn, IndexFormat, IndexWriter, index_columns};
-pub use layout::ShardName;
-pub use ledger::{Fate, Ledger, LedgerRow};
-pub use manifest::{Counts, FileEntry, Manifest, ShardEntry, without_manifest};
-pub use new_folder::NewFolder;
-pub use object_facts::{InvalidObjectFacts, ObjectFacts, add_symmetries};
+pub use diff::{ChannelCounts, DatasetDifference, ObjectDifference, Reason, SampleCounts, diff, other_platform};
+pub use finish::{DatasetHeader, finish_dataset};
 pub use pending::{Pending, clear_pending, read_pending, write_pending};
-pub use reader::{DatasetReader, Sample, Samples, Selection};
-pub use set::{SetContent, SetEntry, SetObject, SetTable};
-pub use shard::{CHUNK_BYTES, FinishedShard, ShardHeader, ShardWriter};
 pub use sizes::TableSizes;
 pub use verify::{Problem, VerifyLevel, VerifyOptions, VerifyProgress, VerifyReport, verify};

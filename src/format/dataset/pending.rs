@@ -4,8 +4,9 @@ use std::io;
 
 use serde::{Deserialize, Serialize};
 
-use super::{
-    DatasetError, DatasetHeader, durable,
+use super::DatasetHeader;
+use crate::storage::{
+    DatasetError, durable,
     layout::{JOB, PENDING},
 };
 use kernel::files::{Bound, Folder};

@@ -1,16 +1,21 @@
 //! Sizes of a dataset's tables, from a few of its samples, before the others are made.
 
 use super::{
-    DatasetError, DatasetHeader, IndexFormat, LedgerRow, ShardEntry,
-    durable::json_text,
+    DatasetHeader,
     finish::{reject_line, table_texts},
-    index::{IndexRow, index_columns},
-    layout::{INDEX, SPLITS},
-    reader::checked_splits,
-    shard_file::{ShardFile, invalid},
-    subjects::asset_names,
 };
-use crate::Channel;
+use crate::{
+    Channel,
+    storage::{
+        DatasetError, IndexFormat, LedgerRow, ShardEntry,
+        durable::json_text,
+        index::{IndexRow, index_columns},
+        layout::{INDEX, SPLITS},
+        reader::checked_splits,
+        shard_file::{ShardFile, invalid},
+        subjects::asset_names,
+    },
+};
 use kernel::{
     files::Folder,
     ids::{Digest, SampleIndex},

@@ -7,12 +7,18 @@ pub mod grasps;
 pub mod heatmaps;
 pub mod patches;
 pub mod picks;
+mod product;
 pub mod reachability;
+mod record;
+mod record_check;
 pub mod scenes;
 pub mod views;
 pub mod volumes;
 
 pub use checks::{CHECKS, checks_of};
+pub use product::{Channel, Product};
+pub use record::Record;
+pub use record_check::{BrokenRule, CheckSample, CheckedRecord, ProductChecks, check_record};
 
 use super::ProductFormat;
 

@@ -20,7 +20,7 @@ use super::{
 use format::{
     Channel, Grasp, GraspRun, GraspTrial, GraspTrials, HandShape, Noun, Product,
     dataset::{AssetRow, DatasetReader},
-    products::grasps::Shapes,
+    extras::Shapes,
 };
 use kernel::{
     geom::{HandBase, MassProperties, Object, Pose},
@@ -107,7 +107,7 @@ impl LabelledGrasps {
         let mut found: Option<Self> = None;
         for index in samples {
             let Some(sample) = reader.sample(*index)? else { continue };
-            let (run, trials) = (sample.grasp_run()?, sample.grasp_trials()?);
+            let (run, trials) = (sample.read::<GraspRun>()?, sample.find::<GraspTrials>()?);
             let labelled: Vec<(u32, Option<&GraspTrial>)> = match &trials {
                 Some(trials) => trials.trials.iter().map(|trial| (trial.grasp, Some(trial))).collect(),
                 None if is_tried => return Err(ExportError::NoTrials),

@@ -11,7 +11,7 @@ use super::{
     target::Target,
 };
 use format::{
-    Noun, Product, SceneImage,
+    Depth, Noun, Product, SceneColour, SceneImage,
     dataset::{AssetRow, DatasetReader},
 };
 
@@ -42,10 +42,10 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
     let selected = SelectedSamples::of(reader, &assets.subjects, selection)?;
     let (mut images, mut annotations) = (Vec::new(), Vec::new());
     selected.each(|stored, sample| {
-        let (image, colour) = (stored.scene_image()?, stored.view_colour()?);
+        let (image, colour) = (stored.read::<SceneImage>()?, stored.find::<SceneColour>()?);
         let camera = image.camera;
         let (id, size) = (images.len() + 1, [camera.width, camera.height]);
-        let depth_name = match stored.view_depth()? {
+        let depth_name = match stored.find::<Depth>()? {
             Some(depth) => {
                 let name = format!("depth/{:06}.png", sample.index.0);
                 let whole = depth.crop.whole(camera.width, camera.height);

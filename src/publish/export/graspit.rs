@@ -9,7 +9,7 @@ use super::{
     form::{ExportForm, ExportFormat, ExportSelection, Written},
     target::Target,
 };
-use format::{Noun, Product, dataset::DatasetReader, products::reachability::read_field};
+use format::{Noun, Product, dataset::DatasetReader, extras::read_field};
 use kernel::geom::{Axis, AxisGrid, PoseGrid, PoseLabel};
 
 /// `reach_data.full`, `.sdf`, `.dims`, `.mins`, `.step` and `.csv` of a reachability dataset, after the thesis's code;

@@ -61,7 +61,7 @@ pub(super) fn write_pairs<W: WritePairs>(
     let mut table = SampleTable::create(target)?;
     let mut writer = open(PairStream { samples, unpacked: selection.unpacked });
     selected.each(|sample, names| {
-        let (pair, touched) = (sample.pair()?, sample.touched()?);
+        let (pair, touched) = (sample.read::<VoxelPair>()?, sample.touched()?);
         let stem = if W::FILE_PER_SAMPLE { stem(&folders, &pair) } else { String::new() };
         let sample = PairSample { sample, pair: &pair, touched: touched.as_ref(), names, stem: &stem };
         table.row(&sample)?;

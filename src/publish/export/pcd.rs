@@ -9,7 +9,7 @@ use super::{
     pairs::{WritePairs, write_pairs},
     target::Target,
 };
-use format::{Noun, Product, TouchContact, dataset::DatasetError};
+use format::{Cloud, Depth, Noun, Product, TouchContact, dataset::DatasetError};
 use kernel::geom::OccupancyGrid;
 
 /// `<object>/view_00003_x.pcd` (partial) and `..._y.pcd` (complete): occupied cells by index, as in the data of the thesis; if
@@ -61,10 +61,10 @@ impl WritePairs for PcdFiles {
 
 /// The points behind the partial grid, in `CameraCv` [m]: the stored cloud, or the depth crop's; `None` without both.
 fn seen_points(sample: &PairSample<'_>) -> Result<Option<Vec<[f32; 3]>>, DatasetError> {
-    if let Some(cloud) = sample.sample.cloud()? {
+    if let Some(cloud) = sample.sample.find::<Cloud>()? {
         return Ok(Some(cloud.points));
     }
-    let Some(depth) = sample.sample.depth()? else { return Ok(None) };
+    let Some(depth) = sample.sample.find::<Depth>()? else { return Ok(None) };
     let crop = depth.crop;
     let points = (0u32..).zip(&crop.depth).filter(|(_, depth)| !depth.is_nan()).map(|(pixel, depth)| {
         let (u, v) = (crop.left + pixel % crop.width, crop.top + pixel / crop.width);

@@ -18,7 +18,10 @@ use super::{
     selected::SelectedSamples,
     target::Target,
 };
-use format::{Noun, PickState, Product, SceneVolume, VolumeTruth, VoxelGrasp, dataset::DatasetReader};
+use format::{
+    Depth, Noun, PickState, Product, SceneImage, SceneVolume, VolumeAffordance, VolumeTruth, VoxelGrasp,
+    dataset::DatasetReader,
+};
 use kernel::{
     geom::{CameraCv, DepthCrop, Intrinsics, Pose, Volume, World},
     ids::{ObjectId, SampleIndex},
@@ -142,7 +145,7 @@ fn write_views(
     let (mut current, mut arrays) = (None::<(ObjectId, String)>, SceneArrays::default());
     let (mut table, mut ids) = (HEADING.to_owned(), BTreeSet::new());
     selected.each(|sample, names| {
-        let (image, depth) = (sample.scene_image()?, sample.view_depth()?);
+        let (image, depth) = (sample.read::<SceneImage>()?, sample.find::<Depth>()?);
         check_camera(&mut camera, &image.camera, names.index)?;
         if current.as_ref().is_none_or(|(scene, _)| *scene != names.id.subject) {
             finish_scene(&mut arrays, current.take(), camera.as_ref(), &mut table, target)?;
@@ -217,7 +220,7 @@ fn write_volumes(
     let mut first: Option<(SceneVolume, Vec<u8>)> = None;
     let (mut table, mut grasps) = (HEADING.to_owned(), None::<String>);
     selected.each(|sample, names| {
-        let (volume, truth) = (sample.scene_volume()?, sample.volume_truth()?);
+        let (volume, truth) = (sample.read::<SceneVolume>()?, sample.read::<VolumeTruth>()?);
         let n = volume.grid.resolution;
         let (_, points) = first.get_or_insert_with(|| (volume.clone(), centres(&volume)));
         let points = points.clone();
@@ -243,7 +246,7 @@ fn write_volumes(
         let views: Vec<String> = volume.views.iter().map(|view| view.view.to_string()).collect();
         let facts = format!("{},{},{}", names.subject, quoted(names.object), names.split);
         table.push_str(&format!("{id},{facts},{},{}\n", names.id.item.0, views.join(" ")));
-        if let Some(affordance) = sample.volume_affordance()? {
+        if let Some(affordance) = sample.find::<VolumeAffordance>()? {
             let grasps = grasps.get_or_insert_with(|| GRASPS_HEADING.to_owned());
             affordance.grasps.iter().filter_map(|grasp| grasp_row(&id, &volume, grasp)).for_each(|row| *grasps += &row);
         }

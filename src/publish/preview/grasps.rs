@@ -14,10 +14,10 @@ use super::{
     google::protobuf::Timestamp,
     write_file,
 };
-use format::{Grasp, HandShape, ObjectShape};
+use format::{Grasp, GraspRun, HandShape, ObjectShape};
 use format::{
     dataset::{DatasetError, DatasetReader, Selection},
-    products::grasps::Shapes,
+    extras::Shapes,
 };
 use kernel::{
     geom::{Shape, TouchShape},
@@ -78,7 +78,7 @@ type Ranked = ((f64, f64), Grasp);
 fn best_grasps(reader: &DatasetReader) -> Result<BTreeMap<ObjectId, Ranked>, DatasetError> {
     let mut best: BTreeMap<ObjectId, Ranked> = BTreeMap::new();
     for sample in reader.iter(Selection::default()) {
-        let run = sample?.grasp_run()?;
+        let run = sample?.read::<GraspRun>()?;
         let kept = run.kept().map(|grasp| ((grasp.epsilon(&run.method), -grasp.energy), grasp));
         let first = run.grasps.first().map(|grasp| ((-1.0, -grasp.energy), grasp));
         for (rank, grasp) in kept.chain(first) {

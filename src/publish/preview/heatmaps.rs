@@ -21,8 +21,8 @@ use format::{
 pub fn write_heatmap_preview(reader: &DatasetReader) -> Result<PathBuf, DatasetError> {
     let mut images = Vec::new();
     for sample in previewed(reader)? {
-        if let Some(depth) = sample.heatmap_depth()? {
-            images.push((sample.scene_heatmap()?, depth));
+        if let Some(depth) = sample.find::<Depth>()? {
+            images.push((sample.read::<SceneHeatmap>()?, depth));
         }
     }
     write_file(reader.folder(), |file| write_messages(file, &images))

@@ -11,7 +11,7 @@ use super::{
     image, transform, write_file,
 };
 use format::{
-    Channel, TouchContact, VoxelPair,
+    Channel, Depth, TouchContact, VoxelPair,
     dataset::{DatasetError, DatasetReader, Selection},
 };
 use kernel::{
@@ -43,7 +43,11 @@ pub fn preview_samples(reader: &DatasetReader, count: u32) -> Result<Vec<Preview
         // The middle of each of `count` equal runs.
         if let Some(sample) = reader.sample(kept[(2 * index + 1) * kept.len() / (2 * count)])? {
             let touch = sample.touch()?.into_iter().map(|(channel, touch)| (channel, touch.contacts)).collect();
-            samples.push(PreviewSample { pair: sample.pair()?, depth: sample.depth()?.map(|depth| depth.crop), touch });
+            samples.push(PreviewSample {
+                pair: sample.read::<VoxelPair>()?,
+                depth: sample.find::<Depth>()?.map(|depth| depth.crop),
+                touch,
+            });
         }
     }
     Ok(samples)

@@ -11,7 +11,7 @@ use super::{
     image, transform, write_file,
 };
 use format::dataset::{DatasetError, DatasetReader, Selection};
-use format::{HeatmapPatch, PATCH_POINTS, PatchColour};
+use format::{Channel, Depth, HeatmapPatch, PATCH_POINTS, PatchColour};
 use kernel::{geom::DepthCrop, ids::SampleIndex};
 
 /// Topics of the patches around palm, F0, F1 and F2.
@@ -52,8 +52,8 @@ pub fn write_patch_preview(reader: &DatasetReader, max: usize) -> Result<PathBuf
     for index in 0..count {
         // The middle of each of `count` equal runs.
         if let Some(sample) = reader.sample(kept[(2 * index + 1) * kept.len() / (2 * count)])? {
-            let image = sample.patch_image()?.map(|image| image.crop);
-            grasps.push(Seen { patch: sample.heatmap_patch()?, colour: sample.patch_colour()?, image });
+            let image = sample.find_at::<Depth>(Channel::PATCH_IMAGE)?.map(|image| image.crop);
+            grasps.push(Seen { patch: sample.read::<HeatmapPatch>()?, colour: sample.find::<PatchColour>()?, image });
         }
     }
     write_file(folder, |file| write_messages(file, &grasps))

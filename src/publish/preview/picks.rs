@@ -13,7 +13,7 @@ use super::{
 use format::{
     PickCandidates,
     dataset::{DatasetError, DatasetReader},
-    products::grasps::Shapes,
+    extras::Shapes,
 };
 use kernel::{
     geom::{Object, Pose, TriMesh, World},
@@ -40,7 +40,7 @@ pub fn write_pick_preview(reader: &DatasetReader) -> Result<PathBuf, DatasetErro
     let places: BTreeMap<ObjectId, usize> = places.zip(0..).collect();
     let mut scenes = Vec::new();
     for (second, sample) in (0..).zip(previewed(reader)?) {
-        let candidates = sample.pick_candidates()?;
+        let candidates = sample.read::<PickCandidates>()?;
         let mut meshes = Vec::new();
         for (number, (object, pose)) in (1..).zip(&candidates.bodies) {
             if let Some(place) = places.get(object) {

@@ -30,8 +30,8 @@ const MAX_ARROW: f64 = 0.1;
 pub fn write_scene_preview(reader: &DatasetReader) -> Result<PathBuf, DatasetError> {
     let mut scenes = Vec::new();
     for sample in previewed(reader)? {
-        if let Some(overview) = sample.scene_overview()? {
-            scenes.push((sample.scene()?, overview));
+        if let Some(overview) = sample.find::<SceneOverview>()? {
+            scenes.push((sample.read::<Scene>()?, overview));
         }
     }
     write_file(reader.folder(), |file| write_messages(file, &scenes))

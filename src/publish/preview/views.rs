@@ -17,8 +17,8 @@ use format::{
 pub fn write_view_preview(reader: &DatasetReader) -> Result<PathBuf, DatasetError> {
     let mut views = Vec::new();
     for sample in previewed(reader)? {
-        if let Some(depth) = sample.view_depth()? {
-            views.push((sample.scene_image()?, depth));
+        if let Some(depth) = sample.find::<Depth>()? {
+            views.push((sample.read::<SceneImage>()?, depth));
         }
     }
     write_file(reader.folder(), |file| write_messages(file, &views))

@@ -19,7 +19,7 @@ use format::{
 pub fn write_volume_preview(reader: &DatasetReader) -> Result<PathBuf, DatasetError> {
     let mut volumes = Vec::new();
     for sample in previewed(reader)? {
-        volumes.push((sample.scene_volume()?, sample.volume_truth()?));
+        volumes.push((sample.read::<SceneVolume>()?, sample.read::<VolumeTruth>()?));
     }
     write_file(reader.folder(), |file| write_messages(file, &volumes))
 }

@@ -2,9 +2,10 @@
 
 use super::{ReachabilityMap, ReachabilityParts, RobotFacts};
 use format::{
-    FieldHeader, Product, ReachabilityField,
+    FieldHeader, Product, ReachabilityBlock, ReachabilityField,
     dataset::{DatasetError, DatasetReader, Selection},
-    products::reachability::{FIELD, read_field},
+    extras::read_field,
+    products::reachability::FIELD,
 };
 use kernel::{files::Folder, geom::PoseLabel};
 
@@ -46,7 +47,7 @@ impl ReachabilityMap {
         let mut witnesses = Vec::with_capacity(reachable * joints);
         for (position, sample) in reader.iter(Selection::default()).enumerate() {
             let sample = sample?;
-            let block = sample.block()?;
+            let block = sample.read::<ReachabilityBlock>()?;
             let own = self.clear_labels().get(position * angles..(position + 1) * angles);
             if own != Some(block.labels.as_slice()) || block.joints as usize != joints {
                 return Err(invalid(

@@ -11,8 +11,9 @@ use graspmill::{
     collision::{Bodies, CollisionChecker, Verdict},
     files::Folder,
     format::{
+        ReachabilityBlock,
         dataset::{DatasetReader, Selection},
-        products::reachability::read_field,
+        extras::read_field,
     },
     geom::{AxisGrid, EndEffector, Pose, PoseGrid, PoseLabel, Proof, World, rotation_from_rpy},
     kinematics::{PlanningGroup, SolverSettings, solve_numeric},
@@ -48,7 +49,7 @@ impl Map {
         };
         let mut map = Self { grid, labels: Vec::new(), proofs: Vec::new(), witnesses: Vec::new() };
         for sample in DatasetReader::open(&Folder::at(&data)).expect("a dataset").iter(Selection::default()) {
-            let block = sample.expect("a sample").block().expect("a block");
+            let block = sample.expect("a sample").read::<ReachabilityBlock>().expect("a block");
             let witness = |index| block.witness(index).map(|q| q.try_into().expect("seven joints"));
             map.witnesses.extend((0..block.labels.len()).map(witness));
             map.labels.extend_from_slice(&block.labels);

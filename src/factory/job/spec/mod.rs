@@ -1,27 +1,15 @@
 //! Job files as written: the one source of their keys, from which the decoder, the JSON Schema and the reference in the
-//! documentation are all derived (see `schema`). Keys of several products are here, the others with their product.
-//!
-//! Keys with a default are plain values here, since the profile's file fills them in before a job is read; an `Option`
-//! is a key without a default. `x-unit` is the unit of a number.
+//! documentation are all derived (see `schema`). Keys that every job has are defined here, sections that several products share in
+//! `sections`, the others with their product.
 
-mod built_in;
-mod hand;
-mod objects;
-mod sensor;
 mod set;
-mod split;
 
-pub use built_in::{BuiltInSpec, HalfShapesSpec, OnlyHalfShapes};
-pub use hand::HandSpec;
-pub use objects::{BodiesSpec, LimitsSpec, MAX_WALL, MaterialSpec, MeshRow, ObjectsSpec, UnitSpec};
 use schemars::{JsonSchema, json_schema};
-pub use sensor::SensorSpec;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 pub use set::{MemberSpec, SetSpec};
-pub use split::{ObjectChoiceSpec, SplitSpec, SubsetSpec};
 
-use super::Profile;
+use crate::sections::Profile;
 use format::Product;
 
 /// The keys that every job has.

@@ -7,11 +7,11 @@ use nalgebra::{IsometryMatrix3, Translation3};
 use super::{image::ViewImage, scene::LoadedScene};
 use crate::{
     ProduceError,
-    job::JobHand,
     products::{
         pair::touch::{HandOnObject, StillAround, TouchingHand},
         surroundings::settled_container,
     },
+    sections::JobHand,
 };
 use format::{SceneContainer, SceneImage};
 use kernel::contact::ContactSurface;

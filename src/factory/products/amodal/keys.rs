@@ -7,8 +7,8 @@ use super::{
     spec::AmodalSpec,
 };
 use crate::{
-    job::{keys_of, relative_to, with_slashes, without},
     products::pair::TruthSpec,
+    sections::{keys_of, relative_to, with_slashes, without},
 };
 
 impl AmodalJob {

@@ -8,9 +8,9 @@ use super::{
     spec::{AmodalSpec, PROFILES},
 };
 use crate::{
-    job::{DraftWork, JobContext, ShardSamples},
-    product::{InputDataset, ProductFactory},
+    product::{DraftWork, InputDataset, ProductFactory, ShardSamples},
     products::pair::touch::EXPLORES,
+    sections::JobContext,
 };
 use form::{Checker, FormErrors, Schema, schema_of};
 use format::{PARTIAL_INSIDE_COMPLETE, Product};

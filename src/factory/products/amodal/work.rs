@@ -9,10 +9,10 @@ use super::{
 };
 use crate::{
     ProduceError,
-    job::shards_section,
     objects::check_hand,
     plan::{JobSplits, SubjectItems},
     products::viewed::{ViewedScene, open_views},
+    sections::shards_section,
     work::{OpenWork, Opening, Producer, Work, WorkTables},
 };
 use format::{Channel, Product};

@@ -20,7 +20,7 @@ use crate::{
     work::Producer,
 };
 use format::{
-    AmodalFacts, Channel, Clutter, Product, SceneImage, SceneInstance, TactileContacts, VoxelPair,
+    AmodalFacts, Channel, Clutter, Depth, Product, SceneImage, SceneInstance, TactileContacts, VoxelPair,
     dataset::{DatasetReader, Sample},
 };
 use kernel::{
@@ -115,7 +115,7 @@ fn load_scene<'w>(
     let bodies = image.record.bodies.iter().map(|body| objects.get(body.object, &job.settings, *level));
     let bodies: Vec<Arc<LoadedObject>> = bodies.collect::<Result<_, _>>()?;
     if image.record.point_instances.is_some() {
-        let depth = stored.view_depth()?.ok_or_else(|| changed_view(stored, "it has no depth"))?;
+        let depth = stored.find::<Depth>()?.ok_or_else(|| changed_view(stored, "it has no depth"))?;
         image.measured(depth.crop);
     } else if !image.render(&bodies, still) {
         return Err(changed_view(stored, "its scene, drawn again, is another picture"));
@@ -256,7 +256,7 @@ impl Producer for AmodalWorker<'_> {
                 out.reject(of_body(number), AmodalFacts::default(), NO_VIEW, "the view of its scene was rejected")
             });
         };
-        let record = stored.scene_image()?;
+        let record = stored.read::<SceneImage>()?;
         if record.bodies.len() != *bodies as usize {
             return Err(changed_view(&stored, "it has other bodies than its scene"));
         }

@@ -10,8 +10,8 @@ use super::{
     spec::{AngleUnit, AnglesSpec, CameraSpec, CompletionSpec, DistanceSpec, Ends, NamedViews, ViewsSpec},
 };
 use crate::{
-    job::{check_sensor, named_camera},
     products::pair::{Channels, touch::Touch},
+    sections::{check_sensor, named_camera},
 };
 use form::{Checker, Path};
 use format::Product;

@@ -11,8 +11,8 @@ use super::{
     },
 };
 use crate::{
-    job::{keys_of, spec::SensorSpec, without},
     products::pair::TruthSpec,
+    sections::{keys_of, spec::SensorSpec, without},
 };
 use kernel::geom::ViewSet;
 

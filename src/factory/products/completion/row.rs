@@ -11,12 +11,9 @@ use super::{
     spec::{CompletionSpec, PROFILES},
 };
 use crate::{
-    job::{
-        DraftWork, JobContext, JobObject, JobObjects, ObjectsDraft, default_shard_samples, describe_cameras,
-        describe_sensors,
-    },
-    product::ProductFactory,
+    product::{DraftWork, ProductFactory, default_shard_samples},
     products::pair::touch::HAND_USES,
+    sections::{JobContext, JobObject, JobObjects, ObjectsDraft, describe_cameras, describe_sensors},
 };
 use form::{Checker, FormErrors, Schema, schema_of};
 use format::{PARTIAL_INSIDE_COMPLETE, Product};

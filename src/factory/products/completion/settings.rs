@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    job::JobObjects,
     products::pair::{Channels, PairRules, touch::Touch},
+    sections::JobObjects,
 };
 use kernel::{
     geom::{Intrinsics, ViewSet},

@@ -10,8 +10,8 @@ use super::{
     spec_occlusion::OcclusionSpec,
 };
 use crate::{
-    job::spec::{ObjectsSpec, SensorSpec, SplitSpec},
     products::pair::{ChannelsSpec, GridSpec, TruthSpec, touch::TouchSpec},
+    sections::spec::{ObjectsSpec, SensorSpec, SplitSpec},
 };
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.

@@ -9,9 +9,9 @@ use super::{
 };
 use crate::{
     ProduceError, RunError,
-    job::{JobObjects, SplitInput, shards_section},
     objects::{check_hand, cost_of_descriptions, describe_all},
     plan::{JobSplits, SubjectItems},
+    sections::{JobObjects, SplitInput, shards_section},
     work::{Closing, OpenWork, Opening, Producer, SideCost, Work, WorkTables},
 };
 use format::{Channel, Product};

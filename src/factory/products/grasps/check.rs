@@ -12,7 +12,7 @@ use super::{
         TriedSpec, UniformSpec,
     },
 };
-use crate::job::{JobHand, read_hand};
+use crate::sections::{JobHand, read_hand};
 use form::Checker;
 use format::TriedStates;
 use robot::grasp::{

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::{ProduceError, job::JobHand, objects::check_hand, product::HandUse};
+use crate::{ProduceError, objects::check_hand, product::HandUse, sections::JobHand};
 use kernel::description::Format;
 use robot::{
     collision::Bodies,

@@ -10,7 +10,7 @@ use super::{
         SamplerSpec, SpaceSpec, SupportSpec, TriedSpec, UniformSpec,
     },
 };
-use crate::job::{keys_of, without};
+use crate::sections::{keys_of, without};
 use format::TriedStates;
 use robot::grasp::{
     AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, RestingChoice, Sampler, SearchFrame, Support,

@@ -9,8 +9,8 @@ use super::{
     spec::{GraspsSpec, PROFILES},
 };
 use crate::{
-    job::{DraftWork, JobContext, ObjectsDraft},
-    product::ProductFactory,
+    product::{DraftWork, ProductFactory},
+    sections::{JobContext, ObjectsDraft},
 };
 use form::{Checker, FormErrors, schema_of};
 use format::Product;

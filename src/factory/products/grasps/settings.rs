@@ -1,6 +1,6 @@
 //! A job for grasps, checked.
 
-use crate::job::{JobHand, JobObjects};
+use crate::sections::{JobHand, JobObjects};
 use format::TriedStates;
 use robot::grasp::{Annealing, Keeping, Sampler};
 use sim::Variant;

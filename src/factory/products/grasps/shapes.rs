@@ -8,10 +8,10 @@ use super::{
 };
 use crate::{
     ProduceError,
-    job::JobObject,
     objects::{TrialObject, describe, prepared},
+    sections::JobObject,
 };
-use format::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand, products::grasps::add_resting};
+use format::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand, extras::add_resting};
 use kernel::ids::ObjectId;
 use robot::kinematics::JointKind;
 use sim::{HandModel, PlainHand, TrialProtocol, plain_hand};

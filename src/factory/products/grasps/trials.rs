@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     ProduceError,
-    job::{JobHand, Weight},
+    sections::{JobHand, Weight},
 };
 use assets::object::PreparedObject;
 use format::{

@@ -14,12 +14,12 @@ use super::{
 use crate::{
     ProduceError, RunError,
     clock::processor_time,
-    job::{JobObject, JobObjects, SplitInput, shards_section},
     objects::{add_to_assets, bytes_of_row, measured, triangles_per},
     plan::{JobSplits, SubjectItems},
+    sections::{JobObject, JobObjects, SplitInput, shards_section},
     work::{Closing, OpenWork, Opening, Producer, SideCost, Work, WorkTables},
 };
-use format::{Channel, ObjectShape, Product, products::grasps::ShapesWriter};
+use format::{Channel, ObjectShape, Product, extras::ShapesWriter};
 use kernel::{
     files::Folder,
     geom::SimdLevel,

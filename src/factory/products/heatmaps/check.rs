@@ -12,12 +12,12 @@ use super::{
     types::count_types,
 };
 use crate::{
-    job::{JobHand, read_hand},
     products::{
         patches::Fingertips,
         picked::{FoundPicks, PICKS, PickedHand, found_picks, has_hand},
         viewed::{VIEWS, found_views},
     },
+    sections::{JobHand, read_hand},
 };
 use form::{Checker, first_repeated};
 use format::{HeatmapLabel, dataset::DatasetReader};

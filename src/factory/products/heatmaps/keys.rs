@@ -6,7 +6,7 @@ use super::{
     settings::{HeatmapJob, HeatmapSettings},
     spec::{HeatmapSpec, HeatmapsSpec, SquaresSpec},
 };
-use crate::job::{keys_of, relative_to, with_slashes, without};
+use crate::sections::{keys_of, relative_to, with_slashes, without};
 
 impl HeatmapJob {
     /// Keys of the job file other than shards. With a folder, datasets and the hand's file are named relative to it,

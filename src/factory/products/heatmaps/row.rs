@@ -7,8 +7,8 @@ use super::{
     spec::{HeatmapsSpec, PROFILES},
 };
 use crate::{
-    job::{DraftWork, JobContext, ShardSamples},
-    product::{InputDataset, ProductFactory},
+    product::{DraftWork, InputDataset, ProductFactory, ShardSamples},
+    sections::JobContext,
 };
 use form::{Checker, FormErrors, schema_of};
 use format::Product;

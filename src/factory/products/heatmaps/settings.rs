@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use crate::{
-    job::JobHand,
     products::{picked::FoundPicks, viewed::FoundViews},
+    sections::JobHand,
 };
 use format::HeatmapLabel;
 

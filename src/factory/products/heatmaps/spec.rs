@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    job::spec::HandSpec,
     products::{picked::PicksSourceSpec, viewed::ViewsSourceSpec},
+    sections::spec::HandSpec,
 };
 use format::HeatmapLabel;
 

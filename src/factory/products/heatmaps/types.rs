@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::products::picked::{BodyPicks, PickedHand};
 use format::{
-    HeatmapLabel, PickState,
+    HeatmapLabel, PickCandidates, PickState, PickTrials,
     dataset::{DatasetError, DatasetReader, Selection},
 };
 use kernel::words::GraspTypeCounts;
@@ -23,7 +23,7 @@ pub fn count_types(
     let (mut counts, mut without) = (BTreeMap::new(), 0);
     for sample in picks.iter(Selection::default()) {
         let sample = sample?;
-        let (candidates, trials) = (sample.pick_candidates()?, sample.pick_trials()?);
+        let (candidates, trials) = (sample.read::<PickCandidates>()?, sample.find::<PickTrials>()?);
         let body = BodyPicks { body: candidates.body(), candidates, trials };
         for (candidate, state) in body.candidates.candidates.iter().zip(body.states()) {
             if !candidate.is_free() || label == HeatmapLabel::Trial && state != PickState::Held {

@@ -10,13 +10,13 @@ use super::{
 };
 use crate::{
     ProduceError,
-    job::shards_section,
     plan::{JobSplits, SubjectItems},
     products::{
         patches::Fingertips,
         picked::{PickedHand, open_picks},
         viewed::{ViewMeshes, ViewedScene, open_views},
     },
+    sections::shards_section,
     work::{OpenWork, Opening, Producer, Work, WorkTables},
 };
 use format::Product;

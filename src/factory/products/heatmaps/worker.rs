@@ -125,7 +125,7 @@ impl Producer for HeatmapWorker<'_> {
         let Some(stored) = views.sample_of(&sample)? else {
             return out.reject(sample, HeatmapFacts::default(), NO_VIEW, "the view of its scene was rejected");
         };
-        let view = stored.scene_image()?;
+        let view = stored.read::<SceneImage>()?;
         self.load_grasps(*id, &view)?;
         self.draw(&stored, &view)?;
         let Self { grasps, depth, record, .. } = self;

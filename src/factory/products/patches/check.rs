@@ -7,7 +7,7 @@ use super::{
     settings::{FoundGrasps, PatchJob, PatchLabel, PatchSettings},
     spec::{PatchCameraSpec, PatchesSpec},
 };
-use crate::{job::read_hand, products::input::InputSection};
+use crate::{products::input::InputSection, sections::read_hand};
 use form::{Checker, first_repeated};
 use kernel::{geom::Intrinsics, words::Show};
 use sim::HandModel;

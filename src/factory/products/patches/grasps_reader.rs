@@ -8,9 +8,9 @@ use std::{
 use super::settings::{ChosenGrasp, FoundGrasps, GraspTable, GraspTrialEnd, GraspedObject};
 use crate::products::input::{InvalidInput, open_input};
 use format::{
-    Grasp, GraspLabel, GraspRun, GraspTrial, Product, WRENCH,
+    Grasp, GraspLabel, GraspRun, GraspTrial, GraspTrials, Product, WRENCH,
     dataset::{DatasetError, DatasetReader, Sample, Selection},
-    products::grasps::InvalidResting,
+    extras::InvalidResting,
 };
 use kernel::{
     geom::RestingPose,
@@ -120,9 +120,9 @@ struct CandidateRun {
 impl CandidateRun {
     fn of(sample: &Sample, by_trials: bool) -> Result<Self, DatasetError> {
         // A dataset with a root of physics has trials for every run; without them nothing of the run was tried.
-        let stored = if by_trials { sample.grasp_trials()? } else { None };
+        let stored = if by_trials { sample.find::<GraspTrials>()? } else { None };
         let trials = by_trials.then(|| stored.map_or_else(Vec::new, |stored| stored.trials));
-        Ok(Self { run: sample.grasp_run()?, trials })
+        Ok(Self { run: sample.read::<GraspRun>()?, trials })
     }
 
     /// The states that can become samples, with their ranks and trials: the kept ones, or all that were tried.

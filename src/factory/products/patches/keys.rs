@@ -7,8 +7,8 @@ use super::{
     spec::{PatchCameraSpec, PatchesSpec},
 };
 use crate::{
-    job::{keys_of, relative_to, with_slashes, without},
     products::appearance::RenderSpec,
+    sections::{keys_of, relative_to, with_slashes, without},
 };
 
 impl PatchJob {

@@ -7,8 +7,8 @@ use super::{
     spec::{PROFILES, PatchesSpec},
 };
 use crate::{
-    job::{DraftWork, JobContext},
-    product::{InputDataset, ProductFactory},
+    product::{DraftWork, InputDataset, ProductFactory},
+    sections::JobContext,
 };
 use form::{Checker, FormErrors, schema_of};
 use format::Product;

@@ -5,7 +5,7 @@ use std::{collections::BTreeSet, path::PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{job::JobHand, products::appearance::Colours};
+use crate::{products::appearance::Colours, sections::JobHand};
 use format::{GraspLabel, TRIAL_LABEL, TrialVerdict, trial_value};
 use kernel::{
     geom::{Approach, HandBase, Intrinsics, Object, Pose, World},

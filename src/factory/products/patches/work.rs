@@ -9,14 +9,14 @@ use super::{
 };
 use crate::{
     ProduceError, RunError,
-    job::{shards_section, subjects_section},
     plan::{JobSplits, SubjectItems},
     products::appearance::check_colours,
+    sections::{shards_section, subjects_section},
     work::{Closing, OpenWork, Opening, Producer, Work, WorkTables},
 };
 use format::{
     Channel, Product,
-    products::{grasps::Shapes, patches::write_types},
+    extras::{Shapes, write_types},
 };
 use kernel::{
     files::Folder,

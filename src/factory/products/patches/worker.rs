@@ -13,9 +13,7 @@ use super::{
 };
 use crate::{ProduceError, SampleWriter, work::Producer};
 use assets::object_id;
-use format::{
-    Channel, Depth, DepthCoding, HeatmapPatch, PATCH_POINTS, PatchFacts, PatchPoint, products::grasps::Shapes,
-};
+use format::{Channel, Depth, DepthCoding, HeatmapPatch, PATCH_POINTS, PatchFacts, PatchPoint, extras::Shapes};
 use kernel::{
     cancel::Cancel,
     geom::{DepthCrop, Pose, RenderMesh, SimdLevel},

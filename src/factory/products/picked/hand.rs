@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::{Cause, ProduceError, job::JobHand, objects::check_hand};
+use crate::{Cause, ProduceError, objects::check_hand, sections::JobHand};
 use format::PickCandidate;
 use kernel::geom::{Approach, HandBase, Pose, World};
 use robot::{grasp::KindDigits, hand::Hand};

@@ -47,7 +47,7 @@ impl ScenePicks {
             let stored = picks.sample_of(&SampleId::of_object(scene, ItemId(item)))?;
             found.evaluated.push(stored.is_some());
             let Some(stored) = stored else { continue };
-            let (candidates, trials) = (stored.pick_candidates()?, stored.pick_trials()?);
+            let (candidates, trials) = (stored.read::<PickCandidates>()?, stored.find::<PickTrials>()?);
             if !candidates.bodies.iter().map(|(object, _)| object).eq(objects) {
                 let cause = "the dataset of picks has other bodies for it; `verify` that dataset, and make it again";
                 return Err(ProduceError::unusable(format!("scene {}", scene.0.short()), cause));

@@ -4,8 +4,8 @@ use std::path::Path as FilePath;
 
 use super::{found::FoundPicks, reader::read_picks, spec::PicksSourceSpec};
 use crate::{
-    job::JobHand,
     products::{input::InputSection, viewed::FoundViews},
+    sections::JobHand,
 };
 use form::Checker;
 use kernel::words::Show;

@@ -12,11 +12,11 @@ use super::{
     spec::{PickSpec, PicksSpec},
 };
 use crate::{
-    job::{JobHand, read_hand},
     products::{
         input::InputSection,
         settled::{FoundScenes, ObjectKeys, SCENES, found_scenes, object_keys, rolling_friction},
     },
+    sections::{JobHand, read_hand},
 };
 use form::Checker;
 use kernel::{ids::ObjectId, words::Show};

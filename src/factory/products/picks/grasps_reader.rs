@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use super::settings::{PickGrasps, StoredGrasp};
 use crate::products::input::{InvalidInput, open_input};
 use format::{
-    Grasp, GraspLabel, GraspTrials, Product, TakenGrasps,
+    Grasp, GraspLabel, GraspRun, GraspTrials, Product, TakenGrasps,
     dataset::{DatasetError, Selection},
 };
 use kernel::{
@@ -58,8 +58,8 @@ pub fn read_pick_grasps(
         if !wanted.contains(&sample.id.subject) {
             continue;
         }
-        let run = sample.grasp_run()?;
-        let tried = if take.needs_trials() { sample.grasp_trials()? } else { None };
+        let run = sample.read::<GraspRun>()?;
+        let tried = if take.needs_trials() { sample.find::<GraspTrials>()? } else { None };
         let taken = (0..).zip(&run.grasps).filter(|(rank, grasp)| is_taken(take, *rank, grasp, tried.as_ref()));
         // A hand that touches nothing has no line to be rotated about, and grasps nothing.
         let stored = taken.filter(|(_, grasp)| !grasp.contacts.is_empty());

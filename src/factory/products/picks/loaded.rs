@@ -4,9 +4,9 @@ use std::sync::{Arc, OnceLock};
 
 use crate::{
     ProduceError,
-    job::{JobObject, JobObjects},
     objects::prepared,
     recent::Recent,
+    sections::{JobObject, JobObjects},
 };
 use kernel::{
     contact::{ContactBody, Sampled},

@@ -8,9 +8,9 @@ use super::{
     spec::{PROFILES, PicksSpec},
 };
 use crate::{
-    job::{DraftWork, JobContext, ShardSamples},
-    product::{InputDataset, ProductFactory},
+    product::{DraftWork, InputDataset, ProductFactory, ShardSamples},
     products::settled::draft_objects,
+    sections::JobContext,
 };
 use form::{Checker, FormErrors, schema_of};
 use format::Product;

@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, path::PathBuf};
 
 use crate::{
-    job::{JobHand, JobObjects},
     products::settled::FoundScenes,
+    sections::{JobHand, JobObjects},
 };
 use format::{AwakeBodies, TakenGrasps};
 use kernel::{

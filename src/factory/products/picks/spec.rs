@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{job::spec::HandSpec, products::settled::ScenesSourceSpec};
+use crate::{products::settled::ScenesSourceSpec, sections::spec::HandSpec};
 use format::{AwakeBodies, TakenGrasps};
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.

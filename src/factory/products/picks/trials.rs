@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use super::{loaded::ClosedGrasp, scene::LoadedScene};
-use crate::{ProduceError, job::JobHand};
+use crate::{ProduceError, sections::JobHand};
 use format::{
     AwakeBodies, AwakeNeighbour, PickPhase, PickProtocol, PickTrial, PickTrials, PickVerdict, PressedContact,
     PressedThing,

@@ -9,16 +9,16 @@ use super::{
 };
 use crate::{
     ProduceError, RunError,
-    job::{JobObject, JobObjects, shards_section},
     plan::{JobSplits, SubjectItems},
     products::{
         grasps::{GraspHand, hand_shape},
         settled::{SettledScene, add_meshes, by_content, cost_of_meshes},
         surroundings::settled_container,
     },
+    sections::{JobObject, JobObjects, shards_section},
     work::{Closing, OpenWork, Opening, Producer, SideCost, Work, WorkTables},
 };
-use format::{Channel, Product, SceneContainer, dataset::DatasetReader, products::grasps::ShapesWriter};
+use format::{Channel, Product, SceneContainer, dataset::DatasetReader, extras::ShapesWriter};
 use kernel::{
     files::Folder,
     ids::{Digest, JobDigest},

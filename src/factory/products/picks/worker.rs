@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{ProduceError, SampleWriter, products::grasps::GraspHand, work::Producer};
 use format::{
-    Blocked, Channel, PickCandidate, PickCandidates, PickFacts, PickObstacle, PickPassage, SceneContainer,
+    Blocked, Channel, PickCandidate, PickCandidates, PickFacts, PickObstacle, PickPassage, Scene, SceneContainer,
     dataset::DatasetReader,
 };
 use kernel::{
@@ -206,7 +206,7 @@ impl Producer for PickWorker<'_> {
             let cause = "it has changed; `verify` the dataset of scenes, and make it again with this version";
             ProduceError::unusable(format!("scene {}", scene.name()), cause)
         };
-        let record = scenes.sample_of(&scene.sample)?.ok_or_else(gone)?.scene()?;
+        let record = scenes.sample_of(&scene.sample)?.ok_or_else(gone)?.read::<Scene>()?;
         if record.id() != scene.id {
             return Err(gone());
         }

@@ -7,7 +7,7 @@ use super::{
     settings::{ReachabilityJob, Robot, WORLD},
     spec::{DirectionsSpec, FieldSpec, PosesSpec, ReachabilitySpec, RobotSpec, SpanSpec},
 };
-use crate::job::{Profile, pinned_description, tidy};
+use crate::sections::{Profile, pinned_description, tidy};
 use form::{Checker, Path, did_you_mean};
 use kernel::{
     description::Description,

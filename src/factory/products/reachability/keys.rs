@@ -6,7 +6,7 @@ use super::{
     settings::{ReachabilityJob, Robot, WORLD},
     spec::{DirectionsSpec, FieldSpec, PosesSpec, ReachabilitySpec, RobotSpec, SpanSpec},
 };
-use crate::job::{Profile, keys_of, relative_to, with_slashes, without};
+use crate::sections::{Profile, keys_of, relative_to, with_slashes, without};
 use kernel::geom::{Axis, FieldMetric, PoseGrid};
 
 impl ReachabilityJob {

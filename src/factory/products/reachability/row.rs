@@ -7,8 +7,8 @@ use super::{
     spec::{PROFILES, ReachabilitySpec},
 };
 use crate::{
-    job::{DraftWork, JobContext},
-    product::ProductFactory,
+    product::{DraftWork, ProductFactory},
+    sections::JobContext,
 };
 use form::{Checker, FormErrors, schema_of};
 use format::Product;

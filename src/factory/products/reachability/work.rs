@@ -9,11 +9,11 @@ use super::{
 };
 use crate::{
     ProduceError, RunError,
-    job::shards_section,
     plan::{JobSplits, SubjectItems},
+    sections::shards_section,
     work::{Closing, OpenWork, Opening, Producer, SideCost, Work, WorkTables},
 };
-use format::{FieldHeader, Product, dataset::scan_shards, products::reachability::write_field};
+use format::{FieldHeader, Product, dataset::scan_shards, extras::write_field};
 use kernel::{files::Folder, words::NumberClass};
 use sim::sim_facts;
 

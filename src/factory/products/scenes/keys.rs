@@ -15,7 +15,7 @@ use super::{
     },
     vessel::VesselFile,
 };
-use crate::job::{keys_of, relative_to, with_slashes, without};
+use crate::sections::{keys_of, relative_to, with_slashes, without};
 use format::{SceneContainer, SceneMode};
 use sim::SettleSettings;
 

@@ -7,9 +7,9 @@ use nalgebra::{Point3, Vector3};
 use super::settings::SceneSettings;
 use crate::{
     ProduceError,
-    job::{JobObject, JobObjects},
     objects::prepared,
     recent::Recent,
+    sections::{JobObject, JobObjects},
 };
 use kernel::{
     contact::{ContactBody, Sampled},

@@ -8,8 +8,8 @@ use super::{
     spec::{PROFILES, ScenesSpec},
 };
 use crate::{
-    job::{DraftWork, JobContext, ObjectsDraft, ShardSamples},
-    product::ProductFactory,
+    product::{DraftWork, ProductFactory, ShardSamples},
+    sections::{JobContext, ObjectsDraft},
 };
 use form::{Checker, FormErrors, Mistakes, schema_of};
 use format::Product;

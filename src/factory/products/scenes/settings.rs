@@ -11,7 +11,7 @@ use kernel::{
 use sim::SettleSettings;
 
 use super::{import::Import, vessel::VesselFile};
-use crate::job::JobObjects;
+use crate::sections::JobObjects;
 
 /// Objects and settings of a job for scenes.
 #[derive(Clone, Debug, PartialEq)]

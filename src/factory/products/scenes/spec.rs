@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::import::spec::ImportSpec;
-use crate::job::spec::{ObjectsSpec, SplitSpec, UnitSpec};
+use crate::sections::spec::{ObjectsSpec, SplitSpec, UnitSpec};
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];

@@ -8,7 +8,7 @@ use std::{
 };
 
 use super::{room::Slab, spec::ContainerSpec};
-use crate::job::{check_content, spec::UnitSpec, tidy};
+use crate::sections::{check_content, spec::UnitSpec, tidy};
 use assets::{MeshSource, PreparedMesh, ScaleRule, SizeRule, prepare};
 use form::Checker;
 use format::ContainerMesh;

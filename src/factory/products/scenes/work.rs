@@ -10,13 +10,13 @@ use super::{
 };
 use crate::{
     ProduceError, RunError,
-    job::{JobObject, JobObjects, SplitInput, shards_section},
     objects::{cost_of_descriptions, describe_all},
     plan::{JobSplits, SubjectItems},
     products::{
         settled::{by_content, cost_of_meshes, write_meshes},
         surroundings::{contact_body, settled_container},
     },
+    sections::{JobObject, JobObjects, SplitInput, shards_section},
     work::{Closing, OpenWork, Opening, Producer, SideCost, Work, WorkTables},
 };
 use format::Product;

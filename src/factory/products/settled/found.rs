@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::{
     ProduceError,
-    job::{JobObjects, subjects_section},
+    sections::{JobObjects, subjects_section},
     work::WorkTables,
 };
 use format::SceneContainer;

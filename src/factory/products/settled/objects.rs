@@ -6,15 +6,15 @@ use super::{found::FoundScenes, source::SCENES};
 use crate::{
     ProduceError,
     clock::timed,
-    job::{
+    objects::{measured, prepared, triangles_per},
+    sections::{
         JobContext, JobObject, JobObjects, ObjectsDraft,
         spec::{ObjectsSpec, SplitSpec},
     },
-    objects::{measured, prepared, triangles_per},
     work::SideCost,
 };
 use form::{Checker, Document, FormErrors};
-use format::{ObjectShape, Product, dataset::layout::JOB, products::grasps::ShapesWriter};
+use format::{ObjectShape, Product, dataset::layout::JOB, extras::ShapesWriter};
 use kernel::{files::Folder, ids::JobDigest};
 
 /// Keys of the scenes' job that define the objects.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::found::{FoundScenes, SettledScene};
 use crate::products::input::{InvalidInput, open_input};
 use format::{
-    Product,
+    Product, Scene,
     dataset::{AssetRow, AssetTable, DatasetError, Selection},
 };
 use kernel::words::{NumberClass, Show, Split, SplitTable};
@@ -33,7 +33,7 @@ pub fn read_scenes(folder: &Path) -> Result<FoundScenes, InvalidScenes> {
     let mut list: Vec<SettledScene> = Vec::new();
     for sample in reader.iter(Selection::default()) {
         let sample = sample?;
-        let mut scene = sample.scene()?;
+        let mut scene = sample.read::<Scene>()?;
         // Scenes of one job share a container, which can be a mesh.
         if let Some(last) = list.last().filter(|last| last.container == scene.container) {
             scene.container.clone_from(&last.container);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::{job::subjects_section, work::WorkTables};
+use crate::{sections::subjects_section, work::WorkTables};
 use format::SceneContainer;
 use kernel::{
     ids::{Digest, ObjectId},

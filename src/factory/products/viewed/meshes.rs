@@ -7,7 +7,7 @@ use serde::Deserialize;
 use super::found::FoundViews;
 use crate::ProduceError;
 use assets::{AssetRecord, PreparedMesh, object::PreparedObject, object_id};
-use format::products::grasps::Shapes;
+use format::extras::Shapes;
 use kernel::{files::Folder, ids::ObjectId};
 
 /// Meshes of views.

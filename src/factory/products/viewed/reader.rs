@@ -11,7 +11,7 @@ use crate::{
     products::input::{InvalidInput, open_input},
 };
 use format::{
-    Product,
+    Product, SceneImage,
     dataset::{DatasetError, DatasetReader, Sample, Selection},
 };
 use kernel::{
@@ -51,7 +51,7 @@ pub enum InvalidViews {
 pub fn read_views(folder: &Path) -> Result<FoundViews, InvalidViews> {
     let (reader, root) = open_input(folder, Product::VIEWS, NumberClass::Exact)?;
     let first = reader.iter(Selection::default()).next().ok_or_else(|| InvalidViews::Empty(folder.to_owned()))??;
-    let image = first.scene_image()?;
+    let image = first.read::<SceneImage>()?;
     let (measured, container) = (image.point_instances.is_some(), image.container);
     let assets = reader.assets()?;
     let rows: BTreeMap<ObjectId, _> = assets.subjects.iter().map(|row| (row.object, row)).collect();

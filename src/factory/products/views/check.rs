@@ -7,11 +7,11 @@ use super::{
     spec::{AimSpec, ShellSpec, ViewCameraSpec, ViewsSpec},
 };
 use crate::{
-    job::{check_sensor, named_camera},
     products::{
         listed_pose::check_pose,
         settled::{FoundScenes, SCENES, found_scenes},
     },
+    sections::{check_sensor, named_camera},
 };
 use form::{Checker, Path};
 use format::SceneImage;

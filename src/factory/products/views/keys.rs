@@ -7,8 +7,8 @@ use super::{
     spec::{AimSpec, ImagesSpec, OverheadSpec, ShellSpec, ViewCameraSpec, ViewsSpec},
 };
 use crate::{
-    job::{keys_of, relative_to, spec::SensorSpec, with_slashes, without},
     products::appearance::RenderSpec,
+    sections::{keys_of, relative_to, spec::SensorSpec, with_slashes, without},
 };
 
 impl ViewJob {

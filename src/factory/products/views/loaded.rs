@@ -6,9 +6,9 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use crate::{
     ProduceError,
-    job::{JobObject, JobObjects},
     objects::prepared,
     recent::Recent,
+    sections::{JobObject, JobObjects},
 };
 use kernel::geom::{Ray, RenderMesh, SimdLevel, TriMesh, TriangleTree};
 

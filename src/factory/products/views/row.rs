@@ -8,9 +8,9 @@ use super::{
     spec::{PROFILES, ViewsSpec},
 };
 use crate::{
-    job::{DraftWork, JobContext, ShardSamples, describe_cameras, describe_sensors},
-    product::{InputDataset, ProductFactory},
+    product::{DraftWork, InputDataset, ProductFactory, ShardSamples},
     products::settled::{draft_objects, object_keys},
+    sections::{JobContext, describe_cameras, describe_sensors},
 };
 use form::{Checker, FormErrors, Schema, schema_of};
 use format::Product;

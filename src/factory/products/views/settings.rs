@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use crate::{
-    job::JobObjects,
     products::{appearance::Colours, settled::FoundScenes},
+    sections::JobObjects,
 };
 use kernel::{
     geom::{CameraCv, Intrinsics, Pose, World},

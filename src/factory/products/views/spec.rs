@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    job::spec::SensorSpec,
     products::{appearance::RenderSpec, settled::ScenesSourceSpec},
+    sections::spec::SensorSpec,
 };
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.

@@ -9,12 +9,12 @@ use super::{
 };
 use crate::{
     ProduceError, RunError,
-    job::{JobObject, JobObjects, shards_section},
     plan::{JobSplits, SubjectItems},
     products::{
         appearance::check_colours,
         settled::{by_content, cost_of_meshes, write_meshes},
     },
+    sections::{JobObject, JobObjects, shards_section},
     work::{Closing, OpenWork, Opening, Producer, SideCost, Work, WorkTables},
 };
 use format::{Channel, Product};

@@ -7,11 +7,11 @@ use super::{
     spec::{FusionSpec, VolumesSpec},
 };
 use crate::{
-    job::read_hand,
     products::{
         picked::{PICKS, found_picks, has_hand},
         viewed::{FoundViews, VIEWS, found_views},
     },
+    sections::read_hand,
 };
 use form::Checker;
 use kernel::voxel::VolumeGrid;

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use crate::ProduceError;
-use format::{SceneImage, dataset::DatasetReader};
+use format::{Depth, SceneImage, dataset::DatasetReader};
 use kernel::{geom::DepthCrop, ids::SampleId};
 
 /// Images that are kept, at most: 1.2 MB each of 640 x 480 pixels.
@@ -38,8 +38,8 @@ impl SceneImages {
         let name = || format!("view {} of scene {}", view.item, view.subject.0.short());
         let missing = |what| ProduceError::unusable(name(), format!("{what}; `verify` the dataset of views"));
         let sample = views.sample_of(view)?.ok_or_else(|| missing("it is not stored"))?;
-        let mut record = sample.scene_image()?;
-        let depth = sample.view_depth()?.ok_or_else(|| missing("it has no depth"))?.crop;
+        let mut record = sample.read::<SceneImage>()?;
+        let depth = sample.find::<Depth>()?.ok_or_else(|| missing("it has no depth"))?.crop;
         (record.instances, record.point_instances) = (Vec::new(), None);
         if self.0.len() >= KEPT {
             self.0.pop_first();

@@ -6,7 +6,7 @@ use super::{
     settings::{VolumeGrasps, VolumeJob, VolumeSettings},
     spec::{FusionSpec, VolumesSpec},
 };
-use crate::job::{keys_of, relative_to, with_slashes, without};
+use crate::sections::{keys_of, relative_to, with_slashes, without};
 use kernel::voxel::VolumeGrid;
 
 impl VolumeJob {

@@ -8,8 +8,8 @@ use super::{
     spec::{PROFILES, VolumesSpec},
 };
 use crate::{
-    job::{DraftWork, JobContext, ShardSamples},
-    product::{InputDataset, ProductFactory},
+    product::{DraftWork, InputDataset, ProductFactory, ShardSamples},
+    sections::JobContext,
 };
 use form::{Checker, FormErrors, Schema, schema_of};
 use format::Product;

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use nalgebra::{Rotation3, Vector3};
 
 use crate::{
-    job::JobHand,
     products::{picked::FoundPicks, viewed::FoundViews},
+    sections::JobHand,
 };
 use format::SceneContainer;
 use kernel::{

@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    job::spec::HandSpec,
     products::{picked::PicksSourceSpec, viewed::ViewsSourceSpec},
+    sections::spec::HandSpec,
 };
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.

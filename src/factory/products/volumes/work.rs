@@ -9,9 +9,9 @@ use super::{
 };
 use crate::{
     ProduceError,
-    job::shards_section,
     plan::{JobSplits, SubjectItems},
     products::viewed::{ViewMeshes, ViewedScene, open_views},
+    sections::shards_section,
     work::{OpenWork, Opening, Producer, Work, WorkTables},
 };
 use format::Product;

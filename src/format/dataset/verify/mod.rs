@@ -10,16 +10,19 @@ use report::whole;
 use shards::{Context, check_shards};
 use tables::{AssetRows, RowChecks};
 
-use super::{
-    DatasetError, DatasetReader, Ledger, Manifest,
-    error::REWRITE,
-    finish::root_parts,
-    layout::{ASSETS, MANIFEST, SPLITS},
-    reader::read_splits,
-    roots::{ClassChannels, Leaf, Roots},
-    subjects::{Subjects, asset_names, asset_tree, object_of},
+use super::finish::root_parts;
+use crate::{
+    Channel,
+    extras::{FileContext, files_of_product},
+    storage::{
+        DatasetError, DatasetReader, Ledger, Manifest,
+        error::REWRITE,
+        layout::{ASSETS, MANIFEST, SPLITS},
+        reader::read_splits,
+        roots::{ClassChannels, Leaf, Roots},
+        subjects::{Subjects, asset_names, asset_tree, object_of},
+    },
 };
-use crate::{Channel, FileContext, checks_of};
 use kernel::{
     files::Folder,
     ids::{Digest, ObjectId},
@@ -135,7 +138,7 @@ fn check_extra_files(
         shards_intact,
         full: options.level == VerifyLevel::Full,
     };
-    for file in checks_of(manifest.product).files {
+    for file in files_of_product(manifest.product) {
         problems.extend((file.check)(&file_context).into_iter().map(|what| whole(file.name, what, REWRITE)));
     }
 }

@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use super::super::IndexFormat;
-use crate::Product;
+use crate::{Product, storage::IndexFormat};
 use kernel::ids::{Digest, ShardId};
 
 /// Level of detail of a verification.

@@ -8,17 +8,17 @@ use std::{
     },
 };
 
-use super::{
-    super::{
+use super::report::{Problem, VerifyLevel, VerifyOptions, VerifyReport};
+use crate::{
+    Channel, CheckSample, check_record, checks_of,
+    storage::{
         DatasetError, Fate, Ledger, LedgerRow, Manifest, ShardEntry,
         error::REMAKE,
         folder::{Hashed, hash_grown, shards_folder},
         layout::SHARDS,
         shard_file::{ShardFile, StoredMessage},
     },
-    report::{Problem, VerifyLevel, VerifyOptions, VerifyReport},
 };
-use crate::{Channel, CheckSample, check_record, checks_of};
 use kernel::{
     files::Folder,
     ids::{Digest, SampleIndex, ShardId},

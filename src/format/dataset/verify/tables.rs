@@ -9,20 +9,21 @@ use std::{
 use mcap::records::Record;
 
 use super::{
-    super::{
+    super::finish::{count_row, reject_line},
+    report::{Problem, VerifyReport, whole},
+};
+use crate::{
+    Channel, FORMAT_VERSION,
+    storage::{
         Counts, DatasetError, IndexFormat, IndexWriter, Ledger, Manifest,
         error::REWRITE,
-        finish::{count_row, reject_line},
         folder::{Hashed, SET_ASIDE, hash_grown, mark_text, read_mark, shards_folder, sorted_names},
         index::{IndexRow, index_columns},
-        layout::ASSETS,
-        layout::{INDEX, MANIFEST, PREVIEW, REJECTS, RUN, SHARDS, SPLITS, ShardName},
+        layout::{ASSETS, INDEX, MANIFEST, PREVIEW, REJECTS, RUN, SHARDS, SPLITS, ShardName},
         shard_file::{parse, read_at, read_summary, records, unpack},
         subjects::{Subjects, object_of},
     },
-    report::{Problem, VerifyReport, whole},
 };
-use crate::{Channel, FORMAT_VERSION};
 use kernel::{
     files::{self, Bound, BoundedLines, Folder},
     ids::{Digest, ObjectId},

@@ -8,7 +8,7 @@ use crate::{
 
 /// The checks of amodal pairs.
 pub(crate) static CHECKS: ProductChecks =
-    ProductChecks { product: Product::AMODAL, samples: || Box::new(AmodalCheck::default()), files: &[] };
+    ProductChecks { product: Product::AMODAL, samples: || Box::new(AmodalCheck::default()) };
 
 /// Checks of one thread; remembers the pair of the sample.
 #[derive(Default)]

@@ -12,11 +12,7 @@ pub use clutter::Clutter;
 pub use facts::AmodalFacts;
 pub use row::FORMAT;
 
-use crate::{
-    Channel, Product,
-    dataset::{DatasetError, Sample},
-};
-use kernel::ids::ObjectId;
+use crate::{Channel, Product, Record, RecordError};
 
 impl Product {
     /// Completion pairs of the bodies of settled scenes.
@@ -46,21 +42,7 @@ impl Channel {
     pub const CLUTTER: Self = Self::at("/amodal/clutter");
 }
 
-impl Sample {
-    /// Surroundings of the body of an amodal sample.
-    ///
-    /// # Errors
-    /// When the sample is of another product, or the payload is not a valid record.
-    pub fn clutter(&self) -> Result<Clutter, DatasetError> {
-        self.leading(Channel::CLUTTER, Clutter::decode)
-    }
-
-    /// The object of a pair: in clutter a body of the scene, otherwise the sample's subject.
-    ///
-    /// # Errors
-    /// When the payload is not a valid record.
-    pub fn object(&self) -> Result<ObjectId, DatasetError> {
-        let clutter = self.decoded(Channel::CLUTTER, Clutter::decode)?;
-        Ok(clutter.map_or(self.id.subject, |clutter| clutter.object))
-    }
+impl Record for Clutter {
+    const CHANNEL: Channel = Channel::CLUTTER;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
 }

@@ -8,7 +8,7 @@ pub const PARTIAL_INSIDE_COMPLETE: &str = "partial_inside_complete";
 
 /// The checks of completion.
 pub(crate) static CHECKS: ProductChecks =
-    ProductChecks { product: Product::COMPLETION, samples: || Box::new(PairCheck::default()), files: &[] };
+    ProductChecks { product: Product::COMPLETION, samples: || Box::new(PairCheck::default()) };
 
 /// Checks of one thread; remembers the pair of the sample.
 #[derive(Default)]

@@ -8,7 +8,6 @@ mod hand;
 mod occlusion;
 mod pair;
 mod row;
-mod sample;
 #[cfg(test)]
 mod tests;
 mod touch;
@@ -22,10 +21,9 @@ pub use hand::{Approach, ApproachEnd, Felt, HandTouch};
 pub use occlusion::{Occlusion, OcclusionFacts, PixelMask};
 pub use pair::VoxelPair;
 pub use row::FORMAT;
-pub use sample::TouchedPair;
 pub use touch::TactileContacts;
 
-use crate::{Channel, Product};
+use crate::{Channel, Depth, Product, Record, RecordError};
 
 /// Message of touch of a body in clutter.
 const CLUTTER_CONTACTS: &str = "graspmill.ClutterContacts";
@@ -76,4 +74,44 @@ impl Channel {
     pub fn is_touch_in_clutter(self) -> bool {
         self.message == CLUTTER_CONTACTS
     }
+}
+
+impl Record for VoxelPair {
+    const CHANNEL: Channel = Channel::PAIR;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for Visibility {
+    const CHANNEL: Channel = Channel::VISIBILITY;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for Depth {
+    const CHANNEL: Channel = Channel::DEPTH;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for Cloud {
+    const CHANNEL: Channel = Channel::CLOUD;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for Tsdf {
+    const CHANNEL: Channel = Channel::TSDF;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for Coverage {
+    const CHANNEL: Channel = Channel::COVERAGE;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for Implicit {
+    const CHANNEL: Channel = Channel::IMPLICIT;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for Occlusion {
+    const CHANNEL: Channel = Channel::OCCLUSION;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
 }

@@ -1,7 +1,7 @@
-//! Checks of runs, of their trials, and of their shapes.
+//! Checks of runs and of their trials.
 
 use super::{
-    GraspRun, GraspTrials, SHAPES_CHECK,
+    GraspRun, GraspTrials,
     facts::{FIRST_OF_TRIALS, TRIAL_FACTS},
 };
 use crate::{Channel, CheckSample, CheckedRecord, Facts, Product, ProductChecks, RecordError};
@@ -9,7 +9,7 @@ use kernel::{ids::SampleId, words::GraspVerdict};
 
 /// The checks of grasps.
 pub(crate) static CHECKS: ProductChecks =
-    ProductChecks { product: Product::GRASPS, samples: || Box::new(RunCheck::default()), files: &[SHAPES_CHECK] };
+    ProductChecks { product: Product::GRASPS, samples: || Box::new(RunCheck::default()) };
 
 /// Checks of one thread; remembers whose run it saw, the verdicts on its states and the number of its resting poses.
 #[derive(Default)]

@@ -3,14 +3,12 @@
 mod check;
 mod facts;
 mod outcome;
-mod resting;
 mod row;
 mod run;
 #[cfg(test)]
 mod run_tests;
 mod series;
 mod shapes;
-mod shapes_file;
 mod trial;
 #[cfg(test)]
 mod trial_tests;
@@ -20,21 +18,16 @@ mod waypoints;
 pub(super) use check::CHECKS;
 pub use facts::{GraspFacts, TrialFacts};
 pub use outcome::TrialOutcome;
-pub use resting::{InvalidResting, add_resting};
+pub(crate) use row::RUN_SCHEMAS;
 pub use row::{FORMAT, SHAPES};
 pub use run::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunStretch, Seed, WRENCH, WayObstacles};
 pub use series::{SeriesMoment, TrialSeries, trial_phases};
 pub use shapes::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand};
-pub(in crate::products) use shapes_file::SHAPES_CHECK;
-pub use shapes_file::{Shapes, ShapesWriter};
 pub use trial::{ClosedHand, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TableTrial, TrialMethod};
 pub use tried::{GraspLabel, TrialVerdict, TriedStates};
 pub use waypoints::Waypoint;
 
-use crate::{
-    Channel, Product,
-    dataset::{DatasetError, Sample},
-};
+use crate::{Channel, Product, Record, RecordError};
 
 impl Product {
     /// Grasps of a hand on objects, by search or sampling, with their quality.
@@ -48,20 +41,12 @@ impl Channel {
     pub const GRASP_TRIALS: Self = Self::at(facts::TRIALS);
 }
 
-impl Sample {
-    /// One run of the search and its grasps.
-    ///
-    /// # Errors
-    /// When the sample is of another product, or the payload is not a valid record.
-    pub fn grasp_run(&self) -> Result<GraspRun, DatasetError> {
-        self.leading(Channel::GRASP_RUN, GraspRun::decode)
-    }
+impl Record for GraspRun {
+    const CHANNEL: Channel = Channel::GRASP_RUN;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
 
-    /// Trials of grasps of the run; `None` where the dataset has none.
-    ///
-    /// # Errors
-    /// When the payload is not a valid record.
-    pub fn grasp_trials(&self) -> Result<Option<GraspTrials>, DatasetError> {
-        self.decoded(Channel::GRASP_TRIALS, GraspTrials::decode)
-    }
+impl Record for GraspTrials {
+    const CHANNEL: Channel = Channel::GRASP_TRIALS;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
 }

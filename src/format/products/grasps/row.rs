@@ -6,7 +6,7 @@ use crate::{ArrayFormat, ChannelFormat, ExtraFile, Noun, ProductFormat};
 /// Name of the file of shapes.
 pub const SHAPES: &str = "shapes.mcap";
 
-pub(super) const RUN_SCHEMAS: &[u8] = include_bytes!("../../generated/grasp.bin");
+pub(crate) const RUN_SCHEMAS: &[u8] = include_bytes!("../../generated/grasp.bin");
 const TRIAL_SCHEMAS: &[u8] = include_bytes!("../../generated/trials.bin");
 
 /// The row of grasps in the table of products.

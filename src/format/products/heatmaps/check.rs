@@ -5,7 +5,7 @@ use crate::{Channel, CheckSample, CheckedRecord, Depth, Facts, Product, ProductC
 
 /// The checks of heatmaps.
 pub(crate) static CHECKS: ProductChecks =
-    ProductChecks { product: Product::HEATMAPS, samples: || Box::new(HeatmapCheck::default()), files: &[] };
+    ProductChecks { product: Product::HEATMAPS, samples: || Box::new(HeatmapCheck::default()) };
 
 /// Checks of one thread; remembers the grasps of the sample.
 #[derive(Default)]

@@ -2,7 +2,9 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use prost::Message;
 
 use super::*;
-use crate::{DepthCoding, Facts, PickState, RecordError, checks_of, codec::proto, products::patches::window_side};
+use crate::{
+    Depth, DepthCoding, Facts, PickState, RecordError, checks_of, codec::proto, products::patches::window_side,
+};
 use kernel::{
     geom::{DepthCrop, Intrinsics, Pose},
     ids::{Digest, ItemId, ObjectId, SampleId},

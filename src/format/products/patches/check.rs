@@ -1,24 +1,15 @@
 //! Checks of patches, of their images, and of the table of grasp types.
 
-use std::collections::BTreeMap;
-
 use super::{
-    HeatmapPatch, PatchHeatmap, PatchMetric, PatchTable, PatchTrial, PatchVisibility, TYPES,
-    facts::{OF_PATCHES, OUTCOME, TYPE, VISIBLE, outcome_number},
-    types_file::read_types,
+    HeatmapPatch, PatchHeatmap, PatchMetric, PatchTable, PatchTrial, PatchVisibility,
+    facts::{OF_PATCHES, OUTCOME, VISIBLE, outcome_number},
 };
-use crate::{
-    Channel, CheckSample, CheckedRecord, Depth, Facts, FileCheck, FileContext, Product, ProductChecks, RecordError,
-    dataset::{DatasetError, DatasetReader},
-};
+use crate::{Channel, CheckSample, CheckedRecord, Depth, Facts, Product, ProductChecks, RecordError};
 use kernel::ids::SampleId;
 
 /// The checks of patches.
-pub(crate) static CHECKS: ProductChecks = ProductChecks {
-    product: Product::PATCHES,
-    samples: || Box::new(PatchCheck::default()),
-    files: &[FileCheck { name: TYPES, in_root: None, check: check_types }],
-};
+pub(crate) static CHECKS: ProductChecks =
+    ProductChecks { product: Product::PATCHES, samples: || Box::new(PatchCheck::default()) };
 
 /// Checks of one thread; remembers the patches of the sample, and its heatmap.
 #[derive(Default)]
@@ -93,37 +84,4 @@ impl PatchCheck {
     ) -> Result<(), RecordError> {
         self.patch.as_ref().filter(|patch| patch.sample == sample).map_or(Ok(()), check)
     }
-}
-
-/// Checks the counts of the chosen types against the samples: each grasp of a chosen type is one sample.
-fn check_types(context: &FileContext<'_>) -> Vec<String> {
-    let words = |error: DatasetError| match error {
-        DatasetError::Invalid { problem, .. } => problem,
-        other => other.to_string(),
-    };
-    let types = match read_types(context.folder) {
-        Ok(types) => types,
-        Err(error) => return vec![words(error)],
-    };
-    let Some(reader) = context.reader.filter(|_| context.shards_intact) else { return Vec::new() };
-    let counted = match count_types(reader) {
-        Ok(counted) => counted,
-        Err(error) => return vec![words(error)],
-    };
-    let count_of = |kind: &u32| (*kind, types.counts.get(kind).copied().unwrap_or(0));
-    let stated: BTreeMap<u32, u64> = types.chosen.iter().map(count_of).collect();
-    let differs = stated != counted;
-    let what = || format!("its grasps of the chosen types are {stated:?}, those of the samples {counted:?}");
-    differs.then(what).into_iter().collect()
-}
-
-/// Samples of each grasp type, kept or rejected.
-fn count_types(reader: &DatasetReader) -> Result<BTreeMap<u32, u64>, DatasetError> {
-    let mut counts = BTreeMap::new();
-    for shard in 0..reader.manifest().shards.len() {
-        for row in reader.ledger(shard)?.rows {
-            *counts.entry(row.facts.integer(TYPE)).or_default() += 1;
-        }
-    }
-    Ok(counts)
 }

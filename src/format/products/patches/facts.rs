@@ -32,7 +32,7 @@ const fn beside(topic: &'static str, name: &'static str, kind: FactKind, meaning
 }
 
 /// Index of the fact that is the grasp type.
-pub(super) const TYPE: usize = 0;
+pub(crate) const TYPE: usize = 0;
 /// Number of the facts that patches themselves state.
 pub(super) const OF_PATCHES: usize = 4;
 /// Indices of the facts that the marks state.

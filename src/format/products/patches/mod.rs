@@ -13,16 +13,15 @@ mod patch;
 mod patch_tests;
 mod projection;
 mod row;
-mod sample;
 mod table;
 mod trial;
-mod types_file;
 mod visibility;
 
 pub(crate) use arrays::{depths, flags, is_same_depth};
 pub(super) use check::CHECKS;
 pub use colour_image::PatchImageColour;
 pub use facts::PatchFacts;
+pub(crate) use facts::TYPE as TYPE_FACT;
 pub use heatmap::{HeatmapPoint, PatchHeatmap};
 pub use metric::{PatchMetric, window_pixel, window_side};
 pub use patch::{HeatmapPatch, PATCH_POINTS, POINT_NAMES, PatchColour, PatchPoint, TRIAL_LABEL};
@@ -30,10 +29,9 @@ pub use projection::{pixel_in_image, projection};
 pub use row::{FORMAT, TYPES};
 pub use table::PatchTable;
 pub use trial::{PatchTrial, trial_value};
-pub use types_file::{read_types, write_types};
 pub use visibility::{PatchVisibility, VISIBLE_TOLERANCE, is_visible};
 
-use crate::{Channel, Product};
+use crate::{Channel, Product, Record, RecordError};
 
 impl Product {
     /// Image patches around the palm and the fingertips of grasps, with labels.
@@ -61,4 +59,44 @@ impl Channel {
     pub const PATCH_METRIC_COLOUR: Self = Self::at("/patches/metric_colour");
     /// [`PatchTable`]: the table under the object.
     pub const PATCH_TABLE: Self = Self::at("/patches/table");
+}
+
+impl Record for HeatmapPatch {
+    const CHANNEL: Channel = Channel::PATCH;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for PatchColour {
+    const CHANNEL: Channel = Channel::PATCH_COLOUR;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for PatchImageColour {
+    const CHANNEL: Channel = Channel::PATCH_IMAGE_COLOUR;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for PatchHeatmap {
+    const CHANNEL: Channel = Channel::PATCH_HEATMAP;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for PatchTrial {
+    const CHANNEL: Channel = Channel::PATCH_TRIAL;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for PatchVisibility {
+    const CHANNEL: Channel = Channel::PATCH_VISIBILITY;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for PatchMetric {
+    const CHANNEL: Channel = Channel::PATCH_METRIC;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for PatchTable {
+    const CHANNEL: Channel = Channel::PATCH_TABLE;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
 }

@@ -1,14 +1,14 @@
-//! Checks of picks, and of their shapes.
+//! Checks of picks.
 
 use super::{
     PickCandidates, PickFacts, PickTrials,
     facts::{FIRST_OF_TRIALS, PickTrialFacts},
 };
-use crate::{Channel, CheckSample, CheckedRecord, Product, ProductChecks, RecordError, products::grasps::SHAPES_CHECK};
+use crate::{Channel, CheckSample, CheckedRecord, Product, ProductChecks, RecordError};
 
 /// The checks of picks.
 pub(crate) static CHECKS: ProductChecks =
-    ProductChecks { product: Product::PICKS, samples: || Box::new(PickCheck::default()), files: &[SHAPES_CHECK] };
+    ProductChecks { product: Product::PICKS, samples: || Box::new(PickCheck::default()) };
 
 /// Checks of one thread; remembers the candidates of the sample.
 #[derive(Default)]

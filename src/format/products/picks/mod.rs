@@ -17,10 +17,7 @@ pub use row::FORMAT;
 pub use trials::{AwakeNeighbour, PickProtocol, PickTrial, PickTrials, PressedThing};
 pub use words::{AwakeBodies, PickObstacle, PickPhase, PickState, PickVerdict, TakenGrasps};
 
-use crate::{
-    Channel, Product,
-    dataset::{DatasetError, Sample},
-};
+use crate::{Channel, Product, Record, RecordError};
 
 impl Product {
     /// Grasps of the bodies of settled scenes, free of obstacles or not, and trials among the neighbours.
@@ -35,20 +32,12 @@ impl Channel {
     pub const PICK_TRIALS: Self = Self::at(facts::TRIALS);
 }
 
-impl Sample {
-    /// Grasps of one body of a scene, and their obstacles.
-    ///
-    /// # Errors
-    /// When the sample is of another product, or the payload is not a valid record.
-    pub fn pick_candidates(&self) -> Result<PickCandidates, DatasetError> {
-        self.leading(Channel::PICK_CANDIDATES, PickCandidates::decode)
-    }
+impl Record for PickCandidates {
+    const CHANNEL: Channel = Channel::PICK_CANDIDATES;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
 
-    /// Physical trials of some of these grasps; `None` where the dataset has none.
-    ///
-    /// # Errors
-    /// When the payload is not a valid record.
-    pub fn pick_trials(&self) -> Result<Option<PickTrials>, DatasetError> {
-        self.decoded(Channel::PICK_TRIALS, PickTrials::decode)
-    }
+impl Record for PickTrials {
+    const CHANNEL: Channel = Channel::PICK_TRIALS;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
 }

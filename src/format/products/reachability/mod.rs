@@ -4,7 +4,6 @@ mod block;
 mod check;
 mod facts;
 mod field;
-mod field_file;
 mod row;
 #[cfg(test)]
 mod tests;
@@ -13,13 +12,10 @@ pub use block::ReachabilityBlock;
 pub(super) use check::CHECKS;
 pub use facts::BlockFacts;
 pub use field::{FieldHeader, ReachabilityField};
-pub use field_file::{read_field, write_field};
+pub(crate) use row::SCHEMAS;
 pub use row::{FIELD, FORMAT};
 
-use crate::{
-    Channel, Product,
-    dataset::{DatasetError, Sample},
-};
+use crate::{Channel, Product, Record, RecordError};
 
 impl Product {
     /// Map of the poses that the end effector of a robot reaches without a collision.
@@ -31,12 +27,7 @@ impl Channel {
     pub const BLOCK: Self = Self::at("/reachability/block");
 }
 
-impl Sample {
-    /// Labels, proofs and witnesses of the poses at one position.
-    ///
-    /// # Errors
-    /// When the sample is of another product, or the payload is not a valid record.
-    pub fn block(&self) -> Result<ReachabilityBlock, DatasetError> {
-        self.leading(Channel::BLOCK, ReachabilityBlock::decode)
-    }
+impl Record for ReachabilityBlock {
+    const CHANNEL: Channel = Channel::BLOCK;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
 }

@@ -6,7 +6,7 @@ use crate::{ArrayFormat, ChannelFormat, ExtraFile, Noun, ProductFormat};
 /// Name of the file of the field.
 pub const FIELD: &str = "field.mcap";
 
-pub(super) const SCHEMAS: &[u8] = include_bytes!("../../generated/reachability.bin");
+pub(crate) const SCHEMAS: &[u8] = include_bytes!("../../generated/reachability.bin");
 
 /// The row of reachability in the table of products.
 pub static FORMAT: ProductFormat = ProductFormat {

@@ -1,13 +1,10 @@
 //! Checks of scenes.
 
 use super::Scene;
-use crate::{
-    Channel, CheckSample, CheckedRecord, Facts, Product, ProductChecks, RecordError, products::grasps::SHAPES_CHECK,
-};
+use crate::{Channel, CheckSample, CheckedRecord, Facts, Product, ProductChecks, RecordError};
 
-/// The checks of scenes, and of their meshes.
-pub(crate) static CHECKS: ProductChecks =
-    ProductChecks { product: Product::SCENES, samples: || Box::new(SceneCheck), files: &[SHAPES_CHECK] };
+/// The checks of scenes.
+pub(crate) static CHECKS: ProductChecks = ProductChecks { product: Product::SCENES, samples: || Box::new(SceneCheck) };
 
 /// Checks of one thread: a sample has one record.
 struct SceneCheck;

@@ -16,10 +16,7 @@ pub use overview::SceneOverview;
 pub use row::FORMAT;
 pub use scene::{CONTAINER, Scene, SceneBody, SceneContact, SceneImport, SceneMode, SceneSupport};
 
-use crate::{
-    Channel, Product,
-    dataset::{DatasetError, Sample},
-};
+use crate::{Channel, Product, Record, RecordError};
 
 impl Product {
     /// Bodies at rest on their true meshes, in a container.
@@ -34,20 +31,12 @@ impl Channel {
     pub const SCENE_OVERVIEW: Self = Self::at("/scenes/overview");
 }
 
-impl Sample {
-    /// Bodies, poses, contacts and checks of a scene.
-    ///
-    /// # Errors
-    /// When the sample is of another product, or the payload is not a valid record.
-    pub fn scene(&self) -> Result<Scene, DatasetError> {
-        self.leading(Channel::SCENE, Scene::decode)
-    }
+impl Record for Scene {
+    const CHANNEL: Channel = Channel::SCENE;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
 
-    /// The scene from above; `None` in a dataset without.
-    ///
-    /// # Errors
-    /// When the payload is not a valid record.
-    pub fn scene_overview(&self) -> Result<Option<SceneOverview>, DatasetError> {
-        self.decoded(Channel::SCENE_OVERVIEW, SceneOverview::decode)
-    }
+impl Record for SceneOverview {
+    const CHANNEL: Channel = Channel::SCENE_OVERVIEW;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
 }

@@ -1,14 +1,13 @@
-//! Checks of views, and of their meshes.
+//! Checks of views.
 
 use super::{SceneColour, SceneImage};
 use crate::{
     Channel, CheckSample, CheckedRecord, Depth, Facts, Product, ProductChecks, RecordError, codec::fields::ranged,
-    products::grasps::SHAPES_CHECK,
 };
 
 /// The checks of views.
 pub(crate) static CHECKS: ProductChecks =
-    ProductChecks { product: Product::VIEWS, samples: || Box::new(ViewCheck::default()), files: &[SHAPES_CHECK] };
+    ProductChecks { product: Product::VIEWS, samples: || Box::new(ViewCheck::default()) };
 
 /// Checks of one thread; remembers the image that it saw last.
 #[derive(Default)]

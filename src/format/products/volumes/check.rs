@@ -5,7 +5,7 @@ use crate::{Channel, CheckSample, CheckedRecord, Product, ProductChecks, RecordE
 
 /// The checks of volumes.
 pub(crate) static CHECKS: ProductChecks =
-    ProductChecks { product: Product::VOLUMES, samples: || Box::new(VolumeCheck::default()), files: &[] };
+    ProductChecks { product: Product::VOLUMES, samples: || Box::new(VolumeCheck::default()) };
 
 /// Checks of one thread; remembers the volume of the sample.
 #[derive(Default)]

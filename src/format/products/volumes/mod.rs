@@ -17,10 +17,7 @@ pub use row::FORMAT;
 pub use truth::VolumeTruth;
 pub use volume::{FusedView, SceneVolume};
 
-use crate::{
-    Channel, Product,
-    dataset::{DatasetError, Sample},
-};
+use crate::{Channel, Product, Record, RecordError};
 
 impl Product {
     /// Truncated signed distances fused from images of settled scenes.
@@ -38,28 +35,17 @@ impl Channel {
     pub const VOLUME_AFFORDANCE: Self = Self::at(facts::AFFORDANCE);
 }
 
-impl Sample {
-    /// Fused distances of a volume.
-    ///
-    /// # Errors
-    /// When the sample is of another product, or the payload is not a valid record.
-    pub fn scene_volume(&self) -> Result<SceneVolume, DatasetError> {
-        self.leading(Channel::VOLUME_FUSION, SceneVolume::decode)
-    }
+impl Record for SceneVolume {
+    const CHANNEL: Channel = Channel::VOLUME_FUSION;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
 
-    /// Truth of a volume: what is at the centre of each voxel.
-    ///
-    /// # Errors
-    /// When the sample is of another product, or the payload is not a valid record.
-    pub fn volume_truth(&self) -> Result<VolumeTruth, DatasetError> {
-        self.leading(Channel::VOLUME_TRUTH, VolumeTruth::decode)
-    }
+impl Record for VolumeTruth {
+    const CHANNEL: Channel = Channel::VOLUME_TRUTH;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
 
-    /// Grasps in the cube of a volume; `None` where the dataset has none.
-    ///
-    /// # Errors
-    /// When the payload is not a valid record.
-    pub fn volume_affordance(&self) -> Result<Option<VolumeAffordance>, DatasetError> {
-        self.decoded(Channel::VOLUME_AFFORDANCE, VolumeAffordance::decode)
-    }
+impl Record for VolumeAffordance {
+    const CHANNEL: Channel = Channel::VOLUME_AFFORDANCE;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
 }

@@ -24,7 +24,7 @@ use super::{
     selected::SelectedSamples,
     target::Target,
 };
-use format::{Noun, Product, SceneImage, dataset::DatasetReader};
+use format::{Depth, Noun, Product, SceneColour, SceneImage, dataset::DatasetReader};
 use kernel::{geom::DepthCrop, ids::ObjectId, words::Split};
 
 /// Views as scenes of the BOP challenge.
@@ -67,7 +67,8 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
     let mut current: Option<(ObjectId, SceneTexts)> = None;
     let (mut targets, mut camera) = (Targets::default(), None);
     selected.each(|stored, sample| {
-        let (image, depth, colour) = (stored.scene_image()?, stored.view_depth()?, stored.view_colour()?);
+        let (image, depth, colour) =
+            (stored.read::<SceneImage>()?, stored.find::<Depth>()?, stored.find::<SceneColour>()?);
         let depth = depth.map_or_else(DepthCrop::default, |depth| depth.crop);
         let split = reader.split(sample.index);
         if current.as_ref().is_none_or(|(scene, _)| *scene != sample.id.subject) {

@@ -9,7 +9,7 @@ use super::text::{MM, pretty};
 use crate::export::{error::ExportError, target::Target};
 use format::{
     dataset::{AssetRow, DatasetError, DatasetReader},
-    products::grasps::Shapes,
+    extras::Shapes,
 };
 use kernel::{
     geom::{TriMesh, convex_hull_corners},

@@ -21,7 +21,7 @@ use crate::inspection::job_table;
 use format::{
     ContainerMesh, Noun, Product, Scene, SceneBody, SceneContainer,
     dataset::{AssetRow, DatasetError, DatasetReader, layout::JOB},
-    products::grasps::Shapes,
+    extras::Shapes,
 };
 use kernel::{geom::MassProperties, ids::ObjectId};
 
@@ -90,7 +90,7 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
     let limit = selection.limit.unwrap_or(u64::MAX);
     let (mut scenes, mut used, mut containers) = (Vec::new(), BTreeSet::new(), BTreeSet::new());
     selected.each(|sample, names| {
-        let scene = sample.scene()?;
+        let scene = sample.read::<Scene>()?;
         let has_wanted = || scene.bodies.iter().any(|body| wanted.contains(&body.object));
         if scenes.len() as u64 >= limit || !(wanted.is_empty() || has_wanted()) {
             return Ok(());

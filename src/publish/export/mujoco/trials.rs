@@ -16,9 +16,9 @@ use super::{
     parts::{CONTACT, inertial},
 };
 use format::{
-    Channel, GraspTrials, Noun, Product, TrialMethod,
+    Channel, GraspRun, GraspTrials, Noun, Product, TrialMethod,
     dataset::{AssetRow, DatasetReader, Sample},
-    products::grasps::Shapes,
+    extras::Shapes,
 };
 use kernel::{
     geom::{MassProperties, TriMesh},
@@ -98,7 +98,7 @@ fn chosen(
 }
 
 fn trials(sample: &Sample) -> Result<GraspTrials, ExportError> {
-    sample.grasp_trials()?.ok_or(ExportError::NoTrials)
+    sample.find::<GraspTrials>()?.ok_or(ExportError::NoTrials)
 }
 
 /// One object's folder.
@@ -113,7 +113,7 @@ fn object(
     let (mut grasps, mut method) = (Vec::new(), None);
     for (index, trial) in tried {
         let sample = reader.sample(*index)?.ok_or(ExportError::NoTrials)?;
-        let (run, mut trials) = (sample.grasp_run()?, trials(&sample)?);
+        let (run, mut trials) = (sample.read::<GraspRun>()?, trials(&sample)?);
         let trial = trials.trials.swap_remove(*trial);
         let grasp = &run.grasps[trial.grasp as usize];
         grasps.push(json!({

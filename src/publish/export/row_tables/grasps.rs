@@ -97,7 +97,7 @@ pub(super) fn write(
     let selected = SelectedSamples::of(reader, &assets.objects, selection)?;
     let (mut tables, mut counts): (Option<GraspTables>, _) = (None, ObjectCounts::default());
     selected.each(|stored, sample| {
-        let (run, trials) = (stored.grasp_run()?, stored.grasp_trials()?);
+        let (run, trials) = (stored.read::<GraspRun>()?, stored.find::<GraspTrials>()?);
         counts.add([sample.id.subject]);
         let tables = match &mut tables {
             Some(tables) => tables,

@@ -13,7 +13,7 @@ use crate::export::{
     selected::{SelectedSample, SelectedSamples},
     target::Target,
 };
-use format::{Channel, ForbiddenGrasp, PickObstacle, Product, SceneHeatmap, SeenGrasp, dataset::DatasetReader};
+use format::{Channel, Depth, ForbiddenGrasp, PickObstacle, Product, SceneHeatmap, SeenGrasp, dataset::DatasetReader};
 use kernel::geom::Intrinsics;
 use tables::{
     ColumnType::{Bytes, F64, F64s, Text, U32},
@@ -60,7 +60,7 @@ pub(super) fn write(
     let mut tables: Option<[RowTable; 3]> = None;
     let mut counts = ObjectCounts::default();
     selected.each(|stored, sample| {
-        let (heatmap, depth) = (&stored.scene_heatmap()?, stored.heatmap_depth()?);
+        let (heatmap, depth) = (&stored.read::<SceneHeatmap>()?, stored.find::<Depth>()?);
         let [images, marks, forbidden] = match &mut tables {
             Some(tables) => tables,
             none => none.insert(create(reader, target, heatmap)?),

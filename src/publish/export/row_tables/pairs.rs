@@ -72,7 +72,7 @@ impl WritePairs for PairTables<'_> {
 
     fn write(&mut self, sample: &PairSample<'_>, _: &mut Target) -> Result<(), ExportError> {
         let in_clutter = sample.sample.payload(Channel::CLUTTER).is_some();
-        let clutter = in_clutter.then(|| sample.sample.clutter()).transpose()?;
+        let clutter = in_clutter.then(|| sample.sample.read::<Clutter>()).transpose()?;
         let object = sample.sample.object()?;
         self.counts.add([object]);
         let body = BodyName::new(sample.pair.sample.instance, object, &self.names);

@@ -64,10 +64,11 @@ pub(super) fn write(
     let mut counts = ObjectCounts::default();
     selected.each(|stored, sample| {
         counts.add([sample.id.subject]);
-        let (patch, colour) = (stored.heatmap_patch()?, stored.patch_colour()?);
-        let (trial, visibility) = (stored.patch_trial()?, stored.patch_visibility()?);
-        let (metric, metric_colour) = (stored.patch_metric()?, stored.patch_metric_colour()?);
-        let table_under = stored.patch_table()?;
+        let (patch, colour) = (stored.read::<HeatmapPatch>()?, stored.find::<PatchColour>()?);
+        let (trial, visibility) = (stored.find::<PatchTrial>()?, stored.find::<PatchVisibility>()?);
+        let (metric, metric_colour) =
+            (stored.find::<PatchMetric>()?, stored.find_at::<PatchColour>(Channel::PATCH_METRIC_COLOUR)?);
+        let table_under = stored.find::<PatchTable>()?;
         table.extend([PatchRow {
             sample,
             patch: &patch,

@@ -77,7 +77,7 @@ pub(super) fn write(
     let selected = SelectedSamples::of(reader, &assets.subjects, selection)?;
     let (mut tables, mut counts): (Option<PickTables>, _) = (None, ObjectCounts::default());
     selected.each(|stored, sample| {
-        let (picks, trials) = (&stored.pick_candidates()?, stored.pick_trials()?);
+        let (picks, trials) = (&stored.read::<PickCandidates>()?, stored.find::<PickTrials>()?);
         counts.add([picks.object()]);
         let tables = match &mut tables {
             Some(tables) => tables,

@@ -12,7 +12,7 @@ use crate::export::{
     selected::{SelectedSample, SelectedSamples},
     target::Target,
 };
-use format::{Product, ReachabilityBlock, dataset::DatasetReader, products::reachability::read_field};
+use format::{Product, ReachabilityBlock, dataset::DatasetReader, extras::read_field};
 use kernel::geom::PoseLabel;
 use tables::{
     ColumnType::{F64, F64s, Text, U64},
@@ -76,7 +76,7 @@ pub(super) fn write(
     let mut positions = RowTable::create::<PositionRow>(reader, target, &facts[..1])?;
     let mut poses = RowTable::create::<PoseRow>(reader, target, &facts)?;
     selected.each(|stored, sample| {
-        let block = stored.block()?;
+        let block = stored.read::<ReachabilityBlock>()?;
         let mut witnesses = block.witnesses.chunks_exact(block.joints as usize);
         let first = sample.id.item.0 as usize * grid.orientations();
         if block.labels.len() != grid.orientations() || first >= grid.cells() {

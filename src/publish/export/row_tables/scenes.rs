@@ -58,7 +58,7 @@ pub(super) fn write(
     let mut supports = RowTable::create::<SupportRow>(reader, target, &[])?;
     let mut counts = ObjectCounts::default();
     selected.each(|stored, sample| {
-        let scene = &stored.scene()?;
+        let scene = &stored.read::<Scene>()?;
         counts.add(scene.bodies.iter().map(|body| body.object));
         scenes.extend([SceneRow { sample, scene, id: scene.id().to_string() }])?;
         bodies.extend(BodyRow::of_scene(sample, &names, &scene.bodies))?;

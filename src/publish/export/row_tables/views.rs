@@ -15,7 +15,7 @@ use crate::export::{
     selected::{SelectedSample, SelectedSamples},
     target::Target,
 };
-use format::{Channel, Product, SceneColour, SceneContainer, SceneImage, SceneInstance, dataset::DatasetReader};
+use format::{Channel, Depth, Product, SceneColour, SceneContainer, SceneImage, SceneInstance, dataset::DatasetReader};
 use kernel::geom::Intrinsics;
 use tables::{
     ColumnType::{Boolean, Bytes, F64, F64s, U32},
@@ -56,7 +56,8 @@ pub(super) fn write(
     let mut instances = RowTable::create::<InstanceRow>(reader, target, &[])?;
     let mut counts = ObjectCounts::default();
     selected.each(|stored, sample| {
-        let (image, depth, colour) = (&stored.scene_image()?, stored.view_depth()?, stored.view_colour()?);
+        let (image, depth, colour) =
+            (&stored.read::<SceneImage>()?, stored.find::<Depth>()?, stored.find::<SceneColour>()?);
         let [width, height] = [image.camera.width, image.camera.height];
         let depth = depth.map_or_else(Vec::new, |depth| le_bytes(&depth.crop.whole(width, height)));
         counts.add(image.bodies.iter().map(|body| body.object));

@@ -78,8 +78,8 @@ pub(super) fn write(
     };
     let mut counts = ObjectCounts::default();
     selected.each(|stored, sample| {
-        let (volume, truth) = (&stored.scene_volume()?, &stored.volume_truth()?);
-        let affordance = stored.volume_affordance()?;
+        let (volume, truth) = (&stored.read::<SceneVolume>()?, &stored.read::<VolumeTruth>()?);
+        let affordance = stored.find::<VolumeAffordance>()?;
         counts.add(truth.bodies.iter().map(|(object, _)| *object));
         tables.push(sample, (volume, truth, affordance.as_ref()), &names)
     })?;

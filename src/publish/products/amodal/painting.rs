@@ -7,7 +7,7 @@ use crate::{
     touch_pictures::TouchPictures,
 };
 use format::{
-    Clutter, VoxelPair,
+    Clutter, Visibility, VoxelPair,
     dataset::{DatasetError, Sample},
 };
 use kernel::ids::ObjectId;
@@ -29,8 +29,8 @@ pub(super) struct PairPictures {
 impl PairPictures {
     /// Draws a sample; each picture has `side` pixels along each side at most.
     pub fn of(sample: &Sample, side: u32) -> Result<(Self, VoxelPair, Clutter), DatasetError> {
-        let (pair, clutter) = (sample.pair()?, sample.clutter()?);
-        let free = sample.visibility()?.map(|visibility| visibility.free);
+        let (pair, clutter) = (sample.read::<VoxelPair>()?, sample.read::<Clutter>()?);
+        let free = sample.find::<Visibility>()?.map(|visibility| visibility.free);
         let (partial, complete) = (&pair.partial, &pair.complete);
         let among = VoxelPainter::new(side, Eye::CameraSide, &[complete, partial, &clutter.others_seen]);
         let [front, behind] =
@@ -75,7 +75,7 @@ pub(super) fn pair_panel<'a>(
     sample: &Sample,
     name_of: impl Fn(ObjectId) -> &'a str,
 ) -> Result<ScenePanel, DatasetError> {
-    let (VoxelPair { partial, complete, .. }, clutter) = (sample.pair()?, sample.clutter()?);
+    let (VoxelPair { partial, complete, .. }, clutter) = (sample.read::<VoxelPair>()?, sample.read::<Clutter>()?);
     let painter = VoxelPainter::new(SIDE, Eye::CameraSide, &[&complete, &partial]);
     let caption = format!(
         "One amodal completion: {} of the silhouette of {} is visible (left, blue), and the whole body is known (right, hidden cells in orange).",

@@ -15,7 +15,7 @@ use crate::{
     touch_pictures::{TouchPictures, touch_points},
 };
 use format::{
-    VoxelPair,
+    Depth, Visibility, VoxelPair,
     dataset::{DatasetError, Sample},
 };
 use kernel::{geom::DepthCrop, words::Split};
@@ -75,8 +75,8 @@ impl PanelView {
 impl CardView {
     /// Draws a sample.
     pub fn of(sample: &Sample, pick: &Pick, object: &str, split: Option<Split>) -> Result<Self, DatasetError> {
-        let pair = sample.pair()?;
-        let (depth, kind) = match sample.depth()? {
+        let pair = sample.read::<VoxelPair>()?;
+        let (depth, kind) = match sample.find::<Depth>()? {
             Some(depth) => (depth.crop, DepthKind::Camera),
             None => (height_map(&pair.partial, &pair.grid), DepthKind::Cells),
         };
@@ -110,7 +110,7 @@ impl CardView {
 
 /// Grids from two sides, touch if there is any, and slices.
 fn panels(sample: &Sample, pair: &VoxelPair) -> Result<Vec<PanelView>, DatasetError> {
-    let free = sample.visibility()?.map(|visibility| visibility.free);
+    let free = sample.find::<Visibility>()?.map(|visibility| visibility.free);
     let (partial, complete) = (&pair.partial, &pair.complete);
     let front = VoxelPainter::new(SIDE, Eye::CameraSide, &[complete, partial]);
     let behind = VoxelPainter::new(SIDE, Eye::Behind, &[complete, partial]);
@@ -141,8 +141,9 @@ fn panels(sample: &Sample, pair: &VoxelPair) -> Result<Vec<PanelView>, DatasetEr
 
 /// A sample in one picture of four: depth, partial, complete, and both from behind; each `side` pixels wide and high.
 pub(crate) fn picture_of(sample: &Sample, side: u32) -> Result<Picture, DatasetError> {
-    let pair = sample.pair()?;
-    let crop = sample.depth()?.map_or_else(|| height_map(&pair.partial, &pair.grid), |depth| depth.crop).trimmed();
+    let pair = sample.read::<VoxelPair>()?;
+    let crop =
+        sample.find::<Depth>()?.map_or_else(|| height_map(&pair.partial, &pair.grid), |depth| depth.crop).trimmed();
     let depth = DepthRange::of(&crop).map(|range| {
         let zoom = (side / crop.width.max(crop.height).max(1)).max(1);
         depth_picture(&crop, range, zoom).in_square(side)
@@ -158,10 +159,10 @@ pub(crate) fn picture_of(sample: &Sample, side: u32) -> Result<Picture, DatasetE
 
 /// A sample in panels: the depth image, the observed cells, the whole object, and touch from behind if there is any.
 pub(crate) fn sample_panels(sample: &Sample, side: u32) -> Result<Vec<Panel>, DatasetError> {
-    let pair = sample.pair()?;
+    let pair = sample.read::<VoxelPair>()?;
     let (partial, complete) = (&pair.partial, &pair.complete);
     let mut panels = Vec::new();
-    if let Some(depth) = sample.depth()? {
+    if let Some(depth) = sample.find::<Depth>()? {
         let crop = depth.crop.trimmed();
         panels.extend(DepthRange::of(&crop).map(|range| {
             let zoom = (side / crop.width.max(crop.height).max(1)).max(1);

@@ -15,7 +15,7 @@ use crate::{
     touch::TouchFacts,
 };
 use format::{
-    Channel, PairFacts, Product,
+    Channel, PairFacts, Product, VoxelPair,
     dataset::{AssetRow, DatasetError, DatasetReader, Fate, LedgerRow, Selection},
 };
 use kernel::{
@@ -164,7 +164,7 @@ impl CompletionSurvey {
 fn setup_of(reader: &DatasetReader) -> Result<Option<Setup>, DatasetError> {
     let Some(first) = reader.indices(Selection::default()).next() else { return Ok(None) };
     let Some(sample) = reader.sample(first)? else { return Ok(None) };
-    let pair = sample.pair()?;
+    let pair = sample.read::<VoxelPair>()?;
     let camera = pair.camera;
     Ok(Some(Setup {
         resolution: pair.grid.resolution,

@@ -14,7 +14,7 @@ use crate::{
 use format::{
     Grasp, GraspRun, HandShape,
     dataset::{AssetRow, DatasetError, DatasetReader},
-    products::grasps::Shapes,
+    extras::Shapes,
 };
 use kernel::{
     geom::{NoSurface, RestingPose, Shape, TouchShape, TriMesh, Triangles},
@@ -168,7 +168,7 @@ pub(crate) fn best_grasp(
 fn first_grasp(reader: &DatasetReader, picks: &[(&'static str, GraspIndex)]) -> Result<Option<Grasp>, DatasetError> {
     let Some((_, pick)) = picks.first() else { return Ok(None) };
     let Some(sample) = reader.sample(pick.run)? else { return Ok(None) };
-    Ok(sample.grasp_run()?.grasps.get(pick.grasp).cloned())
+    Ok(sample.read::<GraspRun>()?.grasps.get(pick.grasp).cloned())
 }
 
 fn solid_of(mesh: &TriMesh) -> Result<TouchShape, NoSurface> {
@@ -189,7 +189,7 @@ fn card(
     let mut panels = Vec::new();
     for (why, found) in picks {
         let Some(sample) = reader.sample(found.run)? else { continue };
-        let run = sample.grasp_run()?;
+        let run = sample.read::<GraspRun>()?;
         let (Some(grasp), Some(drawn)) = (run.grasps.get(found.grasp), drawn) else { continue };
         for aside in [FRAC_PI_2, 0.0] {
             let picture = draw(grasp, drawn, hand, aside, SIDE).with_few_colours();

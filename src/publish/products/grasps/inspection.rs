@@ -299,9 +299,9 @@ impl GraspSurvey {
         }
         for sample in reader.iter(Selection::default()) {
             let sample = sample?;
-            let run = sample.grasp_run()?;
+            let run = sample.read::<GraspRun>()?;
             pass.run(sample.index, &run);
-            if let Some(trials) = sample.grasp_trials()? {
+            if let Some(trials) = sample.find::<GraspTrials>()? {
                 pass.trials(sample.index, &run, &trials);
             }
         }

@@ -12,7 +12,7 @@ use crate::{
     scene_objects::ScenesObject,
 };
 use format::{
-    HeatmapFacts, PickObstacle, PickState, Product,
+    HeatmapFacts, PickObstacle, PickState, Product, SceneHeatmap,
     dataset::{DatasetError, DatasetReader, Fate},
 };
 use kernel::{
@@ -95,7 +95,7 @@ impl HeatmapSurvey {
             }
         }
         let first = match kept.first() {
-            Some(index) => reader.sample(*index)?.map(|sample| sample.scene_heatmap()).transpose()?,
+            Some(index) => reader.sample(*index)?.map(|sample| sample.read::<SceneHeatmap>()).transpose()?,
             None => None,
         };
         let assets = reader.assets()?;

@@ -12,7 +12,10 @@ use crate::{
     page::{DatasetView, ImageView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
     scene_objects::ScenesObject,
 };
-use format::dataset::{DatasetError, DatasetReader};
+use format::{
+    Depth, SceneHeatmap,
+    dataset::{DatasetError, DatasetReader},
+};
 use kernel::words::Split;
 
 /// Input of the page's template.
@@ -80,7 +83,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &HeatmapSurvey) -> Result<Ve
     let mut cards = Vec::new();
     for index in &survey.shown {
         let Some(sample) = reader.sample(*index)? else { continue };
-        let (heatmap, Some(depth)) = (sample.scene_heatmap()?, sample.heatmap_depth()?) else { continue };
+        let (heatmap, Some(depth)) = (sample.read::<SceneHeatmap>()?, sample.find::<Depth>()?) else { continue };
         let marked = marked_picture(&heatmap, &depth, SIDE).with_few_colours();
         let width = marked.width.min(SHOWN_WIDTH);
         let height = marked.height * width / marked.width.max(1);

@@ -19,7 +19,7 @@ use crate::{
     templates::page_values,
 };
 use format::{
-    HeatmapFacts, Noun, Product,
+    Depth, HeatmapFacts, Noun, Product, SceneHeatmap,
     dataset::{DatasetError, DatasetReader, Sample},
 };
 
@@ -88,8 +88,8 @@ impl Survey for HeatmapSurvey {
         let mut drawn = Vec::new();
         for index in self.shown.iter().take(PICTURES) {
             let Some(sample) = reader.sample(*index)? else { continue };
-            if let Some(depth) = sample.heatmap_depth()? {
-                let heatmap = sample.scene_heatmap()?;
+            if let Some(depth) = sample.find::<Depth>()? {
+                let heatmap = sample.read::<SceneHeatmap>()?;
                 drawn.push((heatmap_words(&heatmap), marked_picture(&heatmap, &depth, SIDE).with_few_colours()));
             }
         }
@@ -97,8 +97,8 @@ impl Survey for HeatmapSurvey {
     }
 
     fn panels(&self, _: &DatasetReader, sample: &Sample, side: u32) -> Result<Vec<Panel>, DatasetError> {
-        let Some(depth) = sample.heatmap_depth()? else { return Ok(Vec::new()) };
-        let heatmap = sample.scene_heatmap()?;
+        let Some(depth) = sample.find::<Depth>()? else { return Ok(Vec::new()) };
+        let heatmap = sample.read::<SceneHeatmap>()?;
         let panel = |caption: &str, picture| Panel { caption: caption.to_owned(), picture };
         let patches = patches_picture(&heatmap, &depth).filter(|picture| picture.width.max(picture.height) <= side);
         let patches = patches.map(|picture| panel("patches of a grasp", picture));
@@ -115,7 +115,7 @@ impl Survey for HeatmapSurvey {
     }
 
     fn scene_panels(&self, _: &DatasetReader, sample: &Sample) -> Result<Vec<ScenePanel>, DatasetError> {
-        let Some(depth) = sample.heatmap_depth()? else { return Ok(Vec::new()) };
-        Ok(vec![heatmap_panel(&sample.scene_heatmap()?, &depth)])
+        let Some(depth) = sample.find::<Depth>()? else { return Ok(Vec::new()) };
+        Ok(vec![heatmap_panel(&sample.read::<SceneHeatmap>()?, &depth)])
     }
 }

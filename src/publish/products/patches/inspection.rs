@@ -12,9 +12,9 @@ use crate::{
     tally::{Spread, SpreadRow},
 };
 use format::{
-    Channel, GraspLabel, PATCH_POINTS, PatchFacts, Product,
+    Channel, GraspLabel, HeatmapPatch, PATCH_POINTS, PatchFacts, Product,
     dataset::{DatasetError, DatasetReader, Fate, Manifest},
-    products::patches::read_types,
+    extras::read_types,
 };
 use kernel::{
     files::Folder,
@@ -178,7 +178,7 @@ fn facts(reader: &DatasetReader, pass: &Pass) -> Result<PatchesInspection, Datas
     let manifest = reader.manifest();
     let types = read_types(reader.folder())?;
     let first = match pass.first {
-        Some(index) => reader.sample(index)?.map(|sample| sample.heatmap_patch()).transpose()?,
+        Some(index) => reader.sample(index)?.map(|sample| sample.read::<HeatmapPatch>()).transpose()?,
         None => None,
     };
     let mut objects: Vec<PatchObjectFacts> = Vec::new();

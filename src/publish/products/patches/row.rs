@@ -20,7 +20,7 @@ use crate::{
 use format::{
     Product,
     dataset::{DatasetError, DatasetReader},
-    products::patches::read_types,
+    extras::read_types,
 };
 
 /// Pages, texts and pictures of patches.

@@ -10,7 +10,7 @@ use crate::{
     picture::{DepthRange, Picture, depth_picture},
 };
 use format::{
-    HeatmapPatch, PATCH_POINTS, POINT_NAMES, PatchColour, PatchTrial, PatchVisibility,
+    Channel, HeatmapPatch, PATCH_POINTS, POINT_NAMES, PatchColour, PatchMetric, PatchTrial, PatchVisibility,
     dataset::{DatasetError, DatasetReader, Sample},
 };
 use kernel::{
@@ -82,11 +82,11 @@ pub(super) struct PatchSheet {
 impl PatchSheet {
     /// Reads a sample.
     pub fn of(sample: &Sample) -> Result<Self, DatasetError> {
-        let patch = sample.heatmap_patch()?;
-        let (trial, visibility) = (sample.patch_trial()?, sample.patch_visibility()?);
-        let (side, depth, colour) = match sample.patch_metric()? {
-            Some(metric) => (metric.side, metric.depth, sample.patch_metric_colour()?),
-            None => (patch.side, patch.depth.clone(), sample.patch_colour()?),
+        let patch = sample.read::<HeatmapPatch>()?;
+        let (trial, visibility) = (sample.find::<PatchTrial>()?, sample.find::<PatchVisibility>()?);
+        let (side, depth, colour) = match sample.find::<PatchMetric>()? {
+            Some(metric) => (metric.side, metric.depth, sample.find_at::<PatchColour>(Channel::PATCH_METRIC_COLOUR)?),
+            None => (patch.side, patch.depth.clone(), sample.find::<PatchColour>()?),
         };
         Ok(Self { patch, side, depth, colour, trial, visibility })
     }

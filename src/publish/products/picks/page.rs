@@ -97,7 +97,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &PickSurvey) -> Result<Vec<C
     let mut cards = Vec::new();
     for index in &survey.shown {
         let Some(sample) = reader.sample(*index)? else { continue };
-        let (candidates, trials) = (sample.pick_candidates()?, sample.pick_trials()?);
+        let (candidates, trials) = (sample.read::<PickCandidates>()?, sample.find::<PickTrials>()?);
         let pictures = drawn.pictures(&candidates, trials.as_ref(), SIDE)?;
         let panel = |picture: &Picture, name, hint| PanelView::square(picture, SHOWN_SIDE, name, hint);
         let name = if trials.is_some() { "A grasp that held" } else { "A free grasp" };

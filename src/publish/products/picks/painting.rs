@@ -15,7 +15,7 @@ use crate::{
 use format::{
     HandShape, LinkSolid, PickCandidate, PickCandidates, PickTrial, PickTrials, SceneContainer,
     dataset::{DatasetError, DatasetReader, Sample},
-    products::grasps::Shapes,
+    extras::Shapes,
 };
 use kernel::{
     geom::{NoSurface, Shape, TouchShape, TriMesh, Triangles},
@@ -195,7 +195,7 @@ pub(super) fn pick_panel(
     sample: &Sample,
     name: &str,
 ) -> Result<Option<ScenePanel>, DatasetError> {
-    let (candidates, trials) = (sample.pick_candidates()?, sample.pick_trials()?);
+    let (candidates, trials) = (sample.read::<PickCandidates>()?, sample.find::<PickTrials>()?);
     let held = trials.as_ref().and_then(first_held);
     let (Some(mut drawn), Some(trial)) = (Drawn::of(reader)?, held) else { return Ok(None) };
     let pictures = drawn.pictures(&candidates, trials.as_ref(), SIDE)?;

@@ -19,7 +19,7 @@ use crate::{
     templates::page_values,
 };
 use format::{
-    Noun, PickFacts, Product,
+    Noun, PickCandidates, PickFacts, PickTrials, Product,
     dataset::{DatasetError, DatasetReader, Manifest, Sample},
     products::grasps::SHAPES,
 };
@@ -107,7 +107,7 @@ impl Survey for PickSurvey {
         let mut pictures = Vec::new();
         for index in self.shown.iter().take(PICTURES) {
             let Some(sample) = reader.sample(*index)? else { continue };
-            let (candidates, trials) = (sample.pick_candidates()?, sample.pick_trials()?);
+            let (candidates, trials) = (sample.read::<PickCandidates>()?, sample.find::<PickTrials>()?);
             let found = drawn.pictures(&candidates, trials.as_ref(), SIDE)?;
             let row: Vec<Picture> = found.held.into_iter().chain([found.ways]).collect();
             let picture = Picture::row(&row, SIDE / 20).with_few_colours();
@@ -118,7 +118,7 @@ impl Survey for PickSurvey {
 
     fn panels(&self, reader: &DatasetReader, sample: &Sample, side: u32) -> Result<Vec<Panel>, DatasetError> {
         let Some(mut drawn) = Drawn::of(reader)? else { return Ok(Vec::new()) };
-        let (candidates, trials) = (sample.pick_candidates()?, sample.pick_trials()?);
+        let (candidates, trials) = (sample.read::<PickCandidates>()?, sample.find::<PickTrials>()?);
         let found = drawn.pictures(&candidates, trials.as_ref(), side)?;
         let panel = |caption: &str, picture| Panel { caption: caption.to_owned(), picture };
         let held = found.held.map(|picture| panel("closed hand", picture));
@@ -131,7 +131,7 @@ impl Survey for PickSurvey {
     }
 
     fn scene_panels(&self, reader: &DatasetReader, sample: &Sample) -> Result<Vec<ScenePanel>, DatasetError> {
-        let object = sample.pick_candidates()?.object();
+        let object = sample.read::<PickCandidates>()?.object();
         let row = self.facts.objects.iter().find(|row| row.object == object);
         Ok(pick_panel(reader, sample, row.map_or("?", |row| row.name.as_str()))?.into_iter().collect())
     }

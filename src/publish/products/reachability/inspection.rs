@@ -12,7 +12,7 @@ use crate::{
 use format::{
     Product, ReachabilityField,
     dataset::{DatasetError, DatasetReader, Manifest},
-    products::reachability::read_field,
+    extras::read_field,
 };
 use kernel::{
     files::Folder,

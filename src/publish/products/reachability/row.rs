@@ -18,7 +18,8 @@ use crate::{
 use format::{
     Noun, Product, ReachabilityField,
     dataset::{DatasetError, DatasetReader, Sample},
-    products::reachability::{FIELD, read_field},
+    extras::read_field,
+    products::reachability::FIELD,
 };
 use kernel::geom::PoseLabel;
 

@@ -11,7 +11,7 @@ use crate::{
     tally::{Spread, SpreadRow},
 };
 use format::{
-    Product, SceneFacts, SceneMode,
+    Product, Scene, SceneFacts, SceneMode,
     dataset::{DatasetError, DatasetReader, Fate},
 };
 use kernel::{
@@ -112,7 +112,7 @@ impl SceneSurvey {
         }
         let spread = |of: fn(&SceneFacts) -> f64| Spread::of(facts.iter().map(of).collect());
         let imported = match kept.first().map(|index| reader.sample(*index)).transpose()?.flatten() {
-            Some(first) if first.scene()?.mode == SceneMode::Imported => Some(ImportedChecks::of(&facts)),
+            Some(first) if first.read::<Scene>()?.mode == SceneMode::Imported => Some(ImportedChecks::of(&facts)),
             _ => None,
         };
         let objects = reader.assets()?.objects.into_iter().map(|row| SceneObject {

@@ -11,7 +11,10 @@ use crate::{
     markup::Markup,
     page::{BodyView, DatasetView, ImageView, SpeedView, StripCard, StripPicture, share_rows, split_rows},
 };
-use format::dataset::{DatasetError, DatasetReader};
+use format::{
+    Scene, SceneOverview,
+    dataset::{DatasetError, DatasetReader},
+};
 use kernel::words::Split;
 
 /// Input of the page's template.
@@ -64,7 +67,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &SceneSurvey) -> Result<Vec<
     let mut cards = Vec::new();
     for index in &survey.shown {
         let Some(sample) = reader.sample(*index)? else { continue };
-        let (scene, Some(overview)) = (sample.scene()?, sample.scene_overview()?) else { continue };
+        let (scene, Some(overview)) = (sample.read::<Scene>()?, sample.find::<SceneOverview>()?) else { continue };
         let [width, height] = overview.size;
         let name_of = |object| {
             let found = survey.facts.objects.iter().find(|row| row.object == object);

@@ -18,7 +18,7 @@ use crate::{
     templates::page_values,
 };
 use format::{
-    Product,
+    Product, Scene, SceneOverview,
     dataset::{DatasetError, DatasetReader, Sample},
     products::grasps::SHAPES,
 };
@@ -78,15 +78,15 @@ impl Survey for SceneSurvey {
         let mut drawn = Vec::new();
         for index in self.shown.iter().take(PICTURES) {
             let Some(sample) = reader.sample(*index)? else { continue };
-            if let Some(overview) = sample.scene_overview()? {
-                drawn.push((scene_words(&sample.scene()?), instance_picture(&overview, ZOOM)));
+            if let Some(overview) = sample.find::<SceneOverview>()? {
+                drawn.push((scene_words(&sample.read::<Scene>()?), instance_picture(&overview, ZOOM)));
             }
         }
         Ok(drawn)
     }
 
     fn panels(&self, _: &DatasetReader, sample: &Sample, side: u32) -> Result<Vec<Panel>, DatasetError> {
-        let Some(overview) = sample.scene_overview()? else { return Ok(Vec::new()) };
+        let Some(overview) = sample.find::<SceneOverview>()? else { return Ok(Vec::new()) };
         let zoom = (side / overview.size[0].max(overview.size[1])).max(1);
         Ok(vec![Panel { caption: "from above".to_owned(), picture: instance_picture(&overview, zoom) }])
     }

@@ -13,7 +13,7 @@ use crate::{
     scene_objects::ScenesObject,
 };
 use format::{
-    SceneInstance,
+    Depth, SceneColour, SceneImage, SceneInstance,
     dataset::{DatasetError, DatasetReader},
 };
 use kernel::words::Split;
@@ -73,7 +73,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &ViewSurvey) -> Result<Vec<C
     let mut cards = Vec::new();
     for index in &survey.shown {
         let Some(sample) = reader.sample(*index)? else { continue };
-        let (image, Some(depth)) = (sample.scene_image()?, sample.view_depth()?) else { continue };
+        let (image, Some(depth)) = (sample.read::<SceneImage>()?, sample.find::<Depth>()?) else { continue };
         let name_of = |object| ScenesObject::name_of(&survey.facts.objects, object).to_owned();
         let row = |(number, body): (u32, &SceneInstance)| {
             let pixels = format!("{} of {} px", grouped(body.pixels_visible.into()), grouped(body.pixels_all.into()));
@@ -88,7 +88,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &ViewSurvey) -> Result<Vec<C
             instances: ImageView::of(&instance_picture(&image, &depth, step).with_few_colours(), width, height),
             depth: depth_of_view(&image, &depth, step)
                 .map(|picture| ImageView::of(&picture.with_few_colours(), width, height)),
-            colour: (sample.view_colour()?)
+            colour: (sample.find::<SceneColour>()?)
                 .map(|colour| ImageView::of(&colour_picture(&colour, step).with_few_colours(), width, height)),
         });
     }

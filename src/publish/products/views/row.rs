@@ -20,7 +20,7 @@ use crate::{
     templates::page_values,
 };
 use format::{
-    Noun, Product, ViewFacts,
+    Depth, Noun, Product, SceneColour, SceneImage, ViewFacts,
     dataset::{DatasetError, DatasetReader, Sample},
     products::grasps::SHAPES,
 };
@@ -89,8 +89,8 @@ impl Survey for ViewSurvey {
         let mut drawn = Vec::new();
         for index in self.shown.iter().take(PICTURES) {
             let Some(sample) = reader.sample(*index)? else { continue };
-            if let Some(depth) = sample.view_depth()? {
-                let image = sample.scene_image()?;
+            if let Some(depth) = sample.find::<Depth>()? {
+                let image = sample.read::<SceneImage>()?;
                 drawn.push((view_words(&image), instance_picture(&image, &depth, step_for(&image, SIDE))));
             }
         }
@@ -98,12 +98,12 @@ impl Survey for ViewSurvey {
     }
 
     fn panels(&self, _: &DatasetReader, sample: &Sample, side: u32) -> Result<Vec<Panel>, DatasetError> {
-        let Some(depth) = sample.view_depth()? else { return Ok(Vec::new()) };
-        let image = sample.scene_image()?;
+        let Some(depth) = sample.find::<Depth>()? else { return Ok(Vec::new()) };
+        let image = sample.read::<SceneImage>()?;
         let step = step_for(&image, side);
         let bodies = Panel { caption: "bodies".to_owned(), picture: instance_picture(&image, &depth, step) };
         let depth = depth_of_view(&image, &depth, step);
-        let colour = sample.view_colour()?.map(|colour| colour_picture(&colour, step));
+        let colour = sample.find::<SceneColour>()?.map(|colour| colour_picture(&colour, step));
         let panel = |caption: &str, picture: Option<Picture>| {
             picture.map(|picture| Panel { caption: caption.to_owned(), picture })
         };
@@ -120,7 +120,7 @@ impl Survey for ViewSurvey {
     }
 
     fn scene_panels(&self, _: &DatasetReader, sample: &Sample) -> Result<Vec<ScenePanel>, DatasetError> {
-        let Some(depth) = sample.view_depth()? else { return Ok(Vec::new()) };
-        Ok(view_panels(&sample.scene_image()?, &depth, sample.view_colour()?.as_ref()))
+        let Some(depth) = sample.find::<Depth>()? else { return Ok(Vec::new()) };
+        Ok(view_panels(&sample.read::<SceneImage>()?, &depth, sample.find::<SceneColour>()?.as_ref()))
     }
 }

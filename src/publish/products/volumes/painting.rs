@@ -37,7 +37,7 @@ const REACH: f64 = 0.87;
 impl VolumePictures {
     /// Draws a sample; each picture has `side` pixels along each side at most.
     pub fn of(sample: &Sample, side: u32) -> Result<(Self, SceneVolume, VolumeTruth), DatasetError> {
-        let (volume, truth) = (sample.scene_volume()?, sample.volume_truth()?);
+        let (volume, truth) = (sample.read::<SceneVolume>()?, sample.read::<VolumeTruth>()?);
         let n = volume.grid.resolution;
         let index = |[x, y, z]: [u32; 3]| ((x * n + y) * n + z) as usize;
         let reach = REACH * volume.grid.voxel() / volume.truncation;
@@ -53,7 +53,7 @@ impl VolumePictures {
         let distance = |voxel: [u32; 3]| distance_colour(&volume, index(voxel));
         let own = |voxel: [u32; 3]| truth.instances[index(voxel)];
         let true_top = instances(n, zoom, |right, up| own([right, up, z]));
-        let grasps = sample.volume_affordance()?.map(|affordance| with_grasps(&true_top, &affordance));
+        let grasps = sample.find::<VolumeAffordance>()?.map(|affordance| with_grasps(&true_top, &affordance));
         let pictures = Self {
             seen: painter.draw(Some(&surface), None).with_few_colours(),
             truth: painter.draw(None, Some(&bodies)).with_few_colours(),

@@ -6,7 +6,7 @@ use super::{
     settings::{Exploration, ExplorationTarget, RandomRays, Touch, TouchByHand},
     spec::TouchSpec,
 };
-use crate::{job::read_hand, product::HandUse};
+use crate::{product::HandUse, sections::read_hand};
 use form::Checker;
 use sim::HandModel;
 

@@ -22,7 +22,7 @@ use super::{
     settings::{Exploration, ExplorationTarget, TouchByHand},
     still::StillAround,
 };
-use crate::{ProduceError, job::JobHand};
+use crate::{ProduceError, sections::JobHand};
 use assets::object::PreparedObject;
 use format::{Approach, BlockedProbe, Channel, Felt, HandTouch, TactileContacts, TouchContact, VoxelPair};
 use kernel::{

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::job::JobHand;
+use crate::sections::JobHand;
 
 /// Kinds of touch that go with each pair.
 #[derive(Clone, Debug, Default, PartialEq)]

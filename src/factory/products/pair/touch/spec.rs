@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::settings::{Exploration, ExplorationTarget, RandomRays, RayTarget, Touch, TouchByHand};
-use crate::job::spec::HandSpec;
+use crate::sections::spec::HandSpec;
 
 /// Tactile contacts on the hidden surface, stored with each pair.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -8,7 +8,7 @@ use super::{
     ImportedBody,
     found::{FoundBody, FoundScene, MAX_BODIES, mistake},
 };
-use crate::{job::csv_records, products::listed_pose::check_pose};
+use crate::{products::listed_pose::check_pose, sections::csv_records};
 
 /// Columns of the table.
 const COLUMNS: [&str; 9] = ["scene", "object", "x", "y", "z", "qx", "qy", "qz", "qw"];

@@ -127,7 +127,7 @@ pub fn index_columns(product: Product, channels: &[Channel]) -> Vec<IndexColumn>
 }
 
 /// One sample as it goes into the index.
-pub(super) struct IndexRow<'a> {
+pub(crate) struct IndexRow<'a> {
     pub row: &'a LedgerRow,
     /// Name and content id of the subject.
     pub subject: [&'a str; 2],

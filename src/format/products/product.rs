@@ -2,7 +2,8 @@
 
 use std::{fmt, ops::Deref};
 
-use super::{ChannelFormat, FactFormat, ProductFormat, products::PRODUCTS};
+use super::PRODUCTS;
+use crate::{ChannelFormat, FactFormat, ProductFormat};
 
 /// A product: an index into the table of products.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -166,7 +167,7 @@ mod tests {
 
     #[test]
     fn the_documentation_lists_every_channel_and_fact() {
-        let text = include_str!("../../docs/format.md");
+        let text = include_str!("../../../docs/format.md");
         for product in Product::all() {
             let (first, rest) = product.name.split_at(1);
             let section = section(text, &(first.to_uppercase() + rest));

@@ -30,7 +30,7 @@ pub const PREVIEW: &str = "preview.mcap";
 pub const REPORT: &str = "report.html";
 
 /// The files of a finished dataset in addition to run mark, manifest and shards, sorted by name.
-pub(super) fn files_of(product: Product) -> Vec<&'static str> {
+pub(crate) fn files_of(product: Product) -> Vec<&'static str> {
     let mut files = vec![ASSETS, INDEX, JOB, REJECTS];
     files.extend(product.has_splits.then_some(SPLITS));
     files.extend(product.files.iter().map(|file| file.name));

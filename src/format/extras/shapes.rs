@@ -15,18 +15,18 @@ use mcap::{
     records::{MessageHeader, Record, op},
 };
 
-use super::{
-    HandShape, ObjectShape, TrialHand,
-    row::{RUN_SCHEMAS, SHAPES},
+use super::{FileCheck, FileContext};
+use crate::{
+    FORMAT_VERSION, HandShape, ObjectShape, Product, RecordError, TrialHand,
+    products::grasps::{RUN_SCHEMAS, SHAPES},
+    storage::{
+        DatasetError,
+        durable::Temporary,
+        error::REWRITE,
+        shard::{LIBRARY, ZSTD_LEVEL},
+        shard_file::{MESSAGE_HEADER, attachment, parse, read_at, read_summary, records, unpack},
+    },
 };
-use crate::dataset::{
-    DatasetError,
-    durable::Temporary,
-    error::REWRITE,
-    shard::{LIBRARY, ZSTD_LEVEL},
-    shard_file::{MESSAGE_HEADER, attachment, parse, read_at, read_summary, records, unpack},
-};
-use crate::{FORMAT_VERSION, FileCheck, FileContext, Product, RecordError};
 use kernel::{
     files::Folder,
     ids::{JobDigest, ObjectId},
@@ -293,7 +293,7 @@ impl Shapes {
 }
 
 /// The check of the shapes, of every product that has them.
-pub(in crate::products) const SHAPES_CHECK: FileCheck = FileCheck { name: SHAPES, in_root: None, check: check_shapes };
+pub(super) static CHECK: FileCheck = FileCheck { name: SHAPES, in_root: None, check: check_shapes };
 
 /// Checks the shapes against the asset table.
 fn check_shapes(context: &FileContext<'_>) -> Vec<String> {

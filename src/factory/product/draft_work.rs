@@ -2,8 +2,11 @@
 
 use std::{fmt, ops::RangeInclusive, sync::Arc};
 
-use super::{JobObjects, ObjectsDraft};
-use crate::{plan::SubjectItems, work::Work};
+use crate::{
+    plan::SubjectItems,
+    sections::{JobObjects, ObjectsDraft},
+    work::Work,
+};
 
 /// The checked keys of a product, before its meshes are read.
 pub struct DraftWork {

@@ -1,8 +1,12 @@
 //! Products as the factory makes them: rows of a table. The job reader depends only on the rows.
 
+mod draft_work;
+
 use std::path::Path;
 
-use super::job::{DraftWork, JobContext};
+pub use draft_work::{DraftWork, MakeWork, ShardSamples, default_shard_samples};
+
+use crate::sections::JobContext;
 use form::{Checker, FormErrors, Schema};
 use format::Product;
 use sim::{HandError, HandModel};

@@ -12,18 +12,20 @@ use mcap::{
     records::{MessageHeader, Record},
 };
 
-use super::{
-    FieldHeader, ReachabilityBlock, ReachabilityField,
-    row::{FIELD, FORMAT, SCHEMAS},
-};
-use crate::FORMAT_VERSION;
-use crate::dataset::{
-    DatasetError,
-    durable::Temporary,
-    error::{REMAKE, REWRITE},
-    shard::{LIBRARY, ZSTD_LEVEL},
-    shard_file::{MAX_CHUNK_BYTES, MESSAGE_HEADER, ShardFile, invalid, parse, read_at, read_summary, records, unpack},
-    shards_folder,
+use super::{FileCheck, FileContext, RootPart};
+use crate::{
+    FORMAT_VERSION, FieldHeader, ReachabilityBlock, ReachabilityField,
+    products::reachability::{FIELD, FORMAT, SCHEMAS},
+    storage::{
+        DatasetError,
+        durable::Temporary,
+        error::{REMAKE, REWRITE},
+        shard::{LIBRARY, ZSTD_LEVEL},
+        shard_file::{
+            MAX_CHUNK_BYTES, MESSAGE_HEADER, ShardFile, invalid, parse, read_at, read_summary, records, unpack,
+        },
+        shards_folder,
+    },
 };
 use kernel::{
     files::Folder,
@@ -42,7 +44,7 @@ pub fn read_field(folder: &Folder) -> Result<ReachabilityField, DatasetError> {
 }
 
 /// Digest of the field's payload, which enters the root digest.
-pub(super) fn payload_digest(folder: &Folder) -> Result<Digest, DatasetError> {
+fn payload_digest(folder: &Folder) -> Result<Digest, DatasetError> {
     Ok(Digest::of(&read_payload(folder)?))
 }
 
@@ -112,11 +114,7 @@ fn write_mcap(
 
 /// The labels of all positions, from the blocks, one chunk of a shard in memory at a time. Blocks are of the header's planning
 /// group and of its grid.
-pub(super) fn labels_of(
-    folder: &Folder,
-    shards: &[String],
-    header: &FieldHeader,
-) -> Result<Vec<PoseLabel>, DatasetError> {
+fn labels_of(folder: &Folder, shards: &[String], header: &FieldHeader) -> Result<Vec<PoseLabel>, DatasetError> {
     let folder = shards_folder(folder);
     let (cells, positions) = (header.grid.cells(), header.grid.positions() as u64);
     let mut labels = Vec::with_capacity(cells);
@@ -198,4 +196,40 @@ fn read_payload(folder: &Folder) -> Result<Vec<u8>, DatasetError> {
 
 fn damaged(path: &Path, problem: String) -> DatasetError {
     DatasetError::Invalid { path: path.to_owned(), problem, remedy: REWRITE }
+}
+
+/// The check of the field.
+pub(super) static CHECK: FileCheck =
+    FileCheck { name: FIELD, in_root: Some(RootPart { word: "field", digest: payload_digest }), check: check_field };
+
+/// Checks the field against the shards' blocks and against itself.
+fn check_field(context: &FileContext<'_>) -> Vec<String> {
+    let words = |error: DatasetError| match error {
+        DatasetError::Invalid { problem, .. } => problem,
+        other => other.to_string(),
+    };
+    let field = match read_field(context.folder) {
+        Ok(field) => field,
+        Err(error) => return vec![words(error)],
+    };
+    // The blocks' labels are known only where every shard is intact.
+    if !context.full || !context.shards_intact {
+        return Vec::new();
+    }
+    match labels_of(context.folder, &context.manifest.shard_names(), &field.header) {
+        Ok(labels) => compare_field(&field, &labels).into_iter().collect(),
+        Err(error) => vec![error.to_string()],
+    }
+}
+
+/// Labels against the blocks', distances against recomputed ones.
+fn compare_field(field: &ReachabilityField, labels: &[PoseLabel]) -> Option<String> {
+    let others = field.labels.iter().zip(labels).filter(|(field, block)| field != block).count();
+    if others > 0 {
+        return Some(format!("{others} of {} labels are not those of the shards", labels.len()));
+    }
+    let distances = field.header.distances(labels);
+    let bits = |distance: &f32| distance.to_bits();
+    let others = field.distances.iter().zip(&distances).filter(|(a, b)| bits(a) != bits(b)).count();
+    (others > 0).then(|| format!("{others} of {} distances are not those of its labels", distances.len()))
 }

@@ -19,7 +19,7 @@ use kernel::{
 };
 
 /// Ending of the names of files that were set aside.
-pub(super) const SET_ASIDE: &str = ".bad";
+pub(crate) const SET_ASIDE: &str = ".bad";
 
 /// Purpose of a folder: `run.json`, written before any shard.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -47,7 +47,7 @@ impl RunMark {
 }
 
 /// Text of the file of a mark; equal marks have equal texts.
-pub(super) fn mark_text(mark: &RunMark) -> String {
+pub(crate) fn mark_text(mark: &RunMark) -> String {
     serde_json::to_string_pretty(mark).expect("a run mark is plain data") + "\n"
 }
 
@@ -251,7 +251,7 @@ pub fn clear_away(folder: &Folder, scan: &ShardScan) -> Result<Vec<String>, Data
 }
 
 /// The names in a folder, sorted.
-pub(super) fn sorted_names(folder: &Folder) -> Result<Vec<String>, DatasetError> {
+pub(crate) fn sorted_names(folder: &Folder) -> Result<Vec<String>, DatasetError> {
     let names = folder.names().map_err(DatasetError::io("reading", folder.path()))?;
     Ok(names.into_iter().map(|name| name.to_string_lossy().into_owned()).collect())
 }
@@ -267,7 +267,7 @@ fn hash_shard(shards: &Folder, name: &str) -> Result<Option<(Digest, u64)>, Data
 }
 
 /// A file that was compared with a size.
-pub(super) enum Hashed {
+pub(crate) enum Hashed {
     /// Digest and size [bytes] of one that is not larger.
     Whole(Digest, u64),
     /// Size of a larger one [bytes], which was not read.
@@ -275,7 +275,7 @@ pub(super) enum Hashed {
 }
 
 /// Hashes a file that is not larger than it should be [bytes].
-pub(super) fn hash_grown(folder: &Folder, name: &str, expected: u64) -> Result<Hashed, DatasetError> {
+pub(crate) fn hash_grown(folder: &Folder, name: &str, expected: u64) -> Result<Hashed, DatasetError> {
     match folder.size(name).map_err(DatasetError::io("reading", &folder.path_of(name)))? {
         size if size > expected => Ok(Hashed::Grown(size)),
         _ => hash_file(folder, name).map(|(digest, bytes)| Hashed::Whole(digest, bytes)),
@@ -283,7 +283,7 @@ pub(super) fn hash_grown(folder: &Folder, name: &str, expected: u64) -> Result<H
 }
 
 /// BLAKE3 and size of a file, read in pieces.
-pub(super) fn hash_file(folder: &Folder, name: &str) -> Result<(Digest, u64), DatasetError> {
+pub(crate) fn hash_file(folder: &Folder, name: &str) -> Result<(Digest, u64), DatasetError> {
     let hashed = folder.open(name).and_then(Digest::of_reader);
     hashed.map_err(DatasetError::io("reading", &folder.path_of(name)))
 }

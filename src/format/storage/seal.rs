@@ -13,13 +13,13 @@ const TAIL: &str = "\"\n}\n";
 const END: &str = "\n}\n";
 
 /// A table, as pretty JSON with a line end, with its seal.
-pub(super) fn sealed(text: &str) -> String {
+pub(crate) fn sealed(text: &str) -> String {
     let keys = text.strip_suffix(END).unwrap_or(text);
     format!("{keys}{HEAD}{}{TAIL}", Digest::of(text.as_bytes()))
 }
 
 /// The table without its seal; `Err` describes what is wrong with it. A table without a seal is returned unchanged.
-pub(super) fn unsealed(bytes: &[u8]) -> Result<Vec<u8>, String> {
+pub(crate) fn unsealed(bytes: &[u8]) -> Result<Vec<u8>, String> {
     let split = bytes.strip_suffix(TAIL.as_bytes()).and_then(|rest| rest.split_last_chunk::<64>());
     let Some((keys, digits)) = split.and_then(|(keys, digits)| Some((keys.strip_suffix(HEAD.as_bytes())?, digits)))
     else {

@@ -10,7 +10,7 @@ use super::{
 use kernel::ids::{Digest, ObjectId};
 
 /// Root over the rows of the asset table, in order of their objects.
-pub(super) fn asset_tree<'a>(assets: impl Iterator<Item = &'a serde_json::Value>) -> Digest {
+pub(crate) fn asset_tree<'a>(assets: impl Iterator<Item = &'a serde_json::Value>) -> Digest {
     let mut rows: Vec<_> = assets.map(|row| (object_of(row), merkle::canonical_json(row))).collect();
     rows.sort();
     let mut tree = Tree::default();
@@ -19,15 +19,15 @@ pub(super) fn asset_tree<'a>(assets: impl Iterator<Item = &'a serde_json::Value>
 }
 
 /// The object of a row of the asset table.
-pub(super) fn object_of(row: &serde_json::Value) -> Option<ObjectId> {
+pub(crate) fn object_of(row: &serde_json::Value) -> Option<ObjectId> {
     row.get("object")?.as_str().and_then(Digest::from_hex).map(ObjectId)
 }
 
 /// Subject -> (rank among the subjects' ids, name, id in hexadecimal digits).
-pub(super) type Subjects = BTreeMap<ObjectId, (u32, String, String)>;
+pub(crate) type Subjects = BTreeMap<ObjectId, (u32, String, String)>;
 
 /// The subjects of the rows of the asset table.
-pub(super) fn asset_names<'a>(
+pub(crate) fn asset_names<'a>(
     folder: &Path,
     assets: impl IntoIterator<Item = &'a serde_json::Value>,
 ) -> Result<Subjects, DatasetError> {

@@ -1,13 +1,8 @@
-//! Checks that products contribute to `verify`: of each sample's records, and of the files that only they have.
+//! Checks of each sample's records, which products contribute to `verify`.
 
-use super::{
-    Channel, Product, RecordError,
-    dataset::{DatasetError, DatasetReader, Manifest},
-};
-use kernel::{
-    files::Folder,
-    ids::{Digest, ObjectId, SampleId},
-};
+use super::{Channel, Product};
+use crate::RecordError;
+use kernel::ids::SampleId;
 
 /// Checks the records of one sample after another, on one thread, except for channels whose
 /// [decoder](crate::ChannelFormat::decode) checks everything. Records of a sample come in the order of their channels, so that a
@@ -68,42 +63,4 @@ pub struct ProductChecks {
     pub product: Product,
     /// Makes the checks of one thread.
     pub samples: fn() -> Box<dyn CheckSample>,
-    /// Checks of its extra files, in the order of [`ProductFormat::files`](crate::ProductFormat::files).
-    pub files: &'static [FileCheck],
-}
-
-/// Check of a file that only the datasets of one product have.
-pub struct FileCheck {
-    /// Name inside the dataset's folder.
-    pub name: &'static str,
-    /// Word and digest by which the file's content enters the root digest; `None` when the root does not depend on it.
-    pub in_root: Option<RootPart>,
-    /// Checks the file against the rest of the dataset; every problem in words.
-    pub check: fn(&FileContext<'_>) -> Vec<String>,
-}
-
-/// Part of a root digest that covers a file.
-pub struct RootPart {
-    /// Word before the digest.
-    pub word: &'static str,
-    /// Digest of the content of a dataset's file.
-    pub digest: fn(&Folder) -> Result<Digest, DatasetError>,
-}
-
-/// The dataset around a file that is checked.
-pub struct FileContext<'a> {
-    /// Folder of the dataset.
-    pub folder: &'a Folder,
-    /// Manifest of the dataset.
-    pub manifest: &'a Manifest,
-    /// Reader of the dataset; `None` when it cannot be opened.
-    pub reader: Option<&'a DatasetReader>,
-    /// Ids of the objects in the asset table.
-    pub objects: &'a [ObjectId],
-    /// Ids of the hands in the asset table.
-    pub hands: &'a [ObjectId],
-    /// Whether every shard matches the manifest; otherwise nothing can be compared with the samples.
-    pub shards_intact: bool,
-    /// Whether contents are to be checked, not only digests.
-    pub full: bool,
 }

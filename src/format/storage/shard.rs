@@ -111,7 +111,7 @@ impl ShardWriter {
         Self::create_packed(folder, header, CHUNK_BYTES, ZSTD_LEVEL)
     }
 
-    pub(super) fn create_packed(
+    pub(crate) fn create_packed(
         folder: &Folder,
         header: &ShardHeader,
         chunk_limit: usize,

@@ -14,7 +14,7 @@ use kernel::{
 };
 
 /// The channels of each class, sorted by topic as leaves require: indices among the shards' channels.
-pub(super) struct ClassChannels(BTreeMap<NumberClass, Vec<(&'static str, usize)>>);
+pub(crate) struct ClassChannels(BTreeMap<NumberClass, Vec<(&'static str, usize)>>);
 
 impl ClassChannels {
     /// `main` is included even when no channel has it, or no shard has named the channels.
@@ -43,7 +43,7 @@ impl ClassChannels {
 
 /// A sample's leaf of one root, small: subjects by rank, sorting as `SampleId` does.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Leaf {
+pub(crate) struct Leaf {
     subject: u32,
     item: u32,
     instance: u32,
@@ -82,7 +82,7 @@ impl Leaf {
 }
 
 /// Digests from which the root of a dataset is made, in addition to those of its tables.
-pub(super) struct Roots {
+pub(crate) struct Roots {
     /// Over the kept samples, one per class.
     pub classes: BTreeMap<NumberClass, Digest>,
     /// Over the rejects.

@@ -186,7 +186,7 @@ impl Manifest {
 
     /// Whether the dataset is the one that a folder was begun for. A dataset of one shard does not show the size of shards, nor
     /// does one whose shards end where the samples of an item end.
-    pub(super) fn is_of(&self, mark: &RunMark) -> bool {
+    pub(crate) fn is_of(&self, mark: &RunMark) -> bool {
         let largest = self.shards.iter().map(|shard| shard.samples).max().unwrap_or(0);
         let size = match &self.shards[..] {
             [first, _, ..] if !self.product.has_instances => u64::from(mark.shard_samples) == first.samples,

@@ -14,7 +14,7 @@ use super::{
     ledger::{LedgerOutline, Run},
     shard_file::{ShardFile, StoredMessage, invalid},
 };
-use crate::{Channel, RecordError};
+use crate::{Channel, Record, RecordError};
 use kernel::{
     files::{Bound, Folder},
     ids::{ItemId, ObjectId, SampleId, SampleIndex},
@@ -323,6 +323,30 @@ impl Sample {
         self.channels().find(is_alike).unwrap_or(channel)
     }
 
+    /// The record of a type, which every sample of a product with such records has.
+    ///
+    /// # Errors
+    /// When the sample is of another product, or the payload is not a valid record.
+    pub fn read<R: Record>(&self) -> Result<R, DatasetError> {
+        self.leading(self.alike(R::CHANNEL), R::DECODE)
+    }
+
+    /// The record of a type; `None` when the dataset does not store it.
+    ///
+    /// # Errors
+    /// When the payload is not a valid record.
+    pub fn find<R: Record>(&self) -> Result<Option<R>, DatasetError> {
+        self.find_at(self.alike(R::CHANNEL))
+    }
+
+    /// The record on a channel, of a type that has several channels in one product; `None` when the dataset does not store it.
+    ///
+    /// # Errors
+    /// When the payload is not a valid record.
+    pub fn find_at<R: Record>(&self, channel: Channel) -> Result<Option<R>, DatasetError> {
+        self.decoded(channel, R::DECODE)
+    }
+
     /// The record of a channel; `None` when the dataset does not store it.
     ///
     /// # Errors
@@ -452,7 +476,7 @@ const KEPT: u8 = 0x80;
 /// Marks a sample without a split.
 const NO_SPLIT: u8 = 0x7f;
 
-pub(super) fn read_splits(folder: &Folder) -> Result<SplitTable, DatasetError> {
+pub(crate) fn read_splits(folder: &Folder) -> Result<SplitTable, DatasetError> {
     let path = folder.path_of(SPLITS);
     let text = folder.read(SPLITS, Bound::DATASET_TABLE).map_err(DatasetError::io("reading", &path))?;
     let splits: SplitTable = serde_json::from_slice(&text).map_err(|error| DatasetError::Invalid {
@@ -464,7 +488,7 @@ pub(super) fn read_splits(folder: &Folder) -> Result<SplitTable, DatasetError> {
 }
 
 /// Sorts a table of splits and checks it.
-pub(super) fn checked_splits(splits: SplitTable, path: &Path) -> Result<SplitTable, DatasetError> {
+pub(crate) fn checked_splits(splits: SplitTable, path: &Path) -> Result<SplitTable, DatasetError> {
     splits.checked().map_err(|error| DatasetError::Invalid {
         path: path.to_owned(),
         problem: error.to_string(),

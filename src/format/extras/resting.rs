@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use crate::{codec::fields::pose, dataset::AssetRow};
+use crate::{codec::fields::pose, storage::AssetRow};
 use kernel::geom::{RestingPose, RestingPoses};
 
 /// Key of the poses, and of the count of further ones.
