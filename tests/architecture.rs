@@ -45,21 +45,21 @@ const CRATES: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// Rooms of the crates that have several, with the rooms of the same crate that each uses. ARCHITECTURE.md shows the same
-/// table.
+/// Rooms of the crates that have several, with the rooms of the same crate that each uses: those above it. ARCHITECTURE.md shows
+/// the same table.
 const ROOMS: &[(&str, &[&str])] = &[
     ("kernel/cancel", &[]),
+    ("kernel/geom", &[]),
     ("kernel/ids", &[]),
     ("kernel/npy", &[]),
     ("kernel/seed", &["ids"]),
     ("kernel/words", &["ids"]),
     ("kernel/files", &["words"]),
+    ("kernel/render", &["geom", "ids", "seed"]),
+    ("kernel/voxel", &["geom", "seed"]),
+    ("kernel/contact", &["geom", "voxel"]),
     ("kernel/remedy", &["files"]),
     ("kernel/description", &["files", "ids", "remedy", "words"]),
-    ("kernel/geom", &[]),
-    ("kernel/voxel", &["geom", "seed"]),
-    ("kernel/render", &["geom", "ids", "seed"]),
-    ("kernel/contact", &["geom", "voxel"]),
     ("assets/repair", &[]),
     ("assets/table", &["repair"]),
     ("assets/refuse", &["table"]),
@@ -69,23 +69,273 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("assets/prepare", &["built_in", "read", "refuse", "repair", "table"]),
     ("assets/check", &["folder", "prepare", "table"]),
     ("assets/object", &["prepare", "table"]),
+    ("form/names", &[]),
+    ("form/path", &[]),
+    ("form/pattern", &[]),
+    ("form/requirement", &[]),
+    ("form/schema", &[]),
+    ("form/source", &[]),
+    ("form/errors", &["requirement", "source"]),
+    ("form/reference", &["requirement", "schema"]),
+    ("form/document", &["errors", "path", "requirement", "source"]),
+    ("form/checker", &["document", "errors", "path", "requirement"]),
+    ("form/walk", &["checker", "document", "errors", "names", "path", "requirement", "schema"]),
+    ("form/decode", &["checker", "document", "errors", "path", "schema", "walk"]),
+    ("robot/collision", &[]),
     ("robot/kinematics", &[]),
-    ("robot/collision", &["kinematics"]),
     ("robot/hand", &["kinematics"]),
     ("robot/grasp", &["collision", "hand", "kinematics"]),
-    ("sim/error", &[]),
+    ("format/codec", &[]),
+    ("format/product_format", &["codec"]),
+    ("format/products", &["codec", "product_format"]),
+    ("format/storage", &["codec", "product_format", "products"]),
+    ("format/extras", &["codec", "products", "storage"]),
+    ("format/dataset", &["extras", "product_format", "products", "storage"]),
+    ("tables/table", &[]),
+    ("tables/index", &["table"]),
+    ("surface/band", &[]),
+    ("surface/cases", &[]),
+    ("surface/field", &[]),
+    ("surface/laplacian", &[]),
+    ("surface/mjcf", &[]),
+    ("surface/pieces", &[]),
+    ("surface/seen", &[]),
+    ("surface/volume", &[]),
+    ("surface/write", &[]),
+    ("surface/cubes", &["cases", "field"]),
+    ("surface/smooth", &["band", "field", "volume"]),
+    ("surface/joined", &["field", "seen", "smooth"]),
+    ("surface/completed", &["cubes", "field", "joined", "pieces", "seen", "smooth", "volume"]),
+    ("perception/camera", &[]),
+    ("perception/rectification", &["camera"]),
+    ("perception/frame", &["rectification"]),
+    ("perception/plane", &["frame"]),
+    ("perception/read", &["camera", "frame", "rectification"]),
+    ("perception/sheet", &["frame"]),
+    ("perception/clusters", &["frame", "plane"]),
+    ("perception/input", &["clusters", "frame", "plane"]),
+    ("perception/labels", &["clusters", "frame", "plane", "sheet"]),
+    ("perception/score", &["clusters"]),
+    ("perception/outline", &["clusters", "frame", "labels"]),
+    ("perception/scene", &["clusters", "frame", "labels", "plane", "sheet"]),
+    ("infer/npz", &[]),
+    ("infer/sample", &[]),
+    ("infer/silence", &[]),
+    ("infer/error", &["sample"]),
+    ("infer/folder", &["error", "sample"]),
+    ("infer/golden", &["error", "folder", "npz", "sample"]),
+    ("infer/onnx", &["error", "folder"]),
+    ("infer/graph", &["error", "folder", "onnx", "silence"]),
+    ("infer/model", &["error", "folder", "golden", "graph", "onnx", "sample"]),
+    ("measure/inside", &[]),
+    ("measure/interval", &[]),
+    ("measure/learned", &[]),
+    ("measure/overlap", &[]),
+    ("measure/seen_cells", &[]),
+    ("measure/seen_space", &[]),
+    ("measure/thesis_rules", &[]),
+    ("measure/mirror", &["seen_cells"]),
+    ("measure/primitive", &["seen_cells"]),
+    ("measure/surfaces", &["inside"]),
+    ("measure/baseline", &["mirror", "primitive", "seen_cells"]),
+    ("measure/geodesic", &["surfaces"]),
+    ("measure/mesh_overlap", &["inside", "surfaces"]),
+    ("runtime/completion", &[]),
+    ("runtime/reachability", &[]),
     ("sim/convert", &[]),
+    ("sim/error", &[]),
     ("sim/physics", &[]),
-    ("sim/statements", &["error"]),
     ("sim/objects", &["convert", "error"]),
+    ("sim/statements", &["error"]),
     ("sim/ffi", &["convert", "error", "objects"]),
-    ("sim/probe", &["error", "ffi"]),
     ("sim/description", &["convert", "error", "ffi", "statements"]),
+    ("sim/probe", &["error", "ffi"]),
     ("sim/render", &["convert", "error", "ffi", "objects"]),
-    ("sim/hand", &["convert", "description", "error", "ffi", "objects", "physics", "statements"]),
     ("sim/settle", &["convert", "ffi", "objects", "physics"]),
+    ("sim/hand", &["convert", "description", "error", "ffi", "objects", "physics", "statements"]),
     ("sim/trial", &["convert", "error", "ffi", "hand", "objects", "physics"]),
     ("sim/clutter", &["convert", "error", "ffi", "hand", "objects", "physics", "trial"]),
+    ("factory/clock", &[]),
+    ("factory/cluster", &[]),
+    ("factory/error", &[]),
+    ("factory/event", &[]),
+    ("factory/recent", &[]),
+    ("factory/sections", &[]),
+    ("factory/context", &["error", "event"]),
+    ("factory/plan", &["sections"]),
+    ("factory/sink", &["error"]),
+    ("factory/work", &["context", "error", "plan", "sections", "sink"]),
+    ("factory/objects", &["clock", "error", "sections", "work"]),
+    ("factory/product", &["plan", "sections", "work"]),
+    ("factory/products", &["clock", "error", "objects", "plan", "product", "recent", "sections", "sink", "work"]),
+    ("factory/job", &["product", "products", "sections", "work"]),
+    ("factory/run", &["clock", "context", "error", "event", "job", "plan", "sections", "sink", "work"]),
+    ("factory/leaks", &["context", "error", "run"]),
+    ("publish/asset", &[]),
+    ("publish/escape", &[]),
+    ("publish/grasp_types", &[]),
+    ("publish/markup", &[]),
+    ("publish/notes", &[]),
+    ("publish/picture", &[]),
+    ("publish/scene_objects", &[]),
+    ("publish/tally", &[]),
+    ("publish/chart", &["escape", "markup", "tally"]),
+    ("publish/pick_colours", &["picture"]),
+    ("publish/scene_samples", &["picture"]),
+    ("publish/templates", &["escape"]),
+    ("publish/touch_pictures", &["picture"]),
+    ("publish/headline", &["chart"]),
+    ("publish/inspection", &["chart", "notes"]),
+    ("publish/export", &["inspection"]),
+    ("publish/numbers", &["asset", "chart", "inspection", "tally"]),
+    ("publish/page", &["chart", "inspection", "notes", "picture"]),
+    ("publish/preview", &["inspection", "pick_colours", "picture"]),
+    ("publish/evaluation", &["page", "picture", "templates"]),
+    ("publish/product", &["asset", "inspection", "numbers", "picture", "preview", "scene_samples", "templates"]),
+    ("publish/touch", &["chart", "numbers", "tally"]),
+    (
+        "publish/products",
+        &[
+            "asset",
+            "chart",
+            "escape",
+            "grasp_types",
+            "headline",
+            "inspection",
+            "markup",
+            "numbers",
+            "page",
+            "pick_colours",
+            "picture",
+            "preview",
+            "product",
+            "scene_objects",
+            "scene_samples",
+            "tally",
+            "templates",
+            "touch",
+            "touch_pictures",
+        ],
+    ),
+    ("publish/counts", &["chart", "headline", "products"]),
+    ("publish/inspect", &["inspection", "products"]),
+    ("publish/panels", &["picture", "products"]),
+    ("publish/report", &["product", "products"]),
+    (
+        "publish/release",
+        &[
+            "asset",
+            "chart",
+            "inspection",
+            "markup",
+            "notes",
+            "numbers",
+            "picture",
+            "preview",
+            "product",
+            "products",
+            "report",
+            "tally",
+            "templates",
+        ],
+    ),
+    (
+        "publish/set",
+        &[
+            "asset",
+            "chart",
+            "counts",
+            "inspection",
+            "page",
+            "picture",
+            "product",
+            "products",
+            "report",
+            "scene_samples",
+            "templates",
+        ],
+    ),
+    ("publish/check", &["release"]),
+    ("cli/exit", &[]),
+    ("cli/local_path", &[]),
+    ("cli/log", &[]),
+    ("cli/parallel", &[]),
+    ("cli/scene_picture", &[]),
+    ("cli/completion_args", &["local_path"]),
+    ("cli/contacts", &["exit"]),
+    ("cli/folder", &["exit"]),
+    ("cli/machine", &["exit"]),
+    ("cli/pairs", &["exit"]),
+    ("cli/printer", &["exit", "log"]),
+    ("cli/args", &["completion_args", "local_path"]),
+    ("cli/picture", &["completion_args", "exit"]),
+    ("cli/stored_samples", &["exit", "folder"]),
+    ("cli/diff", &["args", "exit", "folder", "printer"]),
+    ("cli/docs", &["args", "exit", "printer"]),
+    ("cli/doctor", &["args", "exit", "machine", "printer"]),
+    ("cli/hand", &["args", "exit", "pairs", "printer"]),
+    ("cli/jobs", &["args", "exit", "machine", "printer"]),
+    ("cli/model", &["completion_args", "exit", "picture", "printer"]),
+    ("cli/progress", &["args", "exit", "log", "printer"]),
+    ("cli/query", &["args", "exit", "folder", "printer"]),
+    ("cli/robot", &["args", "exit", "pairs", "printer"]),
+    ("cli/segment", &["completion_args", "exit", "picture", "printer"]),
+    ("cli/true_meshes", &["exit", "stored_samples"]),
+    ("cli/completion_method", &["completion_args", "exit", "model", "stored_samples"]),
+    ("cli/meshes", &["args", "exit", "printer", "segment"]),
+    ("cli/run", &["args", "exit", "jobs", "local_path", "machine", "printer", "progress"]),
+    ("cli/task", &["args", "exit", "jobs", "local_path", "machine", "printer", "progress"]),
+    ("cli/verify", &["args", "exit", "jobs", "machine", "printer"]),
+    (
+        "cli/complete",
+        &[
+            "completion_args",
+            "completion_method",
+            "contacts",
+            "exit",
+            "machine",
+            "model",
+            "parallel",
+            "picture",
+            "printer",
+            "scene_picture",
+            "segment",
+        ],
+    ),
+    ("cli/estimate", &["args", "exit", "jobs", "machine", "printer", "progress", "run"]),
+    (
+        "cli/evaluate",
+        &[
+            "completion_args",
+            "completion_method",
+            "exit",
+            "machine",
+            "parallel",
+            "printer",
+            "stored_samples",
+            "true_meshes",
+        ],
+    ),
+    ("cli/merge", &["args", "exit", "folder", "jobs", "machine", "printer", "run"]),
+    ("cli/release", &["args", "exit", "folder", "machine", "printer", "run", "verify"]),
+    (
+        "cli/complete_dataset",
+        &[
+            "complete",
+            "completion_args",
+            "completion_method",
+            "exit",
+            "machine",
+            "parallel",
+            "picture",
+            "printer",
+            "segment",
+            "stored_samples",
+        ],
+    ),
+    ("cli/submit", &["args", "estimate", "exit", "jobs", "local_path", "machine", "printer", "progress"]),
+    ("cli/dataset", &["args", "exit", "folder", "local_path", "machine", "printer", "submit"]),
+    ("cli/set", &["args", "dataset", "exit", "jobs", "local_path", "machine", "printer", "progress", "run", "verify"]),
 ];
 
 /// Library -> the folders and files that name it.
@@ -164,12 +414,10 @@ fn code_of(path: &Path) -> String {
     code.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
 }
 
-/// The crate of a file and its room, or the crate alone.
-fn room_of(path: &Path) -> (String, String) {
-    let inside = path.strip_prefix("src").expect("path below src").with_extension("");
-    let parts: Vec<_> = inside.iter().map(|part| part.to_string_lossy().into_owned()).collect();
-    let room = format!("{}/{}", parts[0], parts.get(1).map_or("", String::as_str));
-    (parts[0].clone(), room)
+/// The crate of a file.
+fn crate_of(path: &Path) -> String {
+    let inside = path.strip_prefix("src").expect("path below src");
+    inside.iter().next().expect("a crate").to_string_lossy().into_owned()
 }
 
 /// Crates of the house and rooms of a crate that its code names.
@@ -196,35 +444,74 @@ fn paths_are_read_as_rust_reads_them() {
 }
 
 #[test]
-fn crates_and_rooms_use_only_what_the_map_says() {
+fn crates_use_only_what_the_map_says() {
     let crates: BTreeMap<&str, &[&str]> = CRATES.iter().copied().collect();
-    let rooms: BTreeMap<&str, &[&str]> = ROOMS.iter().copied().collect();
     let mut wrong = Vec::new();
     for path in sources(Path::new("src")) {
-        let (krate, room) = room_of(&path);
         // The facade names every crate, and tests may use crates above their own.
         if path.parent() == Some(Path::new("src")) || is_for_tests(&path) {
             continue;
         }
+        let krate = crate_of(&path);
         let Some(allowed) = crates.get(krate.as_str()) else {
             wrong.push(format!("{}: crate '{krate}' is not on the map", path.display()));
             continue;
         };
-        for used in rooms_named(&code_of(&path), &krate) {
-            let fits = match used.split_once('/') {
-                None => used == krate || allowed.contains(&used.as_str()),
-                Some((_, other)) => rooms
-                    .get(room.as_str())
-                    .is_none_or(|uses| used == room || uses.contains(&other) || !rooms.contains_key(used.as_str())),
-            };
+        for used in rooms_named(&code_of(&path), &krate).iter().filter(|used| !used.contains('/')) {
             // A module next to or below the file may have the same name as a crate.
-            let beside = [path.with_file_name(&used), path.with_extension("").join(&used)];
+            let beside = [path.with_file_name(used), path.with_extension("").join(used)];
             let is_own = beside.iter().any(|module| module.with_extension("rs").exists());
-            if !fits && !is_own {
-                wrong.push(format!("{}: {room} must not use {used}", path.display()));
+            if *used != krate && !allowed.contains(&used.as_str()) && !is_own {
+                wrong.push(format!("{}: {krate} must not use {used}", path.display()));
             }
         }
     }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The rooms of every crate with the rooms of the same crate that each uses, and a file that uses them. A path counts for the
+/// room that it names and for the room that defines what it names, so that a re-export hides nothing.
+fn rooms_used(modules: &Modules) -> BTreeMap<String, BTreeMap<String, PathBuf>> {
+    let mut rooms: BTreeMap<String, BTreeMap<String, PathBuf>> = BTreeMap::new();
+    for (module, file) in modules.files.iter().filter(|(module, _)| module.len() > 1) {
+        let (krate, room) = (&module[0], module[..2].join("/"));
+        let named = rooms_named(&code_of(file), krate);
+        let defining =
+            modules.used_by(module).into_iter().filter(|used| used.len() > 1).map(|used| used[..2].join("/"));
+        let uses = rooms.entry(room.clone()).or_default();
+        for used in named.into_iter().chain(defining).filter(|used| *used != room) {
+            let Some((other, name)) = used.split_once('/') else { continue };
+            if other == krate && modules.files.contains_key(&vec![other.to_owned(), name.to_owned()]) {
+                uses.entry(name.to_owned()).or_insert_with(|| file.clone());
+            }
+        }
+    }
+    rooms
+}
+
+/// Every room of a crate with several rooms has a row, which names exactly the rooms that it uses.
+#[test]
+fn rooms_use_what_the_map_says() {
+    let used = rooms_used(&Modules::read(Path::new("src")));
+    let map: BTreeMap<&str, &[&str]> = ROOMS.iter().copied().collect();
+    let krate = |room: &str| room.split('/').next().unwrap_or_default().to_owned();
+    let is_alone = |room: &str| used.keys().filter(|other| krate(other) == krate(room)).count() == 1;
+    let mut wrong = Vec::new();
+    for (room, uses) in &used {
+        let Some(allowed) = map.get(room.as_str()) else {
+            if !is_alone(room) {
+                let names: Vec<String> = uses.keys().map(|name| format!("{name:?}")).collect();
+                wrong.push(format!("no row in ROOMS: (\"{room}\", &[{}])", names.join(", ")));
+            }
+            continue;
+        };
+        let more = uses.iter().filter(|(name, _)| !allowed.contains(&name.as_str()));
+        wrong.extend(more.map(|(name, file)| format!("{}: {room} must not use {name}", file.display())));
+        let unused = allowed.iter().filter(|name| !uses.contains_key(**name));
+        wrong
+            .extend(unused.map(|name| format!("{room} does not use {name}: remove it from ROOMS and ARCHITECTURE.md")));
+    }
+    wrong.extend(map.keys().filter(|room| !used.contains_key(**room)).map(|room| format!("there is no room {room}")));
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
@@ -419,6 +706,7 @@ const FOLLOW_LINKS: &[(&str, &[&str])] = &[
             "src/robot/hand/table/",
             "src/perception/camera/",
             "src/factory/job/",
+            "src/factory/sections/",
             "src/factory/products/scenes/import/",
             "src/factory/products/views/check.rs",
             "src/publish/release/mod.rs",
@@ -438,7 +726,7 @@ const FOLLOW_LINKS: &[(&str, &[&str])] = &[
             "src/cli/hand.rs",
             "src/factory/products/",
             "src/factory/run/pilot.rs",
-            "src/format/dataset/new_folder.rs",
+            "src/format/storage/new_folder.rs",
             "src/infer/folder.rs",
         ],
     ),
