@@ -31,6 +31,7 @@ fn make(out: &Path, arguments: &[&str]) -> SetTable {
 }
 
 #[test]
+#[ignore = "slow: a set of datasets"]
 fn one_command_makes_datasets_that_share_their_objects() {
     let workspace = Workspace::new();
     let out = workspace.path("all");

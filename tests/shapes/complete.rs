@@ -127,6 +127,7 @@ fn meshes_come_in_every_form_and_mujoco_takes_the_scene() {
 }
 
 #[test]
+#[ignore = "slow: every detail and baseline"]
 fn every_detail_and_every_baseline_makes_closed_meshes_that_stay_out_of_seen_space() {
     let workspace = Workspace::new();
     let run = |name: &str, options: &[&str]| -> Value {

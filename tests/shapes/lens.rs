@@ -97,6 +97,7 @@ const LENSES: [[f64; 8]; 3] = [
 ];
 
 #[test]
+#[ignore = "slow: many pictures"]
 fn a_target_is_marked_and_named_in_the_picture_that_was_given() {
     for coefficients in LENSES {
         let workspace = Workspace::new();

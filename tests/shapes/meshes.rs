@@ -209,6 +209,7 @@ impl Written {
 }
 
 #[test]
+#[ignore = "slow: SciPy takes a minute"]
 fn the_quadratic_programme_is_solved_as_scipy_solves_it() {
     let work = Workspace::new();
     for (name, n) in [("can-01", 12), ("cup-01", 14), ("bowl-01", 14)] {

@@ -47,6 +47,7 @@ fn npy(depth: &[f32]) -> Vec<u8> {
 }
 
 #[test]
+#[ignore = "slow: several evaluations"]
 fn the_share_in_seen_space_and_loose_bodies_are_those_of_numpy() {
     let workspace = Workspace::new();
     // Returns are lost next to every jump of depth, as those of a camera.
@@ -134,6 +135,7 @@ print(json.dumps([np.mean(shares), len(shares)]))
 ";
 
 #[test]
+#[ignore = "slow: several evaluations"]
 fn evaluations_have_the_share_of_numpy_by_what_the_sensor_can_know() {
     let workspace = Workspace::new();
     for sensor in ["none", "kinect-v1"] {
