@@ -1,5 +1,5 @@
 //! Datasets from the outside: the command line, jobs, tasks of clusters, the format and its readers, damage and forgery, reports
-//! and releases, documents, and additions to the repository.
+//! and releases, and additions to the repository.
 //!
 //! Few binaries hold all integration tests, so that `support` is compiled and linked a few times only and no test waits for the
 //! last one of another binary.
@@ -7,7 +7,6 @@
 mod cli;
 mod cluster;
 mod dataset;
-mod documents;
 mod extension;
 mod integrity;
 mod jobs;

@@ -163,7 +163,7 @@ fn a_well_formed_lie_is_found_in_its_sample() {
         SmallDataset { objects: 1, shard_samples: 11, channels: vec![Channel::PAIR], ..SmallDataset::default() };
     type Lie = (&'static str, fn(&mut VoxelPair));
     let lies: [Lie; 6] = [
-        ("partial_cells says", |pair| pair.partial_cells += 1),
+        ("partial_cells states", |pair| pair.partial_cells += 1),
         ("partial cells are not in complete", |pair| {
             pair.complete = OccupancyGrid::new(pair.grid.resolution);
             pair.complete_cells = 0;
@@ -252,7 +252,7 @@ fn write_under_a_limit() {
 #[test]
 fn a_disk_that_takes_no_more_is_an_io_error_and_leaves_nothing() {
     let folder = Workspace::new();
-    let limited = "trap '' XFSZ; ulimit -f 8; exec \"$0\" --exact damage::write_under_a_limit";
+    let limited = "trap '' XFSZ; ulimit -f 8; exec \"$0\" --exact dataset::damage::write_under_a_limit";
     let bash = Program::of_system("bash").option("-c", limited).arg(env::current_exe().unwrap());
     let text = bash.env("GRASPMILL_TEST_FOLDER", folder.folder()).succeed().stdout;
     assert!(text.contains("1 passed"), "{text}");

@@ -69,7 +69,7 @@ fn a_hand_closes_and_a_grasp_is_tried() -> Result<(), Box<dyn Error>> {
     enter_shelf();
     use std::{path::Path, sync::Arc};
 
-    use graspmill::{
+    use graspmill::make::{
         collision::Geometry,
         geom::Shape,
         sim::{HandModel, HandSim, HandWorker},
@@ -83,9 +83,8 @@ fn a_hand_closes_and_a_grasp_is_tried() -> Result<(), Box<dyn Error>> {
     let run = worker.close(2000);
 
     assert!(!run.touches.is_empty(), "the fingers meet the ball");
-    use graspmill::{
-        assets::MeshSource,
-        object::PreparedObject,
+    use graspmill::make::{
+        MeshSource, PreparedObject,
         sim::{TrialConditions, TrialSim, TrialWorker, mass_of_volume},
     };
 
@@ -106,11 +105,7 @@ fn a_hand_closes_and_a_grasp_is_tried() -> Result<(), Box<dyn Error>> {
 #[test]
 fn a_map_answers() -> Result<(), Box<dyn Error>> {
     enter_shelf();
-    use graspmill::{
-        files::Folder,
-        geom::Pose,
-        runtime::{EndEffectorVolume, Obstacle, ReachabilityMap},
-    };
+    use graspmill::runtime::{EndEffectorVolume, Folder, Obstacle, Pose, ReachabilityMap};
 
     let mut map = ReachabilityMap::open(&Folder::at("datasets/fetch-reachability"))?;
     let poses = [[0.6, 0.1, 0.9, 0.0, 0.5, 0.2], [0.7, -0.2, 0.8, 0.0, 0.5, 0.0]];

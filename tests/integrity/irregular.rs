@@ -93,7 +93,7 @@ fn files_of_a_dataset_that_are_no_files_are_refused() {
             if ["manifest.json", "assets.json", "splits.json"].contains(&file) || file.starts_with("shards") {
                 let python = Program::python_lines(READ).arg(&data).env("PYTHONPATH", repository_path("python"));
                 let said = refused(python, &format!("Python's reader of {file}, {kind}"));
-                let is_named = said.contains("no regular file") || said.contains("it is a symbolic link");
+                let is_named = said.contains("not a regular file") || said.contains("it is a symbolic link");
                 assert!(is_named, "{file}, {kind}: {said}");
                 tried += 1;
             }

@@ -88,7 +88,7 @@ fn notes_on_sound_meshes_are_apart_from_warnings() {
 #[test]
 fn run_inspect_report_and_card_begin_with_the_same_words() {
     // As deep as the small datasets, so that the paths in their jobs lead where they did.
-    let workspace = Workspace::kept("publish-words");
+    let workspace = Workspace::kept("fixtures/publish-words");
     let about = workspace.write("about.toml", ABOUT);
     let expected = [
         ("completion", "samples of 1 object"),
@@ -129,12 +129,12 @@ fn counts_of_runs_are_the_sums_of_their_rows() {
 fn noise_that_a_job_orders_is_no_error() {
     let workspace = Workspace::new();
     let job = format!("objects = [{{ built_in = [\"box-01\"] }}]\nviews = {{ even = 3 }}\n{NO_SPLIT}");
-    let noise = "observed outside the solid: noise of the job's sensor (d435)";
+    let noise = "observed outside the solid: noise of the sensor (d435)";
     let error = "observed outside the solid (an error in standard data)";
     for (name, setting, says, facts) in [
         ("perfect", "name=perfect", error, Value::Null),
         ("noisy", "sensor.profile=d435", noise, "d435".into()),
-        ("centres", "truth.rule=centre", "allowed by the job's truth rule centre", Value::Null),
+        ("centres", "truth.rule=centre", "allowed by the truth rule centre", Value::Null),
     ] {
         let data = workspace.make_dataset(name, &job, &[setting]);
         let page = page_of(&data);

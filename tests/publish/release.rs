@@ -311,7 +311,7 @@ fn a_pattern_of_licences_replaces_nothing_that_is_known() {
     // By its name.
     let (said, rows, page) =
         make("named", &format!("{all}\nscan = {{ licence = \"CC0-1.0\", attribution = \"A. Buyer\" }}"));
-    let told = "the about file states CC0-1.0 for scan, in place of CC-BY-4.0 (the dataset); LICENCES.md shows both";
+    let told = "the about file states CC0-1.0 for scan, instead of CC-BY-4.0 (the dataset); LICENCES.md shows both";
     assert!(said.contains(told), "{said}");
     assert_eq!(rows["scan"]["licence"], "CC0-1.0");
     assert_eq!(rows["scan"]["replaces"]["licence"], "CC-BY-4.0");

@@ -94,7 +94,7 @@ fn targets_are_chosen_by_number_and_pixel_and_others_are_obstacles() {
     for (target, says) in [
         ("6", "the picture has 5 objects"),
         ("0", "the picture has 5 objects"),
-        ("5,5", "no object is at that pixel"),
+        ("5,5", "the pixel shows the table, not an object"),
         ("320,5", "320 x 240 pixels"),
         ("cup", "not a valid target"),
     ] {
@@ -266,7 +266,7 @@ fn refused_objects_mean_three_and_refused_models_two() {
     assert!(said.contains("no objects found"), "{said}");
     let run = Program::on("complete", PICTURE).option("--intrinsics", CAMERA_FILE);
     let said = run.option("--model", workspace.folder()).option("--out", workspace.path("x")).expect_code(2).stderr;
-    assert!(said.contains("model.json") && said.contains("is it a model's folder"), "{said}");
+    assert!(said.contains("model.json") && said.contains("a model folder must contain"), "{said}");
     assert!(!workspace.path("x").exists());
 }
 

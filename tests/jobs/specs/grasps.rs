@@ -82,7 +82,7 @@ fn mistakes_are_shown_at_once_with_their_places() {
         assert!(found.iter().any(|(found, _)| *found == key), "{key} is not in {found:?}");
     }
     let said = errors.render();
-    for part in ["did you mean `contact`?", "did you mean `steps`?", "expected one of clamped", "a table with scene"] {
+    for part in ["did you mean `contact`?", "did you mean `steps`?", "expected one of clamped", "a table with model"] {
         assert!(said.contains(part), "{part} is not in\n{said}");
     }
     for (overrides, key, part) in [

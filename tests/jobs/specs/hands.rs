@@ -73,7 +73,7 @@ fn mistakes_about_hands_say_what_was_meant() {
         (&[&scene, "touch.grasp=true", "touch.approaches=3"], "touch.exploration", &["beside `approaches`"]),
         (&[&scene, "touch.exploration=true", "touch.approaches=0"], "touch.approaches", &["from 1 to 1000"]),
         (&[&scene, "touch.exploraton=true"], "touch.exploraton", &["did you mean `exploration`?"]),
-        (&["touch={grasp=true, hand='a.xml'}"], "touch.hand", &["a table with scene"]),
+        (&["touch={grasp=true, hand='a.xml'}"], "touch.hand", &["a table with model"]),
         (
             &["touch.grasp=true", "touch.hand.model=none.xml"],
             "touch.hand.model",

@@ -157,9 +157,9 @@ impl MeaningView {
 /// Meaning of observed cells that are not solid: noise that the job requests is not a mistake.
 fn seen_outside_in_words(facts: &CompletionInspection) -> String {
     match (&facts.sensor, &facts.truth) {
-        (Some(sensor), _) => format!("observed outside the solid: noise of the job's sensor ({sensor})"),
+        (Some(sensor), _) => format!("observed outside the solid: noise of the sensor ({sensor})"),
         (None, Some(truth)) if truth != ALL_OF_SURFACE => {
-            format!("observed outside the solid, allowed by the job's truth rule {truth}")
+            format!("observed outside the solid, allowed by the truth rule {truth}")
         }
         _ => "observed outside the solid (an error in standard data)".to_owned(),
     }
