@@ -220,7 +220,7 @@ mod tests {
                 let node = graph(proto).node.iter_mut().find(|node| node.name == "behind");
                 node.expect("a node").domain = "com.example".to_owned();
             }),
-            ("weights 'behind.weight' lie in another file", &|proto| {
+            ("weights 'behind.weight' are in another file", &|proto| {
                 let tensor = graph(proto).initializer.iter_mut().find(|tensor| tensor.name == "behind.weight");
                 let tensor = tensor.expect("a tensor");
                 tensor.raw_data = Vec::new();

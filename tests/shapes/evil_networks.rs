@@ -221,9 +221,9 @@ fn tensors_in_other_files_are_refused_wherever_they_may_be() {
         network
     };
     for (network, words) in [
-        (in_graph(5, &external), "weights 'away' lie in another file"),
+        (in_graph(5, &external), "weights 'away' are in another file"),
         (in_graph(15, &sparse), "it has sparse initializers"),
-        (in_attribute(bytes(5, &external)), "weights 'away' lie in another file"),
+        (in_attribute(bytes(5, &external)), "weights 'away' are in another file"),
         (in_attribute(bytes(10, &external)), "an attribute that is a list of tensors"),
         (in_attribute(bytes(22, &sparse)), "an attribute that is a sparse tensor"),
         (in_attribute(bytes(23, &sparse)), "an attribute that is a sparse tensor"),

@@ -123,5 +123,5 @@ fn model_check_says_what_a_model_is_and_refuses_a_changed_one() {
     let said = Program::new("model").arg("check").arg(&copy).expect_code(4).stderr;
     assert!(said.contains("model.onnx") && said.contains("fetch the model again"), "{said}");
     let said = Program::new("model").arg("check").arg(workspace.folder()).expect_code(2).stderr;
-    assert!(said.contains("is it a model's folder"), "{said}");
+    assert!(said.contains("a model folder must contain"), "{said}");
 }
