@@ -248,7 +248,7 @@ mod tests {
         let product = Product::all().next().expect("a product");
         assert_eq!(kept_words(8, 8, product), format!("kept: 8 {}", product.samples.many));
         let (one, many) = (product.samples.one, product.samples.many);
-        let said = format!("kept: 1 {one}; lost: 7 {many} of shards that were not finished");
+        let said = format!("kept: 1 {one}; lost: 7 {many} of unfinished shards");
         assert_eq!(kept_words(8, 1, product), said);
     }
 

@@ -211,12 +211,12 @@ mod tests {
     fn mistakes_name_their_line() {
         for (text, says) in [
             ("1,2,3,0,0,0\n1,2,3,0,0\n", "poses.csv:2: 5 values; give six numbers"),
-            ("1,2,3,0,0,0\n1,2,3,0,0,0deg\n", "poses.csv:2: yaw = '0deg' is no finite number"),
+            ("1,2,3,0,0,0\n1,2,3,0,0,0deg\n", "poses.csv:2: yaw = '0deg' is not a finite number"),
             ("1,2,3,0,nan,0\n", "poses.csv:1: pitch = 'nan'"),
             ("x,y,z,roll,pitch\n", "no column is named yaw"),
             ("x,y,z,roll,pitch,yaw\n1,2,3,0,0\n", "poses.csv:2: 5 columns, fewer"),
-            ("x,y,z,roll,pitch,yaw\n", "no pose in it"),
-            ("", "no pose in it"),
+            ("x,y,z,roll,pitch,yaw\n", "contains no pose"),
+            ("", "contains no pose"),
         ] {
             let error = read(text).unwrap_err();
             assert!(error.contains(says), "{error}");

@@ -300,7 +300,7 @@ mod tests {
             words(1000, 13_068),
             "0 of 1000 samples made again differ: with 95 % confidence less than 0.3 % of all 13068 do"
         );
-        assert_eq!(words(36, 36), "0 of 36 samples made again differ: these are all");
+        assert_eq!(words(36, 36), "0 of 36 samples made again differ: all were checked");
         // The recommended number reaches the bound.
         assert!(made(SAMPLES_FOR_A_PERCENT, u64::MAX).bound() <= 0.01);
     }

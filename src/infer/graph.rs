@@ -211,7 +211,7 @@ mod tests {
             ("operator set 17; export the network with operator set 18", &|proto| proto.opset_import[0].version = 17),
             ("operator set is not stated", &|proto| proto.opset_import.clear()),
             ("it has no graph", &|proto| proto.graph = None),
-            ("operator Loop at node 'behind' is not run", &|proto| {
+            ("operator Loop at node 'behind' is not supported", &|proto| {
                 let node = graph(proto).node.iter_mut().find(|node| node.name == "behind");
                 node.expect("a node").op_type = "Loop".to_owned();
             }),
@@ -228,20 +228,20 @@ mod tests {
                 let value = "../../../etc/passwd".to_owned();
                 tensor.external_data.push(StringStringEntryProto { key: "location".to_owned(), value });
             }),
-            ("inputs are free, partial; model.json says partial, free", &|proto| graph(proto).input.swap(0, 1)),
-            ("inputs are partial; model.json", &|proto| _ = graph(proto).input.pop()),
-            ("outputs are occupancy; model.json", &|proto| _ = graph(proto).output.pop()),
+            ("inputs are free, partial, but model.json states partial, free", &|proto| graph(proto).input.swap(0, 1)),
+            ("inputs are partial, but model.json", &|proto| _ = graph(proto).input.pop()),
+            ("outputs are occupancy, but model.json", &|proto| _ = graph(proto).output.pop()),
             ("free is float32 of shape (?, 1, 32, 40, 40)", &|proto| dims(&mut graph(proto).input[1], 2, 32)),
             ("partial is float32 of shape (8, 1, 40, 40, 40)", &|proto| dims(&mut graph(proto).input[0], 0, 8)),
-            ("no node makes the output coverage", &|proto| {
+            ("no node produces the output coverage", &|proto| {
                 let graph = graph(proto);
                 graph.node.retain(|node| node.output != ["coverage"]);
             }),
-            ("'behind.weight' has another size than its shape (2, 3, 3, 3, 13) says", &|proto| {
+            ("'behind.weight' has a size that differs from its shape (2, 3, 3, 3, 13)", &|proto| {
                 let tensor = graph(proto).initializer.iter_mut().find(|tensor| tensor.name == "behind.weight");
                 tensor.expect("a tensor").dims[1] = 3;
             }),
-            ("has another size than its shape", &|proto| {
+            ("has a size that differs from its shape", &|proto| {
                 let tensor = graph(proto).initializer.iter_mut().find(|tensor| tensor.name == "behind.weight");
                 tensor.expect("a tensor").raw_data.truncate(12);
             }),
@@ -251,7 +251,7 @@ mod tests {
             assert!(said.contains(says), "{says}: {said}");
         }
         let text = open(b"{\"a\": 1}", &outputs()).err().expect("a refusal").to_string();
-        assert!(text.contains("it is no ONNX model"), "{text}");
+        assert!(text.contains("it is not an ONNX model"), "{text}");
     }
 
     #[test]

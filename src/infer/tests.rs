@@ -143,7 +143,9 @@ fn folders_that_are_no_model_are_refused_with_file_and_remedy() {
     };
     type Change<'a> = &'a dyn Fn(&Path);
     let changes: [(&str, &str, Change<'_>); 17] = [
-        ("model.json", "is it a model's folder", &|folder| fs::remove_file(folder.join("model.json")).expect("gone")),
+        ("model.json", "a model folder must contain", &|folder| {
+            fs::remove_file(folder.join("model.json")).expect("gone")
+        }),
         ("model.json", "unknown field `colour`", &|folder| replace(folder, "\"seed\"", "\"colour\": 1, \"seed\"")),
         ("model.json", "missing field `steps`", &|folder| replace(folder, "\"steps\": 0,", "")),
         ("model.json", "format = \"graspmill model 2\"", &|folder| replace(folder, "model 1", "model 2")),
@@ -152,7 +154,7 @@ fn folders_that_are_no_model_are_refused_with_file_and_remedy() {
             replace(folder, "graspmill model 1", "graspmill heatmap model 1");
             replace(folder, "\"resolution\"", "\"stride\"");
         }),
-        ("model.json", "resolution = 32; this program takes 40", &|folder| {
+        ("model.json", "resolution = 32; this program supports 40", &|folder| {
             replace(folder, "\"resolution\": 40", "\"resolution\": 32");
         }),
         ("model.json", "in this order", &|folder| replace(folder, "\"partial\"", "\"touch\"")),
@@ -197,7 +199,7 @@ fn stored_answers_of_another_network_do_not_agree() {
     let whole = fs::read(&golden).expect("bytes");
     assert!(rewrite(&whole).expect("samples").agrees());
     let said = rewrite(b"no archive").expect_err("no archive").to_string();
-    assert!(said.contains("golden.npz") && said.contains("no ZIP archive"), "{said}");
+    assert!(said.contains("golden.npz") && said.contains("not a ZIP archive"), "{said}");
     let said = rewrite(include_bytes!("test_data/stored.npz")).expect_err("other arrays").to_string();
-    assert!(said.contains("the array 'a' is none of partial, free, occupancy, coverage"), "{said}");
+    assert!(said.contains("the array 'a' is not one of partial, free, occupancy, coverage"), "{said}");
 }

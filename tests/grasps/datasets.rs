@@ -625,9 +625,7 @@ fn loose_parts_are_refused_for_grasps_unless_the_job_joins_them() {
     let workspace = write_job_in_parts("grasps", "");
     let said_apart = workspace.run_job("job", "data").expect_code(3).stdout;
     let said = &said_apart;
-    for words in
-        ["parts.stl: has 2 parts that nothing joins: the nearest two are 30.0 mm apart", "set bodies = \"join\""]
-    {
+    for words in ["parts.stl: has 2 separate parts: the nearest two are 30.0 mm apart", "set bodies = \"join\""] {
         assert!(said.contains(words), "{said}");
     }
     let assets = read_json(workspace.path("data/assets.json"));

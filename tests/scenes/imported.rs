@@ -362,7 +362,7 @@ fn a_dataset_of_bop_comes_back_as_scenes() {
     assert_intact(workspace.make_dataset("again", &views, &[]), FULL_CHECK);
 
     // An unknown model, and an image that is not there.
-    for (more, expected) in [("objects = { \"1\" = \"cup\" }", "obj_id 1"), ("images = [9]", "none of number 9")] {
+    for (more, expected) in [("objects = { \"1\" = \"cup\" }", "obj_id 1"), ("images = [9]", "no image 9")] {
         let file = workspace.write("job.toml", import(more));
         let said = Program::run_job(file, workspace.path("none")).expect_code(2).stderr;
         assert!(said.contains(expected), "{said}");

@@ -104,9 +104,11 @@ fn random_networks_answer_as_in_onnx_runtime() {
 #[test]
 fn model_check_says_what_a_model_is_and_refuses_a_changed_one() {
     let said = Program::new("model").arg("check").arg(MODEL).succeed().stdout;
-    for words in
-        ["thicken: input partial, free, 40 cells along each axis", "golden.npz: 2 samples; largest difference", " 0 different cells"]
-    {
+    for words in [
+        "thicken: input partial, free, 40 cells along each axis",
+        "golden.npz: 2 samples; largest difference",
+        " 0 different cells",
+    ] {
         assert!(said.contains(words), "{words}: {said}");
     }
     let report = Program::new("model").arg("check").arg(MODEL).read_json();

@@ -365,7 +365,7 @@ bowl = { licence = "proprietary", redistribute = false, derived = true }
             ("2026-11-22", "2026-02-29", 4, "YYYY-MM-DD"),
             ("licence = \"CC-BY-4.0\"", "licence = \"free\"", 6, "SPDX"),
             ("0097", "0098", 11, "ORCID"),
-            ("\"mug-*\"", "\"mugs-*\"", 18, "fits none of bowl, mug-01, mug-02"),
+            ("\"mug-*\"", "\"mugs-*\"", 18, "matches none of bowl, mug-01, mug-02"),
             ("\"mug-*\" = \"CC0-1.0\"", "\"mug-*\" = 3", 18, "expected a string, or a table"),
             ("redistribute", "redistributes", 19, "redistribute"),
             ("name = \"The Makers\"", "name = \"The Makers\"\naffiliation = \"here\"", 16, "Family, Given"),

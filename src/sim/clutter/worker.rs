@@ -540,7 +540,7 @@ mod tests {
             ClutterSim::new(&gripper(), scene, target, awake).expect_err("no such body").to_string()
         };
         assert!(refusal(&wrong, 1, &[true]).contains("body 1 to grasp"));
-        assert!(refusal(&wrong, 0, &[]).contains("of 0 said"));
+        assert!(refusal(&wrong, 0, &[]).contains("0 states of being awake"));
         wrong.scene_from_objects[0].translation.x = f64::NAN;
         assert!(refusal(&wrong, 0, &[true]).contains("the pose of body 0 is not finite"));
     }

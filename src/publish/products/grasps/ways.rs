@@ -72,10 +72,7 @@ mod tests {
     fn shares_are_of_all_closed_grasps() {
         let facts = WayFacts { in_the_air: [1, 0, 1, 6], on_a_table: [5, 0, 2, 1] };
         let [in_the_air, on_a_table] = facts.in_words();
-        assert_eq!(
-            in_the_air,
-            "ways that are free of the object: both 75.0 %, posture 12.5 %, opened 0 %, none 12.5 %"
-        );
+        assert_eq!(in_the_air, "free approaches with the object: both 75.0 %, posture 12.5 %, opened 0 %, none 12.5 %");
         assert!(on_a_table.ends_with("both 12.5 %, posture 25.0 %, opened 0 %, none 62.5 %"), "{on_a_table}");
     }
 }

@@ -279,7 +279,7 @@ fn pose_of<To: kernel::geom::Frame, From: kernel::geom::Frame>(
 mod tests {
     use super::*;
 
-    const CAMERA: &str = r#"{"3": {"cam_K": [1,0,0,0,1,0,0,0,1], "cam_R_w2c": [1,0,0,0,-1,0,0,0,-1], "cam_t_w2c": \
+    const CAMERA: &str = r#"{"3": {"cam_K": [1,0,0,0,1,0,0,0,1], "cam_R_w2c": [1,0,0,0,-1,0,0,0,-1], "cam_t_w2c":
                             [0,0,700]},
         "12": {"cam_K": [1,0,0,0,1,0,0,0,1], "cam_R_w2c": [1,0,0,0,-1,0,0,0,-1], "cam_t_w2c": [0,0,700]}}"#;
 
