@@ -4,6 +4,7 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
+    sync::LazyLock,
 };
 
 use graspmill::format::Product;
@@ -471,13 +472,12 @@ fn crates_use_only_what_the_map_says() {
 
 /// The rooms of every crate with the rooms of the same crate that each uses, and a file that uses them. A path counts for the
 /// room that it names and for the room that defines what it names, so that a re-export hides nothing.
-fn rooms_used(modules: &Modules) -> BTreeMap<String, BTreeMap<String, PathBuf>> {
+fn rooms_used(modules: &Modules, graph: &Graph) -> BTreeMap<String, BTreeMap<String, PathBuf>> {
     let mut rooms: BTreeMap<String, BTreeMap<String, PathBuf>> = BTreeMap::new();
     for (module, file) in modules.files.iter().filter(|(module, _)| module.len() > 1) {
         let (krate, room) = (&module[0], module[..2].join("/"));
         let named = rooms_named(&code_of(file), krate);
-        let defining =
-            modules.used_by(module).into_iter().filter(|used| used.len() > 1).map(|used| used[..2].join("/"));
+        let defining = graph[module].iter().filter(|used| used.len() > 1).map(|used| used[..2].join("/"));
         let uses = rooms.entry(room.clone()).or_default();
         for used in named.into_iter().chain(defining).filter(|used| *used != room) {
             let Some((other, name)) = used.split_once('/') else { continue };
@@ -492,7 +492,8 @@ fn rooms_used(modules: &Modules) -> BTreeMap<String, BTreeMap<String, PathBuf>> 
 /// Every room of a crate with several rooms has a row, which names exactly the rooms that it uses.
 #[test]
 fn rooms_use_what_the_map_says() {
-    let used = rooms_used(&Modules::read(Path::new("src")));
+    let (modules, graph) = &*MODULES;
+    let used = rooms_used(modules, graph);
     let map: BTreeMap<&str, &[&str]> = ROOMS.iter().copied().collect();
     let krate = |room: &str| room.split('/').next().unwrap_or_default().to_owned();
     let is_alone = |room: &str| used.keys().filter(|other| krate(other) == krate(room)).count() == 1;
@@ -918,6 +919,16 @@ fn only_the_tables_name_a_product() {
 /// A module's path, its crate first: `["kernel", "geom", "field"]`.
 type ModulePath = Vec<String>;
 
+/// The modules that each module uses.
+type Graph = BTreeMap<ModulePath, BTreeSet<ModulePath>>;
+
+/// All modules, read once for all tests.
+static MODULES: LazyLock<(Modules, Graph)> = LazyLock::new(|| {
+    let modules = Modules::read(Path::new("src"));
+    let graph = modules.files.keys().map(|module| (module.clone(), modules.used_by(module))).collect();
+    (modules, graph)
+});
+
 /// The files of all crates as modules, and the imports of each.
 struct Modules {
     files: BTreeMap<ModulePath, PathBuf>,
@@ -1080,7 +1091,7 @@ fn paths_in(code: &str) -> Vec<Vec<String>> {
 
 /// Groups of files of which each reaches every other (Tarjan's algorithm, by two searches from each file: the graph is
 /// small), as sorted names.
-fn circles(graph: &BTreeMap<ModulePath, BTreeSet<ModulePath>>) -> BTreeSet<Vec<ModulePath>> {
+fn circles(graph: &Graph) -> BTreeSet<Vec<ModulePath>> {
     let reach = |start: &ModulePath| {
         let (mut seen, mut open) = (BTreeSet::new(), vec![start]);
         while let Some(at) = open.pop() {
@@ -1098,7 +1109,7 @@ fn circles(graph: &BTreeMap<ModulePath, BTreeSet<ModulePath>>) -> BTreeSet<Vec<M
 }
 
 /// The shortest way from a file back to itself.
-fn shortest_circle(graph: &BTreeMap<ModulePath, BTreeSet<ModulePath>>, start: &ModulePath) -> Vec<ModulePath> {
+fn shortest_circle(graph: &Graph, start: &ModulePath) -> Vec<ModulePath> {
     let mut paths = vec![vec![start.clone()]];
     let mut seen = BTreeSet::new();
     loop {
@@ -1138,12 +1149,10 @@ fn imports_are_read_as_rust_reads_them() {
 
 #[test]
 fn files_stand_in_no_circle() {
-    let modules = Modules::read(Path::new("src"));
-    let graph: BTreeMap<ModulePath, BTreeSet<ModulePath>> =
-        modules.files.keys().map(|module| (module.clone(), modules.used_by(module))).collect();
+    let (modules, graph) = &*MODULES;
     let name = |module: &ModulePath| modules.files[module].to_string_lossy().into_owned();
-    let in_circles = circles(&graph).into_iter().flatten();
-    let paths = in_circles.map(|file| shortest_circle(&graph, &file).iter().map(name).collect::<Vec<String>>());
+    let in_circles = circles(graph).into_iter().flatten();
+    let paths = in_circles.map(|file| shortest_circle(graph, &file).iter().map(name).collect::<Vec<String>>());
     let wrong: Vec<String> = paths.map(|path| path.join(" -> ")).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
