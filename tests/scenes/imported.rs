@@ -124,7 +124,7 @@ fn scenes_of_a_split_have_objects_of_its_side() {
     let refused = workspace.write("refused.toml", job(import, NO_SPLIT));
     let said = Program::run_job(refused, workspace.path("none")).expect_code(2).stderr;
     assert!(
-        said.contains("scene apart") && said.contains("is no test object") && said.contains("import.split"),
+        said.contains("scene apart") && said.contains("does not have the split test") && said.contains("import.split"),
         "{said}"
     );
     let split = "[split]\nvalidation_objects = 0\ntest_objects = [\"can-01\", \"box-01\"]\n";

@@ -261,7 +261,7 @@ fn mistakes_are_said_with_key_and_remedy() {
         (format!("count = 0\n{scenes}"), "count"),
         (format!("count = 21\n{scenes}"), "count"),
         (format!("count = {{ min = 5, max = 2 }}\n{scenes}"), "count.min"),
-        ("count = 2".to_owned(), "say how many"),
+        ("count = 2".to_owned(), "set their number"),
         (format!("mode = \"table\"\ncontainer = {{ wall = 0.02 }}\n{scenes}"), "a bin has a container"),
         (format!("mode = \"bin\"\ntable = {{ size = [1.0, 1.0] }}\n{scenes}"), "table"),
         (format!("mode = \"heaps\"\n{scenes}"), "mode"),

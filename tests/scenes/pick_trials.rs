@@ -60,7 +60,7 @@ fn bodies_far_away_change_hardly_a_trial() {
     workspace.make_dataset("scenes", &scenes_job(keys), &[]);
     workspace.make_dataset("grasps", &grasps_job(), &[]);
     let made = ["near", "all"].map(|awake| {
-        verdicts(&workspace.make_dataset(awake, &picks_job(&format!("trials = 8\nawake = \"{awake}\"")), &[]))
+        verdicts(&workspace.make_dataset(awake, &picks_job(&format!("trials = 8\nmovable = \"{awake}\"")), &[]))
     });
     let [near, all] = &made;
     assert!(near.keys().eq(all.keys()));

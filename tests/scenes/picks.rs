@@ -332,7 +332,7 @@ fn stored_grasps_are_taken_by_their_verdicts_and_labels() {
         }
     };
     for take in ["kept", "closed", "tried", "held"] {
-        let job = picks_job(&format!("trials = 0\nrolls = 1\ntake = \"{take}\""));
+        let job = picks_job(&format!("trials = 0\nrolls = 1\ngrasps = \"{take}\""));
         let picks = workspace.make_dataset(&format!("picks-{take}"), &job, &[]);
         let mut bodies = 0;
         for record in samples(&picks).iter().map(candidates) {

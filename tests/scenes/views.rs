@@ -358,7 +358,7 @@ fn mistakes_of_views_are_said_with_key_and_remedy() {
         ("{ overhead = { height = 0.5 } }", "the name of a camera, or `width`, `height` and `fx`"),
         ("{ overhead = { height = 0.5 }, preset = \"d999\" }", "views.cameras[0].preset"),
         ("{ overhead = { height = 0.5 }, preset = \"d435-848x480\", width = 10 }", "the preset defines its camera"),
-        ("{ overhead = { height = 0.5 }, views = 2, preset = \"d435-848x480\" }", "one view each"),
+        ("{ overhead = { height = 0.5 }, views = 2, preset = \"d435-848x480\" }", "a fixed pose is one view"),
         (
             "{ shell = { radius = [0.8, 0.5], polar_deg = [0, 10] }, preset = \"d435-848x480\" }",
             "the lower number first",
