@@ -335,7 +335,7 @@ mod tests {
             (POSES, "{\"12\": {}}", first, ["camera.json:1:", "the camera of image 3"]),
             (&mirrored, CAMERA, first, ["gt.json:3:", "left-handed"]),
             (&scaled, CAMERA, first, ["gt.json:3:", "differs from one by 3.000"]),
-            (&twice, CAMERA, first, ["gt.json:5:", "image 3 stands there twice"]),
+            (&twice, CAMERA, first, ["gt.json:5:", "image 3 is listed twice"]),
             (&short, CAMERA, first, ["gt.json:3:", "invalid length 2"]),
             ("[]", CAMERA, first, ["gt.json:1:", "scene_gt.json of BOP"]),
             ("{}", CAMERA, first, ["gt.json:1:", "at least one image"]),
