@@ -137,8 +137,7 @@ pub mod make {
 /// Publish datasets: reports, cards, exports, previews and releases.
 ///
 /// [`report`](publish::report) writes one page without scripts or links to other servers;
-/// [`make_release`](publish::make_release) adds card, licences, provenance and digests; [`export`](publish::export) writes other
-/// formats. `examples/publish.rs` is a whole program.
+/// `make_release` adds card, licences, provenance and digests; `export` writes other formats. `examples/publish.rs` is a whole program.
 ///
 /// ```no_run
 /// use graspmill::publish::{Folder, inspect, report};
