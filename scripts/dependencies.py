@@ -28,7 +28,7 @@ ROOT = Path(__file__).resolve().parent.parent
 # Folders of a profile's target folder that hold artifacts; names in them end in a hash of 16 digits.
 FOLDERS = (".fingerprint", "build", "deps")
 KEPT_KEYS = 2
-HASHED = re.compile(r"^(?:lib)?(?P<name>.+?)-[0-9a-f]{16}(?:\..+)?$")
+HASHED = re.compile(r"^(?P<name>.+?)-[0-9a-f]{16}(?:\..+)?$")
 
 
 def cache_folder():
@@ -65,7 +65,9 @@ def registry_packages(lockfile):
 def is_kept(name, libraries):
     """Whether a file or folder in one of `FOLDERS` belongs to a package from a registry."""
     match = HASHED.match(name)
-    return bool(match) and match.group("name").replace("-", "_") in libraries
+    stem = match.group("name").replace("-", "_") if match else ""
+    # Artifacts of the package `serde` are called libserde, and folders of the package `libc` are called libc.
+    return stem in libraries or (stem.startswith("lib") and stem[3:] in libraries)
 
 
 def library_names(packages):
@@ -155,7 +157,8 @@ def self_test():
     lockfile = ('[[package]]\nname = "own"\nversion = "1"\n[[package]]\nname = "tract-core"\nversion = "1"\n'
                 'source = "registry+https://index"\n')
     assert registry_packages(lockfile) == {"tract_core"}
-    libraries = {"tract_core", "serde"}
+    libraries = {"tract_core", "serde", "libc"}
+    assert is_kept("libc-0123456789abcdef", libraries) and is_kept("liblibc-0123456789abcdef.rlib", libraries)
     assert is_kept("libtract_core-0123456789abcdef.rlib", libraries)
     assert is_kept("tract-core-0123456789abcdef", libraries)
     assert is_kept("tract_core-0123456789abcdef.d", libraries)

@@ -165,7 +165,7 @@ fn training_pairs(reader: &DatasetReader) -> Result<TrainingPairs, Failure> {
     Ok(pairs)
 }
 
-/// Mean grid, thresholded at the share that fits the validation objects best, or the training objects if there are none.
+/// Mean grid, thresholded at the share that fits the validation objects best; a dataset without validation objects uses its training objects.
 fn mean_of(reader: &DatasetReader) -> Result<CompletionMethod, Failure> {
     let pairs = training_pairs(reader)?;
     let mut judges = pairs_of(reader, Split::Validation)?;

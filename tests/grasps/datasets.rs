@@ -68,7 +68,7 @@ fn open(workspace: &Workspace, name: &str) -> DatasetReader {
 fn plain() -> PathBuf {
     static MADE: LazyLock<Workspace> = LazyLock::new(|| {
         // A copy, since reports are written beside the dataset.
-        let made = Workspace::kept("fixtures/grasps");
+        let made = Workspace::beside_fixtures("grasps");
         copy_folder(Workspace::with_datasets(&[("plain", job())]).folder(), made.folder());
         made
     });

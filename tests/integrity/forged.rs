@@ -627,7 +627,6 @@ fn manifests_that_claim_too_much_are_refused() {
 }
 
 #[test]
-#[ignore = "slow: every message of every product"]
 fn forgeries_are_found_or_read_as_they_stand() {
     storm(16, 1);
 }

@@ -14,7 +14,7 @@ use graspmill::{
 use crate::integrity::verification::Verification;
 use crate::support::{
     files::repository_path,
-    jobs::{NO_SPLIT, make_small_datasets, small_job},
+    jobs::{NO_SPLIT, copy_small_dataset, make_small_datasets, small_job},
     meshes::pyramid_off,
     workspace::Workspace,
 };
@@ -152,33 +152,45 @@ fn forge(folder: &Path) -> u64 {
 }
 
 #[test]
-#[ignore = "slow: makes every sample again"]
+fn samples_of_completion_are_made_again_and_a_forged_one_is_found() {
+    let workspace = Workspace::beside_fixtures("forged-completion");
+    check_regenerated("completion", &copy_small_dataset("completion", &workspace.path("completion")));
+}
+
+#[test]
+#[ignore = "slow: makes every sample of every product again"]
 fn samples_of_all_products_are_made_again_and_a_forged_one_is_found() {
     let workspace = Workspace::new();
     // Patches first: their grasps are read when they are made again.
     let mut datasets = make_small_datasets(&workspace);
     datasets.reverse();
     for (name, folder) in datasets {
-        let regenerate = || Verification::run(&folder, &["--regenerate", "1000", "--seed", "5"]);
-        let Verification { code, report, stderr } = regenerate();
-        assert_eq!(code, 0, "{name}: {report} {stderr}");
-        let samples = report["regenerated"]["samples"].as_u64().expect("a count");
-        assert_eq!(Some(samples), report["samples"].as_u64(), "{name}: all of them");
-        let index = forge(&folder);
-        let forged = Verification::run(&folder, &[]);
-        assert_eq!(
-            (forged.code, forged.problems()),
-            (0, vec![]),
-            "{name}: a perfect forgery passes hashes and structure: {}",
-            forged.stderr
-        );
-        let Verification { code, report, .. } = regenerate();
-        let differences = report["regenerated"]["differences"].as_array().cloned().unwrap_or_default();
-        assert_eq!((code, differences.len()), (4, 1), "{name}: {report}");
-        assert_eq!(differences[0]["sample"].as_u64(), Some(index), "{name}");
-        assert!(differences[0]["what"].as_str().is_some_and(|what| what.contains("other bytes")), "{report}");
-        println!("{name}: {samples} samples made again, sample {index} found to be forged");
+        check_regenerated(name, &folder);
     }
+}
+
+/// Makes all samples of a dataset again; then those of the dataset with one forged sample, which is found.
+#[track_caller]
+fn check_regenerated(name: &str, folder: &Path) {
+    let regenerate = || Verification::run(folder, &["--regenerate", "1000", "--seed", "5"]);
+    let Verification { code, report, stderr } = regenerate();
+    assert_eq!(code, 0, "{name}: {report} {stderr}");
+    let samples = report["regenerated"]["samples"].as_u64().expect("a count");
+    assert_eq!(Some(samples), report["samples"].as_u64(), "{name}: all of them");
+    let index = forge(folder);
+    let forged = Verification::run(folder, &[]);
+    assert_eq!(
+        (forged.code, forged.problems()),
+        (0, vec![]),
+        "{name}: a perfect forgery passes hashes and structure: {}",
+        forged.stderr
+    );
+    let Verification { code, report, .. } = regenerate();
+    let differences = report["regenerated"]["differences"].as_array().cloned().unwrap_or_default();
+    assert_eq!((code, differences.len()), (4, 1), "{name}: {report}");
+    assert_eq!(differences[0]["sample"].as_u64(), Some(index), "{name}");
+    assert!(differences[0]["what"].as_str().is_some_and(|what| what.contains("other bytes")), "{report}");
+    println!("{name}: {samples} samples made again, sample {index} found to be forged");
 }
 
 #[test]

@@ -48,7 +48,6 @@ fn set_times(folder: &Path, time: SystemTime) {
 }
 
 #[test]
-#[ignore = "slow: makes several datasets"]
 fn no_clock_changes_what_is_made_or_lost() {
     let workspace = make_whole();
     let root = print_root(workspace.path("whole"));

@@ -87,8 +87,7 @@ fn notes_on_sound_meshes_are_apart_from_warnings() {
 /// The first words are the same wherever a user meets a dataset, and no number of a card has the same label twice.
 #[test]
 fn run_inspect_report_and_card_begin_with_the_same_words() {
-    // As deep as the small datasets, so that the paths in their jobs lead where they did.
-    let workspace = Workspace::kept("fixtures/publish-words");
+    let workspace = Workspace::beside_fixtures("publish-words");
     let about = workspace.write("about.toml", ABOUT);
     let expected = [
         ("completion", "samples of 1 object"),

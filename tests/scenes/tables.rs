@@ -30,7 +30,7 @@ fn with_all() -> Workspace {
 #[test]
 #[ignore = "slow: a dataset of every product in clutter"]
 fn run_inspect_report_and_card_of_scenes_begin_with_the_same_words() {
-    let workspace = Workspace::kept("fixtures/scenes-words");
+    let workspace = Workspace::beside_fixtures("scenes-words");
     copy_folder(with_all().folder(), workspace.folder());
     let about = workspace.write("about.toml", ABOUT);
     for (product, words) in [

@@ -32,6 +32,12 @@ pub struct Workspace {
 }
 
 impl Workspace {
+    /// [`Workspace::kept`] beside the folders of [`Workspace::with_datasets`]: relative paths in jobs that are copied from there
+    /// lead to the same files.
+    pub fn beside_fixtures(name: &str) -> Self {
+        Self::kept(&format!("fixtures/{name}"))
+    }
+
     /// A folder that is removed with the workspace.
     pub fn new() -> Self {
         let temporary = tempfile::tempdir().expect("a temporary folder");

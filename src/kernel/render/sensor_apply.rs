@@ -262,7 +262,7 @@ impl SensorModel {
         slants.start(call, window);
         uneven.start(call.width, window);
         for y in 0..call.height {
-            // The sums are counts of uneven pixels within reach. Where there are none, any two pixels differ by less
+            // The sums are counts of uneven pixels within reach. Where the count is zero, any two pixels differ by less
             // than a jump per step between them, and so are one surface: each measures itself, wherever its lateral
             // noise points.
             let uneven = uneven.row(y, |row, marks| match call.row_under(row, window) {

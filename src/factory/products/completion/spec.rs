@@ -47,7 +47,7 @@ pub struct CompletionSpec {
     pub renderer: Renderer,
     /// Sensor model, which adds noise to a perfect depth image.
     pub sensor: SensorSpec,
-    /// Occluders between the camera and the object in a share of the views. Without this section there are none.
+    /// Occluders between the camera and the object in a share of the views. Default: no occluders.
     pub occlusion: Option<OcclusionSpec>,
     /// The occupancy grids.
     pub grid: GridSpec,

@@ -30,8 +30,8 @@ pub struct GraspsSpec {
     /// Criteria for kept grasps, evaluated after the hand has closed. Rejected states stay in the dataset, with the
     /// reason.
     pub keep: KeepSpec,
-    /// Physical trials: the hand closes on the free object in a simulation, lifts and shakes it. Without the
-    /// section there are none. Trials change no grasp.
+    /// Physical trials: the hand closes on the free object in a simulation, lifts and shakes it. Default: no
+    /// trials. Trials change no grasp.
     #[schemars(extend("examples" = [{ "friction": 0.5 }]))]
     pub physics: Option<PhysicsSpec>,
     /// Objects for training, validation and test; an item is a run.
