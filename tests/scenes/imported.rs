@@ -130,7 +130,7 @@ fn scenes_of_a_split_have_objects_of_its_side() {
     let split = "[split]\nvalidation_objects = 0\ntest_objects = [\"can-01\", \"box-01\"]\n";
     let mixed = workspace.write("mixed.toml", job(import, split));
     let said = Program::run_job(mixed, workspace.path("neither")).expect_code(2).stderr;
-    assert!(said.contains("`mug-01` is no test object"), "{said}");
+    assert!(said.contains("`mug-01` does not have the split test"), "{said}");
     // The overlapping boxes alone, 5 cm above the stated table.
     let Shapes { heights: [cube, ..], length } = shapes();
     let body = |x: f64| format!("{{ object = \"box-01\", pose = [{x}, 0.0, {}, 0.0, 0.0, 0.0, 1.0] }}", cube + 0.05);

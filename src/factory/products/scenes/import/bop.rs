@@ -339,7 +339,7 @@ mod tests {
             (&short, CAMERA, first, ["gt.json:3:", "invalid length 2"]),
             ("[]", CAMERA, first, ["gt.json:1:", "scene_gt.json of BOP"]),
             ("{}", CAMERA, first, ["gt.json:1:", "at least one image"]),
-            (POSES, CAMERA, &ImageChoice::Numbers(&[4]), ["gt.json:1:", "none of number 4"]),
+            (POSES, CAMERA, &ImageChoice::Numbers(&[4]), ["gt.json:1:", "no image 4"]),
         ] {
             let (_, errors) = read(poses, camera, images, false);
             assert_eq!(errors.len(), 1, "{expected:?}: {errors:?}");
