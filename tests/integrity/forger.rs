@@ -171,6 +171,7 @@ fn samples_of_all_products_are_made_again_and_a_forged_one_is_found() {
 
 /// Makes all samples of a dataset again; then those of the dataset with one forged sample, which is found.
 #[track_caller]
+#[expect(clippy::print_stdout, reason = "the figures that the test checks")]
 fn check_regenerated(name: &str, folder: &Path) {
     let regenerate = || Verification::run(folder, &["--regenerate", "1000", "--seed", "5"]);
     let Verification { code, report, stderr } = regenerate();
