@@ -12,7 +12,9 @@ use graspmill::{
     contact::ContactSurface,
     factory::products::grasps::seeds,
     geom::{MassProperties, SimdLevel, TriMesh},
-    grasp::{Annealer, Annealing, DistanceField, EnergyKind, Grasp, HandSearch, Keeping, ObjectSearch, WrenchSpace},
+    grasp::{
+        Annealer, Annealing, DistanceField, EnergyKind, HandSearch, Keeping, ObjectSearch, RatedGrasp, WrenchSpace,
+    },
     seed::Stream,
     sim::{HandModel, TrialConditions, TrialSim, TrialWorker, mass_of_volume},
     voxel::InsideTest,
@@ -87,7 +89,7 @@ fn runs(criterion: &mut Criterion) {
 }
 
 /// A grasp's posture before it closes, and the object expressed in the hand's base frame.
-fn started(model: &HandModel, grasp: &Grasp) -> (Vec<f64>, IsometryMatrix3<f64>) {
+fn started(model: &HandModel, grasp: &RatedGrasp) -> (Vec<f64>, IsometryMatrix3<f64>) {
     let hand = model.hand();
     let base_from_approach = hand.approach_pose(&hand.link_frames(&hand.posture_values(&grasp.posture)));
     (grasp.posture.clone(), base_from_approach.isometry() * grasp.object_from_approach.inverse())

@@ -15,7 +15,7 @@ use std::{
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use graspmill::{
     collision::{Bodies, CollisionChecker},
-    factory::products::reachability::{LabelledPosition, PoseLabeller, Scratch, Solver},
+    factory::products::reachability::{IkSolver, LabelledPosition, PoseLabeller, Scratch},
     geom::{
         Axis, AxisGrid, AxisUnit, EndEffector, FieldLookup, FieldMetric, HealPix, METRES_PER_RADIAN, OccupancyGrid,
         Pose, PoseGrid, PoseLabel, SimdLevel, World, rotation_from_rpy, signed_distance_standard,
@@ -234,13 +234,13 @@ fn labels_of_poses(criterion: &mut Criterion) {
         if name == "primitives" {
             bench(
                 "kinematic",
-                &PoseLabeller::of_parts(&arm, None, &rotations, Solver::Auto, 1).expect("a closed form"),
+                &PoseLabeller::of_parts(&arm, None, &rotations, IkSolver::Auto, 1).expect("a closed form"),
                 1,
             );
         }
         bench(
             name,
-            &PoseLabeller::of_parts(&arm, Some((&bodies, SimdLevel::detect())), &rotations, Solver::Auto, 1)
+            &PoseLabeller::of_parts(&arm, Some((&bodies, SimdLevel::detect())), &rotations, IkSolver::Auto, 1)
                 .expect("shapes"),
             22,
         );

@@ -81,7 +81,7 @@ fn solids_of_scans(criterion: &mut Criterion) {
 
 fn shapes(criterion: &mut Criterion) {
     let mesh = bumpy_ball(64);
-    let descriptor = |mesh: &TriMesh| ShapeDescriptor::of(black_box(mesh), InsideTest::Crossings);
+    let descriptor = |mesh: &TriMesh| ShapeDescriptor::from_mesh(black_box(mesh), InsideTest::Crossings);
     criterion.bench_function("shape_descriptor", |bench| bench.iter(|| black_box(descriptor(&mesh))));
     // Stretched in 608 ways, so that few are alike and many have to be compared.
     let shapes: Vec<ShapeDescriptor> = (0..608)

@@ -63,7 +63,7 @@ def image_of(sample: Any) -> Any:
     folder = Path(sample.layout.folder).parent / VIEWS
     if folder not in views:
         views[folder] = graspmill.Dataset(folder)
-    place = views[folder].place_of(dataclasses.replace(sample.pair.sample, instance=0))
+    place = views[folder].index_of(dataclasses.replace(sample.pair.sample, instance=0))
     if place is None:
         raise SystemExit(f"{folder} lacks the image of {sample.pair.sample}")
     return views[folder][place]

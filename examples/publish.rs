@@ -50,9 +50,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // Training pairs as one array per grid. `graspmill::publish::export::FORMATS` lists the formats.
     let format = ExportFormat::from_name("npy").ok_or("a format of the table")?;
-    let selection = ExportSelection { samples: Selection::of(Split::Training), ..ExportSelection::default() };
+    let selection = ExportSelection { samples: Selection::from_split(Split::Training), ..ExportSelection::default() };
     let summary = export(&folder, format, &out.path_of("npy"), &selection)?;
-    let (count, counted) = (summary.count, summary.counted.of(summary.count));
+    let (count, counted) = (summary.count, summary.counted.for_count(summary.count));
     println!("{}: {count} {counted} in {} files", summary.folder.display(), summary.files);
     Ok(())
 }

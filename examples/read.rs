@@ -35,9 +35,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let reader = DatasetReader::open(&folder)?;
     let manifest = reader.manifest();
     let (kept, product) = (manifest.counts.kept, manifest.product);
-    println!("{}: {kept} {}, {product}, root {}", folder.path().display(), product.samples.of(kept), manifest.root);
+    println!(
+        "{}: {kept} {}, {product}, root {}",
+        folder.path().display(),
+        product.samples.for_count(kept),
+        manifest.root
+    );
     for split in Split::ALL {
-        println!("{:>10}: {} samples", split.name(), reader.indices(Selection::of(split)).count());
+        println!("{:>10}: {} samples", split.name(), reader.indices(Selection::from_split(split)).count());
     }
 
     // Samples know their object by its digest; the asset table has the names.
@@ -45,7 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let names: BTreeMap<_, _> = assets.objects.iter().map(|row| (row.object, row.name.as_str())).collect();
 
     // An epoch in random order: every sample once. The seed fixes the order.
-    for sample in reader.shuffled(Selection::of(Split::Training), 1).take(5) {
+    for sample in reader.shuffled(Selection::from_split(Split::Training), 1).take(5) {
         let sample = sample?;
         let pair = sample.read::<VoxelPair>()?;
         println!(

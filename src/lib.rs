@@ -30,7 +30,7 @@
 ///
 /// let reader = DatasetReader::open(&Folder::at("datasets/quickstart"))?;
 /// println!("root {}", reader.manifest().root);
-/// for sample in reader.shuffled(Selection::of(Split::Training), 1) {
+/// for sample in reader.shuffled(Selection::from_split(Split::Training), 1) {
 ///     let pair = sample?.read::<VoxelPair>()?;
 ///     println!("the camera saw {} of {} cells", pair.both_cells, pair.complete_cells);
 /// }

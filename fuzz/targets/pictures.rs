@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fs, path::PathBuf, sync::LazyLock};
 use graspmill::{
     infer::CompletionModel,
     perception::{
-        CameraDescription, CameraRule, Distortion, FrameRule, Refusal, RosImage, Scene, SceneRule, read_frame,
+        CameraDescription, CameraRule, Distortion, FrameRule, Refusal, RosImage, SceneRule, SegmentedScene, read_frame,
         read_mask,
     },
 };
@@ -64,13 +64,13 @@ pub fn picture(input: &[u8]) {
     assert!(read.labels.is_none_or(|labels| labels.len() == pixels));
     assert!(read.frame.depth.iter().all(|depth| depth.is_nan() || (*depth > 0.0 && depth.is_finite())));
     if pixels <= MAX_SEGMENTED {
-        let scene = Scene::segment(read.frame, &SceneRule::default());
+        let scene = SegmentedScene::segment(read.frame, &SceneRule::default());
         assert_eq!(scene.labels(0.008).labels.len(), pixels);
         for (cluster, sheet) in scene.clusters.iter().zip(scene.sheets()) {
             assert!(cluster.pixels.is_sorted() && cluster.pixels.iter().all(|pixel| (*pixel as usize) < pixels));
             let corners = sheet.vertices.len() as u32;
             assert!(sheet.triangles.iter().flatten().all(|corner| *corner < corners));
-            let _ = Refusal::of(cluster, &sheet);
+            let _ = Refusal::from_cluster(cluster, &sheet);
         }
     }
 }

@@ -219,7 +219,7 @@ class Dataset(Generic[S]):
         """A column of the index for the samples of this selection: ``object``, ``split``, ``item``, ..."""
         return self.index.column(name, self.indices)
 
-    def place_of(self, sample: SampleId) -> int | None:
+    def index_of(self, sample: SampleId) -> int | None:
         """The index of the sample with this id, for example of a pair of the same view in another dataset; ``None`` without
         one."""
         index = self.index

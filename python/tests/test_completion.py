@@ -168,11 +168,11 @@ def test_samples_are_found_by_id_in_another_dataset(data: Path) -> None:
     """The set's pairs without touch and with it have the same ids, and the same grids."""
     plain, touched = (Dataset(data / "set" / name, CompletionSample) for name in ("completion", "touch"))
     for sample in plain.gather(range(0, len(plain), 5)):
-        place = touched.place_of(sample.id)
+        place = touched.index_of(sample.id)
         assert place is not None
         other = touched[place]
         assert other.id == sample.id and other.payload("pair") == sample.payload("pair")
-    assert touched.place_of(SampleId("0" * 64, 0, 0, 0)) is None
+    assert touched.index_of(SampleId("0" * 64, 0, 0, 0)) is None
 
 
 def test_the_export_is_read_packed_and_unpacked(data: Path, pairs: Dataset[CompletionSample]) -> None:

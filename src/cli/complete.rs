@@ -26,7 +26,7 @@ use format::dataset::NewFolder;
 use kernel::{files::Folder, geom::TriMesh, words::Show};
 use measure::free_space_violation;
 use perception::{LabelImage, PLANE_LABEL, read_mask};
-use runtime::completion::{Completed, Completer, CompletionError, CompletionModel, InputName, Scene};
+use runtime::completion::{Completed, Completer, CompletionError, CompletionModel, InputName, SegmentedScene};
 use surface::{LooseBodies, MeshBody, TablePlane, write_mjcf, write_obj, write_ply, write_stl};
 
 /// Density of completed objects in a MuJoCo scene [kg/m^3]: that of filled packages, between foam and water.
@@ -259,7 +259,7 @@ fn mean_milliseconds(results: &[ClusterResult], is_chosen: impl Fn(usize) -> boo
 /// Completes every cluster, each by one thread, in the clusters' order.
 fn complete_all(
     completer: &Completer,
-    scene: &Scene,
+    scene: &SegmentedScene,
     targets: &[usize],
     contacts: &[[f32; 3]],
     threads: Option<u16>,
@@ -370,7 +370,7 @@ fn nearest_to_middle(picture: &SegmentedPicture) -> Option<usize> {
     distances.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(index, _)| index)
 }
 
-fn completed_row(scene: &Scene, completed: &Completed, mesh: String) -> CompletedRow {
+fn completed_row(scene: &SegmentedScene, completed: &Completed, mesh: String) -> CompletedRow {
     let bounds = completed.mesh.aabb().expect("a mesh with triangles");
     let points: Vec<Point3<f64>> =
         completed.mesh.vertices.iter().map(|vertex| Point3::from(vertex.map(f64::from))).collect();
@@ -409,7 +409,7 @@ pub fn mesh_bytes(mesh: &TriMesh, format: MeshFormat, comments: &[String]) -> Ve
     }
 }
 
-fn scene_xml(scene: &Scene, rows: &[ObjectRow], world_from_camera: Option<&Isometry3<f64>>) -> String {
+fn scene_xml(scene: &SegmentedScene, rows: &[ObjectRow], world_from_camera: Option<&Isometry3<f64>>) -> String {
     let body = |row: &ObjectRow| {
         let file = row.completed.as_ref()?.mesh.clone();
         Some(MeshBody { name: row.name.clone(), file, density: DENSITY })

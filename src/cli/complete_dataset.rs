@@ -82,7 +82,7 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
             mesh: (!mesh.triangles.is_empty()).then_some(file),
             triangles: mesh.triangles.len(),
             volume: mesh.signed_volume(),
-            bodies: LooseBodies::of(&mesh),
+            bodies: LooseBodies::from_mesh(&mesh),
             sample: sample.name,
         };
         Ok((row, mesh))

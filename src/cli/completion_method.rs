@@ -146,7 +146,7 @@ pub fn baseline_of(name: &str) -> Result<Baseline, Failure> {
 }
 
 fn pairs_of(reader: &DatasetReader, split: Split) -> Result<Vec<format::VoxelPair>, Failure> {
-    let indices = reader.indices(format::dataset::Selection::of(split)).filter(|index| reader.is_kept(*index));
+    let indices = reader.indices(format::dataset::Selection::from_split(split)).filter(|index| reader.is_kept(*index));
     indices.map(|index| Ok(StoredSample::read(reader, index)?.pair)).collect()
 }
 

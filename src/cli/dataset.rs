@@ -208,7 +208,7 @@ pub fn export(arguments: &ExportArgs, printer: &Printer) -> Result<Exit, Failure
     };
     let format = arguments.to.0;
     let summary = export::export(&arguments.dir, format, &arguments.out, &selection).map_err(export_failure)?;
-    let counted = summary.counted.of(summary.count);
+    let counted = summary.counted.for_count(summary.count);
     printer.result(&format!("{} {counted} in {} files, in {}", summary.count, summary.files, summary.folder.shown()));
     Ok(Exit::Complete)
 }

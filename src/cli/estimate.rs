@@ -154,8 +154,8 @@ fn words(costs: &Costs, parallelism: &Parallelism) -> String {
     let mut lines = vec![
         format!(
             "{samples} {} of {subjects} {} in {}",
-            product.samples.of(samples),
-            product.subjects.of(subjects),
+            product.samples.for_count(samples),
+            product.subjects.for_count(subjects),
             counted(shards, "shard")
         ),
         format!("about {} on disk, without preview and report", size_in_words(bytes as u64)),
@@ -169,7 +169,7 @@ fn words(costs: &Costs, parallelism: &Parallelism) -> String {
             1e3 * rate.seconds_per_subject,
             product.subjects.one,
             rate.samples,
-            product.samples.of(rate.samples),
+            product.samples.for_count(rate.samples),
         ),
         format!("on a cluster {tasks}"),
     ];

@@ -76,7 +76,7 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
         let is_foreign =
             |cause: &(dyn std::error::Error + 'static)| cause.downcast_ref().is_some_and(DatasetError::is_foreign);
         let exit = match io_causes(&error).next() {
-            Some(cause) if FileRefusal::of(cause).is_some() => Exit::BadSpec,
+            Some(cause) if FileRefusal::find_in(cause).is_some() => Exit::BadSpec,
             Some(_) => Exit::InputOutput,
             None if error.chain().any(is_foreign) => Exit::BadSpec,
             None => Exit::Failed,

@@ -11,7 +11,7 @@ use super::{
 use kernel::{ids::Digest, words::Show};
 use perception::{
     CENTRE_AT_HALF, CENTRE_AT_ZERO, CameraDescription, CameraRule, ClusterRule, DepthFrame, FrameRule, LabelImage,
-    LabelledFrame, MAX_OBJECTS, Plane, PlaneChoice, PlaneRule, Rectification, Scene, SceneRule, read_frame,
+    LabelledFrame, MAX_OBJECTS, Plane, PlaneChoice, PlaneRule, Rectification, SceneRule, SegmentedScene, read_frame,
 };
 
 /// Frame of every number in `scene.json`.
@@ -21,7 +21,7 @@ const PIXELS: &str = "of the given picture: columns and rows from 0, the last in
 
 /// A segmented picture, with the time it took.
 pub struct SegmentedPicture {
-    pub scene: Scene,
+    pub scene: SegmentedScene,
     /// Reading the file [ms].
     pub read: f64,
     /// Plane and clusters [ms].
@@ -74,7 +74,7 @@ impl SegmentedPicture {
         let LabelledFrame { frame, digest, .. } = read_frame(&arguments.depth, &rule).map_err(Failure::of_input)?;
         let read = milliseconds_since(began);
         let began = Instant::now();
-        let scene = Scene::segment(frame, &scene_rule(arguments)?);
+        let scene = SegmentedScene::segment(frame, &scene_rule(arguments)?);
         let segment = milliseconds_since(began);
         if scene.clusters.len() > MAX_OBJECTS {
             let found = format!("{} objects, more than {MAX_OBJECTS}", scene.clusters.len());

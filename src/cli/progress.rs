@@ -151,7 +151,7 @@ impl Pace {
 /// Text about the samples that an interrupted run keeps: those of finished shards.
 fn kept_words(made: u64, safe: u64, product: Product) -> String {
     let lost = made.saturating_sub(safe);
-    let counted = |count: u64| format!("{count} {}", product.samples.of(count));
+    let counted = |count: u64| format!("{count} {}", product.samples.for_count(count));
     match lost {
         0 => format!("kept: {}", counted(safe)),
         _ => format!("kept: {}; lost: {} of unfinished shards", counted(safe), counted(lost)),

@@ -5,7 +5,7 @@ use std::{f64::consts::PI, sync::Arc};
 use kernel::geom::{Shape, TouchShape, TriMesh, Triangles};
 use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Translation3, Vector3};
 use publish::picture::{Colour, Picture, Solid, SolidView, solid_picture};
-use runtime::completion::Scene;
+use runtime::completion::SegmentedScene;
 
 /// Largest side of a view [px].
 const SIDE: u32 = 480;
@@ -16,7 +16,7 @@ const ELEVATION: f64 = 0.35;
 const AZIMUTHS: [f64; 2] = [PI / 3.0, PI];
 
 /// Draws one view from the camera, and two of the meshes only.
-pub fn completed_picture(scene: &Scene, meshes: &[Option<&TriMesh>]) -> Picture {
+pub fn completed_picture(scene: &SegmentedScene, meshes: &[Option<&TriMesh>]) -> Picture {
     let seen = perception::outline_pixels(&scene.frame, &scene.clusters);
     let mut panels = vec![Picture {
         width: scene.frame.camera.width,
@@ -45,7 +45,7 @@ pub fn completed_picture(scene: &Scene, meshes: &[Option<&TriMesh>]) -> Picture 
 }
 
 /// A frame with z along the plane's normal, y away from the camera, and its origin at the camera.
-fn world_from_camera(scene: &Scene) -> IsometryMatrix3<f64> {
+fn world_from_camera(scene: &SegmentedScene) -> IsometryMatrix3<f64> {
     // Without a plane, up is the picture's up direction.
     let up = scene.plane.map_or_else(|| -Vector3::y(), |plane| plane.normal);
     let ahead = Vector3::z() - up * up.z;

@@ -90,7 +90,7 @@ pub fn segment(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failu
                 heights.fold(f64::NEG_INFINITY, f64::max)
             }),
             triangles: sheet.triangles.len(),
-            refusal: Refusal::of(cluster, sheet).map(|refusal| refusal.to_string()),
+            refusal: Refusal::from_cluster(cluster, sheet).map(|refusal| refusal.to_string()),
         });
     }
     write(folder.folder(), "outlines.png", &draw_outlines(&scene.frame, &scene.clusters))?;

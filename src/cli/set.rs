@@ -141,7 +141,7 @@ pub fn verify(arguments: &VerifyArgs, table: &SetTable, printer: &Printer) -> Re
         reports.insert(job.name.clone(), serde_json::to_value(checked.json())?);
     }
     let mut found = SetFindings::default();
-    let said = match SetContent::of(&arguments.dir, &table.jobs) {
+    let said = match SetContent::read(&arguments.dir, &table.jobs) {
         Ok(made) => table.made.as_ref() == Some(&made),
         // Problems of a dataset were reported.
         Err(_) => exit != Exit::Complete,

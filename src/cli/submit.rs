@@ -21,7 +21,7 @@ use super::{
 };
 use factory::{
     RunContext,
-    cluster::{Backend, Container, Resources, Submission, SubmissionFile, TaskPlan},
+    cluster::{Backend, PodContainer, Resources, Submission, SubmissionFile, TaskPlan},
 };
 use format::dataset::{DatasetError, layout, read_mark, scan_shards};
 use kernel::{
@@ -219,7 +219,7 @@ fn anew(arguments: &SubmitArgs, printer: &Printer) -> Result<(Submission, Vec<u3
     Ok((submission, tasks))
 }
 
-fn container(arguments: &SubmitArgs) -> Result<Option<Container>, Failure> {
+fn container(arguments: &SubmitArgs) -> Result<Option<PodContainer>, Failure> {
     if arguments.backend != Some(EngineName::Kubernetes) {
         return Ok(None);
     }
@@ -227,7 +227,7 @@ fn container(arguments: &SubmitArgs) -> Result<Option<Container>, Failure> {
     let Some((image, (claim, mount))) = arguments.image.clone().zip(claim) else {
         return Err(Failure::message(Exit::BadSpec, "--claim: expected NAME=PATH, such as data=/data"));
     };
-    Ok(Some(Container { image, claim: claim.to_owned(), mount: mount.into() }))
+    Ok(Some(PodContainer { image, claim: claim.to_owned(), mount: mount.into() }))
 }
 
 /// Reads the earlier submission, and the tasks whose shards are missing.

@@ -79,7 +79,7 @@ pub fn verify(arguments: &VerifyArgs, printer: &Printer) -> Result<Exit, Failure
 pub fn damage(error: DatasetError) -> Failure {
     let is_finding = match &error {
         DatasetError::Invalid { .. } => true,
-        DatasetError::Io { source, .. } => FileRefusal::of(source).is_some(),
+        DatasetError::Io { source, .. } => FileRefusal::find_in(source).is_some(),
         _ => false,
     };
     if is_finding { Failure::new(Exit::Mismatch, error) } else { error.into() }

@@ -103,7 +103,7 @@ pub fn find_leaks(folder: &Folder, table: &SetTable, run: &RunContext<'_>) -> Re
         let record = AssetRecord::deserialize(row.whole())
             .map_err(|error| RunError::Produce(ProduceError::unusable(row.name.clone(), error)))?;
         let mesh = shapes[*file].object(*index)?.mesh;
-        Ok((*object, ShapeDescriptor::of(&mesh, record.inside.test())))
+        Ok((*object, ShapeDescriptor::from_mesh(&mesh, record.inside.test())))
     };
     let pool = run.parallelism.pool()?;
     let described: Vec<(ObjectId, ShapeDescriptor)> =

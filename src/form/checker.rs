@@ -4,7 +4,7 @@ use std::{collections::BTreeSet, fmt::Display, ops::Bound};
 
 use super::{
     document::{Document, Span},
-    errors::{FormError, FormErrors, Mistakes, Problem},
+    errors::{FormError, FormErrors, FormProblem, Mistakes},
     path::{Path, Step},
     requirement::Requirement,
 };
@@ -82,7 +82,7 @@ impl Checker {
     }
 
     /// Reports a mistake, unless one is already known for the key.
-    pub fn fail(&mut self, path: impl Into<Path>, problem: Problem) -> Report<'_> {
+    pub fn fail(&mut self, path: impl Into<Path>, problem: FormProblem) -> Report<'_> {
         let path = path.into();
         let is_inside = (0..path.0.len()).any(|depth| self.wrong.contains(&path.0[..depth]));
         if is_inside || self.is_wrong(&path) {
@@ -99,7 +99,7 @@ impl Checker {
         expected: impl Into<String>,
         found: impl Into<String>,
     ) -> Report<'_> {
-        self.fail(path, Problem::Invalid { expected: expected.into(), found: found.into() })
+        self.fail(path, FormProblem::Invalid { expected: expected.into(), found: found.into() })
     }
 
     /// Reports a range whose first number is above the second. Returns whether the numbers are in order; equal numbers are.
@@ -117,12 +117,12 @@ impl Checker {
         other: impl ToString,
         because: impl Into<String>,
     ) -> Report<'_> {
-        self.fail(path, Problem::Contradiction { other: other.to_string(), because: because.into() })
+        self.fail(path, FormProblem::Contradiction { other: other.to_string(), because: because.into() })
     }
 
     /// Reports a missing required key.
     pub fn missing(&mut self, path: impl Into<Path>, expected: impl Into<Requirement>) -> Report<'_> {
-        self.fail(path, Problem::Missing { expected: expected.into() })
+        self.fail(path, FormProblem::Missing { expected: expected.into() })
     }
 
     /// Reports a name or a file that does not exist.
@@ -132,7 +132,7 @@ impl Checker {
         what: impl Into<String>,
         detail: impl Into<String>,
     ) -> Report<'_> {
-        self.fail(path, Problem::NotFound { what: what.into(), detail: detail.into() })
+        self.fail(path, FormProblem::NotFound { what: what.into(), detail: detail.into() })
     }
 
     /// Adds mistakes of a file that the document names.
@@ -168,7 +168,7 @@ impl Checker {
         self.wrong.insert(path.0);
     }
 
-    pub(super) fn report_at(&mut self, span: &Span, path: &Path, problem: Problem) -> Report<'_> {
+    pub(super) fn report_at(&mut self, span: &Span, path: &Path, problem: FormProblem) -> Report<'_> {
         let location = self.document.location(span);
         self.report(FormError { location, key: path.to_string(), problem, help: None }, path.clone())
     }

@@ -5,7 +5,7 @@ use serde::de::DeserializeOwned;
 use super::{
     checker::Checker,
     document::Document,
-    errors::{FormError, FormErrors, Problem},
+    errors::{FormError, FormErrors, FormProblem},
     path::Path,
     schema::Schema,
     walk::{Hints, complete},
@@ -71,7 +71,7 @@ impl Checker {
     /// The mistakes, and a bug of the program: its types refuse keys that its schema accepts.
     fn into_mismatch(mut self, error: &toml::de::Error) -> FormErrors {
         let root = Path::default();
-        let problem = Problem::Syntax { message: error.message().to_owned() };
+        let problem = FormProblem::Syntax { message: error.message().to_owned() };
         let help = Some("this is a mistake in the program's own schema".to_owned());
         self.report(FormError { location: self.document.location_of(&root), key: String::new(), problem, help }, root);
         self.into_errors()

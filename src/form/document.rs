@@ -8,7 +8,7 @@ use toml::{
 };
 
 use super::{
-    errors::{FormError, Mistakes, OVERRIDE, Problem},
+    errors::{FormError, FormProblem, Mistakes, OVERRIDE},
     path::{Path, Step},
     requirement::Finding,
     source::{Location, Source},
@@ -186,7 +186,8 @@ impl Document {
             DeValue::Integer(number) => {
                 NodeValue::Integer(i64::from_str_radix(number.as_str(), number.radix()).unwrap_or_else(|_| {
                     let expected = "a whole number from -2^63 to 2^63 - 1".into();
-                    let problem = Problem::OutOfRange { expected, found: Finding::Written(number.as_str().to_owned()) };
+                    let problem =
+                        FormProblem::OutOfRange { expected, found: Finding::Written(number.as_str().to_owned()) };
                     errors.push(FormError { location: self.location(&span), key: String::new(), problem, help: None });
                     0
                 }))
@@ -207,7 +208,7 @@ impl Document {
 }
 
 fn syntax_error(location: Location, message: &str) -> FormError {
-    let problem = Problem::Syntax { message: message.to_owned() };
+    let problem = FormProblem::Syntax { message: message.to_owned() };
     FormError { location, key: String::new(), problem, help: None }
 }
 

@@ -21,7 +21,7 @@ pub struct FormError {
     /// The dotted key; empty if there is none.
     pub key: String,
     /// Kind of the mistake, with its values.
-    pub problem: Problem,
+    pub problem: FormProblem,
     /// The remedy, if one is known.
     pub help: Option<String>,
 }
@@ -36,7 +36,7 @@ fn suffix(help: &Option<String>) -> String {
 
 /// Kind of a mistake, with the expected and the found value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Problem {
+pub enum FormProblem {
     /// The text is not TOML.
     #[error("not TOML: {message}")]
     Syntax {
@@ -107,7 +107,7 @@ pub enum Problem {
     },
 }
 
-impl Problem {
+impl FormProblem {
     /// Short stable name for programs.
     pub fn code(&self) -> &'static str {
         match self {
@@ -164,7 +164,7 @@ impl FormError {
         let _ = writeln!(text, "{} | {}", location.line, location.text.replace('\t', " "));
         let spot = " ".repeat(location.lead as usize) + &"^".repeat(location.width as usize);
         let _ = write!(text, "{:gutter$} | {spot}", "");
-        if let Problem::UnknownKey { .. } = problem {
+        if let FormProblem::UnknownKey { .. } = problem {
             let _ = write!(text, " expected {}", problem.expected());
         }
         text.push('\n');

@@ -69,7 +69,7 @@ mod walk;
 pub use checker::{Checker, Report};
 pub use decode::{decode, decode_own};
 pub use document::Document;
-pub use errors::{FormError, FormErrors, Mistakes, Problem};
+pub use errors::{FormError, FormErrors, FormProblem, Mistakes};
 pub use names::{did_you_mean, first_repeated, nearest};
 pub use path::Path;
 pub use pattern::{fits_name, fits_path, literal_pattern};

@@ -10,7 +10,7 @@ use serde_json::Value;
 use super::{
     checker::Checker,
     document::{Node, NodeValue},
-    errors::Problem,
+    errors::FormProblem,
     names::did_you_mean,
     path::Path,
     requirement::{Bounds, Requirement, choices, is_required},
@@ -62,17 +62,17 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     /// Reports a value that must be removed.
-    fn reject(&mut self, node: &Node, path: &Path, problem: Problem) -> bool {
+    fn reject(&mut self, node: &Node, path: &Path, problem: FormProblem) -> bool {
         self.checker.report_at(&node.span, path, problem);
         false
     }
 
     fn wrong_type(&mut self, node: &Node, expected: Requirement, path: &Path) -> bool {
-        self.reject(node, path, Problem::WrongType { expected, found: node.finding() })
+        self.reject(node, path, FormProblem::WrongType { expected, found: node.finding() })
     }
 
     fn out_of_range(&mut self, node: &Node, schema: &Value, path: &Path) -> bool {
-        let problem = Problem::OutOfRange { expected: Requirement::of(schema), found: node.finding() };
+        let problem = FormProblem::OutOfRange { expected: Requirement::of(schema), found: node.finding() };
         self.reject(node, path, problem)
     }
 
@@ -97,7 +97,7 @@ impl Walk<'_> {
             (NodeValue::Text(text), Some("string")) => match digits_of_pattern(schema) {
                 Some(count) if !is_hexadecimal(text, count) => {
                     let (expected, found) = (format!("{count} hexadecimal digits"), node.finding().to_string());
-                    self.reject(node, path, Problem::Invalid { expected, found })
+                    self.reject(node, path, FormProblem::Invalid { expected, found })
                 }
                 _ => true,
             },
@@ -128,7 +128,7 @@ impl Walk<'_> {
 
     fn unknown_key(&mut self, child: &Node, key: &str, known: &Arc<[String]>, path: &Path) {
         let path = path.key(key);
-        let problem = Problem::UnknownKey { found: key.to_owned(), known: Arc::clone(known) };
+        let problem = FormProblem::UnknownKey { found: key.to_owned(), known: Arc::clone(known) };
         if let Some(new) = self.hints.renamed_key(&path) {
             self.checker.report_at(&child.key_span, &path, problem).help(format!("renamed to `{new}`"));
             // The new key is not reported as missing.
@@ -149,7 +149,7 @@ impl Walk<'_> {
         }
         let renamed = self.hints.renamed_value(path, found).map(|new| format!("renamed to `\"{new}\"`"));
         let help = renamed.or_else(|| did_you_mean(found, choices.iter().map(String::as_str)));
-        let problem = Problem::NotAChoice { found: found.clone(), choices };
+        let problem = FormProblem::NotAChoice { found: found.clone(), choices };
         self.checker.report_at(&node.span, path, problem).help_if(help);
         false
     }
@@ -197,7 +197,7 @@ impl Walk<'_> {
                     Some((expected, help)) => (expected, Some(help)),
                     None => (Requirement::of(&schema["properties"][key]), None),
                 };
-                self.checker.report_at(&node.key_span, &below, Problem::Missing { expected }).help_if(help);
+                self.checker.report_at(&node.key_span, &below, FormProblem::Missing { expected }).help_if(help);
             }
         }
         is_complete

@@ -26,16 +26,17 @@ pub use products::{
     amodal::{AmodalFacts, Clutter},
     check_record, checks_of,
     completion::{
-        Approach, ApproachEnd, BlockedProbe, Cloud, Coverage, Felt, HandTouch, Implicit, Occlusion, OcclusionFacts,
-        PARTIAL_INSIDE_COMPLETE, PairFacts, PixelMask, TactileContacts, TouchContact, Tsdf, Visibility, VoxelPair,
+        Approach, ApproachEnd, BlockedProbe, Cloud, Coverage, HandTouch, Implicit, LinkContact, Occlusion,
+        OcclusionFacts, PARTIAL_INSIDE_COMPLETE, PairFacts, PixelMask, TactileContacts, TouchContact, Tsdf, Visibility,
+        VoxelPair,
     },
     grasps::{
         ClosedHand, FORCE, Grasp, GraspFacts, GraspLabel, GraspMethod, GraspRun, GraspTrial, GraspTrials, HandJoint,
-        HandNames, HandShape, HeldContact, LinkSolid, ObjectShape, PerturbedTrial, PressedContact, RunStretch, Seed,
+        HandNames, HandShape, HeldContact, LinkSolid, ObjectShape, PerturbedTrial, PressedContact, RunInterval, Seed,
         SeriesMoment, TableTrial, TrialFacts, TrialHand, TrialMethod, TrialOutcome, TrialSeries, TrialVerdict,
         TriedStates, WRENCH, WayObstacles, Waypoint, trial_phases,
     },
-    heatmaps::{ForbiddenGrasp, HeatmapFacts, HeatmapLabel, PatchSquare, SceneHeatmap, SeenGrasp, SeenPoint},
+    heatmaps::{ForbiddenGrasp, HeatmapFacts, HeatmapLabel, PatchSquare, ProjectedPoint, SceneHeatmap, SeenGrasp},
     patches::{
         HeatmapPatch, HeatmapPoint, PATCH_POINTS, POINT_NAMES, PatchColour, PatchFacts, PatchHeatmap, PatchImageColour,
         PatchMetric, PatchPoint, PatchTable, PatchTrial, PatchVisibility, TRIAL_LABEL, VISIBLE_TOLERANCE, is_visible,

@@ -47,7 +47,7 @@ pub struct Noun {
 
 impl Noun {
     /// The form for a count: "1 view", "2 views".
-    pub fn of(&self, count: u64) -> &'static str {
+    pub fn for_count(&self, count: u64) -> &'static str {
         if count == 1 { self.one } else { self.many }
     }
 }

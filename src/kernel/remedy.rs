@@ -13,7 +13,7 @@ const ELOOP: i32 = 40;
 
 /// Remedy for a file or folder that cannot be read, for the end of a message.
 pub fn for_reading(error: &io::Error) -> &'static str {
-    if FileRefusal::of(error).is_some() {
+    if FileRefusal::find_in(error).is_some() {
         return "docs/security.md has the rules for links, sizes and kinds of files";
     }
     match (error.raw_os_error(), error.kind()) {

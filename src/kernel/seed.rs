@@ -23,7 +23,7 @@ impl Stream {
     }
 
     fn keyed(parts: &[&[u8]]) -> Self {
-        Self(ChaCha8Rng::from_seed(Digest::of_parts(parts.iter().copied()).0))
+        Self(ChaCha8Rng::from_seed(Digest::hash_parts(parts.iter().copied()).0))
     }
 
     /// 64 uniform bits.

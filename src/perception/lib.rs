@@ -1,6 +1,6 @@
 //! From a depth picture to objects on a table, and to a network's input (thesis, section 4.3).
 //!
-//! [`read_frame`] reads a picture and [`Scene`] segments it: [`find_plane`] finds the support plane, and [`find_clusters`] the
+//! [`read_frame`] reads a picture and [`SegmentedScene`] segments it: [`find_plane`] finds the support plane, and [`find_clusters`] the
 //! objects on it; [`visible_sheet`] is the visible surface of an object, and [`NetworkInput`] contains its grids. Every number is
 //! of class `exact`.
 
@@ -35,6 +35,6 @@ pub use outline::{cluster_colour, draw_outlines, outline_pixels};
 pub use plane::{Plane, PlaneRule, find_plane};
 pub use read::{FrameError, FrameProblem, FrameRule, read_frame, read_mask};
 pub use rectification::Rectification;
-pub use scene::{PlaneChoice, Refusal, Scene, SceneRule};
+pub use scene::{PlaneChoice, Refusal, SceneRule, SegmentedScene};
 pub use score::{ObjectScore, SegmentationScore};
 pub use sheet::visible_sheet;

@@ -38,7 +38,7 @@ impl Default for SceneRule {
 
 /// A picture with its plane and the clusters on it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Scene {
+pub struct SegmentedScene {
     /// The picture.
     pub frame: DepthFrame,
     /// The support plane; `None` if none was found or requested.
@@ -58,7 +58,7 @@ pub enum Refusal {
     NoSurface,
 }
 
-impl Scene {
+impl SegmentedScene {
     /// Takes a picture apart.
     ///
     /// # Panics
@@ -98,7 +98,7 @@ impl Scene {
 
 impl Refusal {
     /// Why a cluster with this visible surface cannot be completed; `None` if it can.
-    pub fn of(cluster: &Cluster, sheet: &TriMesh) -> Option<Self> {
+    pub fn from_cluster(cluster: &Cluster, sheet: &TriMesh) -> Option<Self> {
         if cluster.touches_border {
             Some(Self::AtBorder)
         } else {

@@ -9,7 +9,7 @@ use kernel::words::counted;
 
 /// A count with its noun: "1 view", "1,200 views".
 pub(super) fn of_noun(count: u64, noun: &Noun) -> String {
-    format!("{} {}", grouped(count), noun.of(count))
+    format!("{} {}", grouped(count), noun.for_count(count))
 }
 
 /// Headline of a product that counts samples: "29 samples of 6 objects".

@@ -47,14 +47,16 @@ pub use notes::{RunNotes, Speed};
 pub use panels::draw_panels;
 pub use product::{ProductPages, WritePreview};
 pub use products::{
-    completion::{CompletionInspection, ObjectFacts, Setup, SplitFacts, inspect_completion},
+    completion::{CompletionInspection, CompletionObjectFacts, Setup, SplitFacts, inspect_completion},
     grasps::{
-        Calibration, GraspedObject, GraspsInspection, ReliabilityBin, TableFacts, TrialsInspection, VariantsInspection,
-        inspect_grasps,
+        Calibration, GraspObjectFacts, GraspsInspection, ReliabilityBin, TableFacts, TrialsInspection,
+        VariantsInspection, inspect_grasps,
     },
     pages_of,
     patches::{ChosenType, PatchObjectFacts, PatchesInspection, inspect_patches},
-    reachability::{AxisFacts, CoveringFacts, FieldFacts, ReachabilityFacts, RobotFacts, inspect_reachability},
+    reachability::{
+        AxisFacts, CoveringFacts, FieldFacts, ReachabilityFacts, ReachabilityRobotFacts, inspect_reachability,
+    },
 };
 pub use release::{
     About, Author, LicenceStatement, LicenceTerms, Published, ReleaseError, ReleaseOptions, make_release,

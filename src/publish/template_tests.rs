@@ -17,7 +17,7 @@ use crate::{
         amodal::{self, AmodalInspection, AmodalSurvey},
         completion::{self, CompletionInspection, CompletionSurvey},
         grasps::{
-            self, Calibration, GraspSurvey, GraspedObject, GraspsInspection, ReliabilityBin, ReplayView, TableFacts,
+            self, Calibration, GraspObjectFacts, GraspSurvey, GraspsInspection, ReliabilityBin, ReplayView, TableFacts,
             TrialsInspection, VariantsInspection, WayFacts,
         },
         heatmaps::{self, HeatmapSurvey, HeatmapsInspection},
@@ -51,7 +51,7 @@ fn page(template: &'static str, view: &impl serde::Serialize) -> Page {
 }
 
 fn object() -> ObjectId {
-    ObjectId(Digest::of(b"object"))
+    ObjectId(Digest::hash(b"object"))
 }
 
 fn header(name: &str, product: Product, warnings: usize, is_full: bool) -> InspectionHeader {
@@ -63,9 +63,9 @@ fn header(name: &str, product: Product, warnings: usize, is_full: bool) -> Inspe
         generator: name.to_owned(),
         product,
         format_version: FORMAT_VERSION,
-        root: Digest::of(b"root"),
-        classes: [(NumberClass::Exact, Digest::of(b"exact"))].into(),
-        job: JobDigest(Digest::of(b"job")),
+        root: Digest::hash(b"root"),
+        classes: [(NumberClass::Exact, Digest::hash(b"exact"))].into(),
+        job: JobDigest(Digest::hash(b"job")),
         shards: 3,
         shard_bytes: 12_400_000,
         warnings: vec![name.to_owned(); warnings]
@@ -175,7 +175,7 @@ fn trials(name: &str, is_full: bool) -> TrialsInspection {
 }
 
 fn grasps_page(name: &str, sampler: Option<&str>, tried: Option<bool>, is_full: bool) -> Page {
-    let object = GraspedObject {
+    let object = GraspObjectFacts {
         name: name.to_owned(),
         object: object(),
         runs: 3,
@@ -225,7 +225,7 @@ fn grasps_page(name: &str, sampler: Option<&str>, tried: Option<bool>, is_full: 
 
 fn patches_page(name: &str, is_full: bool) -> Page {
     let rest = json!({
-        "grasps": is_full.then_some(Digest::of(b"grasps")), "hand": name, "kept_grasps": 9, "different_types": 2,
+        "grasps": is_full.then_some(Digest::hash(b"grasps")), "hand": name, "kept_grasps": 9, "different_types": 2,
         "without_type": 0, "samples": 5, "kept": 4, "rejected": if is_full { json!({ name: 1 }) } else { json!({}) },
         "colour": false, "types": [{ "kind": 12, "grasps": 5, "held": 0, "digits": [0, 0, 0, 0, 0, 0, 2, 2], "kept": 4 }],
         "epsilon": SPREAD, "energy": SPREAD,
@@ -300,7 +300,7 @@ fn volumes_page(name: &str, is_full: bool) -> Page {
 
 fn heatmaps_page(name: &str, is_full: bool) -> Page {
     let rest = json!({
-        "hand": name, "picks": is_full.then(|| Digest::of(b"picks")), "scenes": 3, "samples": 5,
+        "hand": name, "picks": is_full.then(|| Digest::hash(b"picks")), "scenes": 3, "samples": 5,
         "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
         "rejected": if is_full { json!({ name: 1 }) } else { json!({}) },
         "points": [name], "types": if is_full { json!([12, 78_137]) } else { json!([]) },

@@ -86,8 +86,8 @@ impl KindSums {
             *blocked += touch.blocked.len() as u64;
         }
         let Some(hand) = &touch.hand else { return };
-        forces.extend(hand.felt.iter().map(|felt| f64::from(felt.force)));
-        gaps.extend(hand.felt.iter().map(|felt| f64::from(felt.gap)));
+        forces.extend(hand.contacts.iter().map(|contact| f64::from(contact.force)));
+        gaps.extend(hand.contacts.iter().map(|contact| f64::from(contact.gap)));
         // Nothing blocks the probes of a single object.
         let ends = ApproachEnd::ALL.into_iter().filter(|end| *end != ApproachEnd::Blocked || facts.blocked.is_some());
         let none = ends.map(|end| (end.name().to_owned(), 0)).collect();

@@ -41,12 +41,12 @@ pub mod statements;
 mod trial;
 
 pub use clutter::{
-    ClutterOutcome, ClutterPhase, ClutterProtocol, ClutterScene, ClutterSim, ClutterVerdict, ClutterWorker,
-    NeighbourMotion, SceneContact,
+    ClutterOutcome, ClutterPhase, ClutterProtocol, ClutterScene, ClutterSim, ClutterTouch, ClutterVerdict,
+    ClutterWorker, NeighbourMotion,
 };
 pub use description::{
     bodies::{Collidable, PairRule},
-    contacts::{Contact, ContactWorker},
+    contacts::{BodyContact, ContactWorker},
     robot::RobotModel,
     scene::scene_camera,
 };
@@ -55,8 +55,8 @@ pub use error::{
 };
 pub use hand::{
     closing::{HandWorker, Run, RunEnd},
-    effort::{Command, Effort},
-    feeling::{ApproachEnd, Felt, HandApproach, MoveEnd, OVERLOAD},
+    effort::{Effort, MotorCommand},
+    feeling::{ApproachOutcome, HandApproach, HandApproachEnd, MoveEnd, OVERLOAD},
     link_touch::LinkTouch,
     model::HandModel,
     sim::HandSim,
@@ -65,7 +65,7 @@ pub use objects::{
     container::{Container, Vessel},
     mesh::Inertia,
     native_mesh::NativeContacts,
-    scene_body::SceneBody,
+    scene_body::SimBody,
     thing::{StillShape, StillThing, ThingTouch},
 };
 pub use physics::{Instability, Numerics, Unstable};
@@ -75,7 +75,7 @@ pub use render::{
     depth::SimWorker,
     model::{LIGHTS, SimModel},
 };
-pub use settle::{Fault, Placement, SceneTouch, SettleSettings, SettleWorker, SettledBody, SettledScene, Walls};
+pub use settle::{Fault, Placement, SceneTouch, SettleOutcome, SettleSettings, SettleWorker, SettledBody, Walls};
 pub use trial::{
     Gravity, Grip, Outcome, Phase, PlainHand, Series, SeriesSample, Slip, Start, TableSupport, TrialConditions,
     TrialProtocol, TrialSim, TrialSpread, TrialWorker, Variant, Verdict, WhileClosing, mass_of_volume, plain_hand,

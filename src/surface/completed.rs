@@ -87,16 +87,16 @@ impl CompletedMesh {
     ///
     /// # Panics
     /// If the grid's resolution is not the placement's.
-    pub fn algorithm_2(completed: &OccupancyGrid, observed: &[[f32; 3]], placement: &GridPlacement) -> DetailedMesh {
+    pub fn merge_observed(completed: &OccupancyGrid, observed: &[[f32; 3]], placement: &GridPlacement) -> DetailedMesh {
         let factor = upsampling_factor(observed, placement);
-        Self::algorithm_2_by(completed, observed, placement, factor, Solver::Accelerated { steps: STEPS })
+        Self::merge_observed_with(completed, observed, placement, factor, Solver::Accelerated { steps: STEPS })
     }
 
-    /// [`CompletedMesh::algorithm_2`] with a given factor of upsampling and a given solver.
+    /// [`CompletedMesh::merge_observed`] with a given factor of upsampling and a given solver.
     ///
     /// # Panics
     /// If the grid's resolution is not the placement's, or the factor is 0.
-    pub fn algorithm_2_by(
+    pub fn merge_observed_with(
         completed: &OccupancyGrid,
         observed: &[[f32; 3]],
         placement: &GridPlacement,
@@ -261,7 +261,7 @@ mod tests {
         let fast = spread(&CompletedMesh::obstacle(&binary, &placement, 0.5).mesh);
         for factor in 1..=2 {
             let detailed =
-                CompletedMesh::algorithm_2_by(&grid, &[], &placement, factor, Solver::Accelerated { steps: 200 });
+                CompletedMesh::merge_observed_with(&grid, &[], &placement, factor, Solver::Accelerated { steps: 200 });
             assert!(detailed.variables > 1000 && detailed.factor == factor);
             assert!(
                 spread(&detailed.completed.mesh) < 0.7 * fast,
@@ -347,7 +347,7 @@ mod tests {
             let occupied = occupancy.cells().filter(|cell| occupancy.at(*cell) < density);
             occupied.for_each(|cell| grid.set(cell.map(|index| index as u32)));
             let points: Vec<[f32; 3]> = points.iter().map(|point| camera_point(&placement, *point)).collect();
-            let detailed = CompletedMesh::algorithm_2_by(&grid, &points, &placement, factor, Solver::Accelerated { steps: 20 });
+            let detailed = CompletedMesh::merge_observed_with(&grid, &points, &placement, factor, Solver::Accelerated { steps: 20 });
             // A picture of noise: each pixel sees a depth in the grid, something far behind, or nothing.
             let camera = Intrinsics { width: 8, height: 8, fx: 60.0, fy: 60.0, cx: -4.0, cy: 20.0, near: 0.1 };
             let depth: Vec<f32> = noise[..64]

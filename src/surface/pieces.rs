@@ -19,7 +19,7 @@ pub struct LooseBodies {
 impl LooseBodies {
     /// Bodies of a closed mesh. None is dropped: a completion of two parts may be right, as of a glass whose stem is too thin for
     /// the grid. What drops them would belong behind this count, as [`drop_small_pieces`] drops crumbs.
-    pub fn of(mesh: &TriMesh) -> Self {
+    pub fn from_mesh(mesh: &TriMesh) -> Self {
         let pieces = pieces(mesh);
         let bodies = || pieces.iter().filter(|piece| piece.volume > 0.0);
         let largest = bodies().max_by(|a, b| a.volume.total_cmp(&b.volume));
@@ -132,7 +132,7 @@ mod tests {
         assert_closed_and_manifold(&mesh);
         // A cell alone is an octahedron of this volume: one was lost, one filled.
         assert!((mesh.signed_volume() - whole).abs() < 1e-3, "{} {whole}", mesh.signed_volume());
-        assert_eq!(LooseBodies::of(&mesh), LooseBodies { bodies: 1, loose_area: 0.0, loose_volume: 0.0 });
+        assert_eq!(LooseBodies::from_mesh(&mesh), LooseBodies { bodies: 1, loose_area: 0.0, loose_volume: 0.0 });
         assert_eq!(drop_small_pieces(&mut mesh, 1.1), 0, "the largest stays");
         assert_eq!(drop_small_pieces(&mut TriMesh::default(), 0.01), 0);
     }
@@ -147,7 +147,7 @@ mod tests {
         }
         let mesh = marching_cubes(&field, 0.5, 0.0, in_cells);
         assert_closed_and_manifold(&mesh);
-        let found = LooseBodies::of(&mesh);
+        let found = LooseBodies::from_mesh(&mesh);
         // By the cubes alone: a field's surface cuts edges and corners of each alike.
         let cube = |side: usize| {
             let mut field = CubeField::filled(24, 0.0);
@@ -170,6 +170,6 @@ mod tests {
         assert!((found.loose_area - area).abs() < 1e-6, "{found:?}, {area}");
         let volume = share([middle.1, small.1], large.1 + middle.1 + small.1);
         assert!((found.loose_volume - volume).abs() < 1e-6, "{found:?}, {volume}");
-        assert_eq!(LooseBodies::of(&TriMesh::default()).bodies, 0);
+        assert_eq!(LooseBodies::from_mesh(&TriMesh::default()).bodies, 0);
     }
 }

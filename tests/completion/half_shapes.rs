@@ -246,7 +246,7 @@ fn touch_tells_apart_what_depth_cannot() {
         let object_from_camera = touched.pair.camera_from_object.inverse();
         let mut counts = BTreeMap::new();
         for (channel, touch) in &touched.touch {
-            let felt = &touch.hand.as_ref().expect("a hand touched").felt;
+            let felt = &touch.hand.as_ref().expect("a hand touched").contacts;
             assert!(touch.contacts.len() >= touch.probes as usize, "{} {channel:?}: {touch:?}", row.name);
             for (contact, felt) in touch.contacts.iter().zip(felt) {
                 let point = object_from_camera.point(&nalgebra::Point3::from(contact.position.map(f64::from)));

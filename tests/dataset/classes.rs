@@ -40,14 +40,14 @@ fn calculate_root(reader: &DatasetReader, topics: &[&str]) -> Digest {
             payloads.sort();
             let id = row.sample.to_bytes();
             let words = payloads.iter().flat_map(|(topic, digest)| [topic.as_bytes(), &digest.0]);
-            leaves.push((id, Digest::of_parts([b"sample".as_slice(), &id].into_iter().chain(words))));
+            leaves.push((id, Digest::hash_parts([b"sample".as_slice(), &id].into_iter().chain(words))));
         }
     }
     leaves.sort_by_key(|(id, _)| *id);
     let mut level: Vec<Digest> = leaves.into_iter().map(|(_, leaf)| leaf).collect();
     while level.len() > 1 {
         let node = |pair: &[Digest]| match pair {
-            [left, right] => Digest::of_parts([b"node".as_slice(), &left.0, &right.0]),
+            [left, right] => Digest::hash_parts([b"node".as_slice(), &left.0, &right.0]),
             single => single[0],
         };
         level = level.chunks(2).map(node).collect();
@@ -113,11 +113,11 @@ fn a_root_that_is_not_its_classs_is_named() {
     let folder = Workspace::new();
     with_channels(&BOTH).finish(folder.folder());
     let saved = Manifest::read(&Folder::at(folder.folder())).unwrap().classes[&NumberClass::Physics];
-    change(folder.folder(), &saved.hex(), &Digest::of(b"other").hex());
+    change(folder.folder(), &saved.hex(), &Digest::hash(b"other").hex());
     let report = verify(&Folder::at(folder.folder()), CHECK_INSIDE, |_| {}).unwrap();
     let what: Vec<&str> = report.problems.iter().map(|problem| problem.what.as_str()).collect();
     let expected =
-        format!("digest of class physics: saved {}, calculated {}", Digest::of(b"other").short(), saved.short());
+        format!("digest of class physics: saved {}, calculated {}", Digest::hash(b"other").short(), saved.short());
     assert_eq!(what, [expected]);
 }
 

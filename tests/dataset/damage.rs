@@ -215,7 +215,7 @@ fn a_sample_that_stands_twice_is_refused() {
 fn a_shard_of_another_job_with_a_fitting_name_is_refused() {
     let (small, folder) = (SmallDataset::default(), Workspace::new());
     let mut shards = small.write(folder.folder());
-    let job = JobDigest(Digest::of(b"another"));
+    let job = JobDigest(Digest::hash(b"another"));
     let header = ShardHeader { job, ..small.shard_header(4) };
     fs::remove_file(shards.pop().unwrap().path).unwrap();
     let mut writer = ShardWriter::create(&Folder::at(folder.path("shards")), &header).unwrap();

@@ -113,7 +113,7 @@ fn point_clouds_hold_cells_and_seen_points() {
     let folder = Workspace::new();
     let shelf = write_shelf(&folder, true);
     let out = folder.path("pcd");
-    let selection = ExportSelection { samples: Selection::of(Split::Test), ..ExportSelection::default() };
+    let selection = ExportSelection { samples: Selection::from_split(Split::Test), ..ExportSelection::default() };
     export_as("pcd", &folder.path("shelf"), &out, &selection).unwrap();
     let (_, pair, cloud) = shelf.kept.iter().find(|(index, ..)| index.0 == 17).unwrap();
     // By hand, after the format's description: a text head up to DATA, then x y z as little-endian float32.
@@ -150,7 +150,7 @@ fn selections_hold_and_nothing_is_overwritten() {
     let rows = |out: &Path| read_text(out.join("samples.csv")).lines().count() - 1;
 
     let reader = DatasetReader::open(&Folder::at(&shelf)).unwrap();
-    let holdout = Selection::of(Split::Holdout);
+    let holdout = Selection::from_split(Split::Holdout);
     let out = folder.path("holdout");
     let selection = ExportSelection { samples: holdout, ..ExportSelection::default() };
     export_as("npy", &shelf, &out, &selection).unwrap();

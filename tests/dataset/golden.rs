@@ -69,7 +69,7 @@ fn a_shard_of_version_1_among_others_is_refused_with_its_number() {
     let workspace = Workspace::new();
     small().finish(workspace.folder());
     let old = fs::read(&list_shards(golden("v1"))[0]).unwrap();
-    let digest = Digest::of(&old);
+    let digest = Digest::hash(&old);
     let manifest = Manifest::read(&Folder::at(workspace.folder())).unwrap();
     let shard = &manifest.shards[0];
     let name = shard.file.replace(&shard.digest.short(), &digest.short());
@@ -133,7 +133,7 @@ fn ledgers_of_version_3_read_back() {
         let (sample, pair) = (reader.sample(SampleIndex(index)).unwrap().unwrap(), small.pair(index));
         assert_eq!(row.facts, Facts::from(pair.facts()));
         for (channel, digest) in small.channels.iter().zip(digests) {
-            assert_eq!(Digest::of(sample.payload(*channel).unwrap()), *digest);
+            assert_eq!(Digest::hash(sample.payload(*channel).unwrap()), *digest);
         }
     }
     assert_eq!(rows.len() as u64, small.samples());
@@ -165,7 +165,7 @@ fn tables_of_version_3_read_back() {
     assert_eq!(shards, [(0, 4, 3), (4, 2, 2)]);
     for (path, entry) in manifest.entries() {
         let bytes = fs::read(folder.join(&path)).unwrap();
-        assert_eq!((entry.digest, entry.bytes), (Digest::of(&bytes), bytes.len() as u64), "{path}");
+        assert_eq!((entry.digest, entry.bytes), (Digest::hash(&bytes), bytes.len() as u64), "{path}");
     }
     assert_eq!(*reader.splits(), {
         let mut splits = header.splits.unwrap();

@@ -85,14 +85,15 @@ fn splits_select_and_shuffling_only_reorders() {
     let reader = DatasetReader::open(&Folder::at(folder.folder())).unwrap();
     let mut seen = 0;
     for split in Split::ALL {
-        let indices: Vec<_> = reader.indices(Selection::of(split)).collect();
-        let read: Vec<_> = reader.iter(Selection::of(split)).map(|sample| sample.unwrap().index).collect();
+        let indices: Vec<_> = reader.indices(Selection::from_split(split)).collect();
+        let read: Vec<_> = reader.iter(Selection::from_split(split)).map(|sample| sample.unwrap().index).collect();
         assert_eq!(read, indices);
         assert!(indices.iter().all(|index| reader.split(*index) == Some(split)));
         assert_eq!(reader.manifest().counts.splits.get(&split).copied().unwrap_or(0), indices.len() as u64);
         let mut shuffled: Vec<_> =
-            reader.shuffled(Selection::of(split), 7).map(|sample| sample.unwrap().index).collect();
-        let again: Vec<_> = reader.shuffled(Selection::of(split), 7).map(|sample| sample.unwrap().index).collect();
+            reader.shuffled(Selection::from_split(split), 7).map(|sample| sample.unwrap().index).collect();
+        let again: Vec<_> =
+            reader.shuffled(Selection::from_split(split), 7).map(|sample| sample.unwrap().index).collect();
         assert_eq!(shuffled, again);
         shuffled.sort();
         assert_eq!(shuffled, indices);
@@ -110,7 +111,7 @@ fn another_job_and_other_shards_are_refused_with_both_numbers() {
     let (small, folder) = (SmallDataset::default(), Workspace::new());
     assert_eq!(begin_run(&Folder::at(folder.folder()), &small.mark()).unwrap(), Begun::New);
     assert_eq!(begin_run(&Folder::at(folder.folder()), &small.mark()).unwrap(), Begun::Again);
-    let other = JobDigest(Digest::of(b"other"));
+    let other = JobDigest(Digest::hash(b"other"));
     let error = begin_run(&Folder::at(folder.folder()), &RunMark { job: other, ..small.mark() }).unwrap_err();
     assert!(
         matches!(error, DatasetError::ForeignJob { found, expected, .. } if found == job_digest() && expected == other)
@@ -193,7 +194,7 @@ fn ledgers_say_what_became_of_every_sample() {
                 let pair = small.pair(index);
                 let mut payload = Vec::new();
                 pair.encode(&mut payload);
-                assert_eq!(digests[0], Digest::of(&payload));
+                assert_eq!(digests[0], Digest::hash(&payload));
                 assert_eq!(row.facts, pair.facts().into());
             }
         }

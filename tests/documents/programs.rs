@@ -30,12 +30,12 @@ fn samples_are_read() -> Result<(), Box<dyn Error>> {
     use graspmill::read::{DatasetReader, Folder, Selection, Split, VoxelPair};
 
     let reader = DatasetReader::open(&Folder::at("datasets/quickstart"))?;
-    for sample in reader.shuffled(Selection::of(Split::Training), 1) {
+    for sample in reader.shuffled(Selection::from_split(Split::Training), 1) {
         let pair = sample?.read::<VoxelPair>()?;
         println!("{} of {} cells were seen", pair.partial_cells, pair.complete_cells);
     }
 
-    assert!(reader.indices(Selection::of(Split::Training)).count() > 0, "the loop has samples");
+    assert!(reader.indices(Selection::from_split(Split::Training)).count() > 0, "the loop has samples");
     Ok(())
 }
 

@@ -6,7 +6,7 @@ use graspmill::{
     collision::{Body, Geometry},
     contact::ContactSurface,
     geom::{Shape, TriMesh},
-    grasp::{ClosingGrasp, HandPassage, HandSearch, InTheWay, Obstacle, Passage, Surroundings},
+    grasp::{ClosingGrasp, HandPassage, HandSearch, Passage, PathObstacle, SceneObstacle, Surroundings},
     hand::{Driven, Hand, Motor},
     seed::Stream,
     sim::HandModel,
@@ -30,9 +30,9 @@ const MARGIN: f64 = 0.002;
 /// Samples of an approach of 10 cm, and of a hand whose motors move.
 const SAMPLES: u32 = 40;
 
-fn obstacle(mesh: &TriMesh, scene_from_obstacle: IsometryMatrix3<f64>) -> Obstacle {
+fn obstacle(mesh: &TriMesh, scene_from_obstacle: IsometryMatrix3<f64>) -> SceneObstacle {
     let surface = ContactSurface::new(mesh, InsideTest::WindingNumber).expect("a surface");
-    Obstacle { surface: Arc::new(surface), scene_from_obstacle }
+    SceneObstacle { surface: Arc::new(surface), scene_from_obstacle }
 }
 
 fn passage(model: &HandModel) -> HandPassage {
@@ -75,10 +75,10 @@ fn clearances_of_a_gripper_among_blocks_are_those_of_its_measures() {
         // a finger.
         (0.080, 0.0, free(0.005_f64.hypot(0.006))),
         (0.200, 0.0, free(Passage::FAR)),
-        (0.073, 0.0, blocked(PathStage::Pregrasp, InTheWay::Neighbour(1), 0.001)),
+        (0.073, 0.0, blocked(PathStage::Pregrasp, PathObstacle::Neighbour(1), 0.001)),
         // The plane under the fingertips, which are 25 mm above the bottom of the target.
         (0.200, 0.020, free(0.005)),
-        (0.200, 0.024, blocked(PathStage::Pregrasp, InTheWay::Ground, 0.001)),
+        (0.200, 0.024, blocked(PathStage::Pregrasp, PathObstacle::Ground, 0.001)),
     ] {
         let scene = Surroundings { ground, ..two_blocks(beside) };
         let grasp = from_above(&mut watch, &model, &scene);
@@ -93,16 +93,16 @@ fn clearances_of_a_gripper_among_blocks_are_those_of_its_measures() {
     assert_eq!(in_one_way(watch.follow(&scene, 0, &grasp)).blocked, None);
     scene.objects[2].scene_from_obstacle = IsometryMatrix3::translation(0.0, 0.0, 0.2);
     let found = in_one_way(watch.follow(&scene, 0, &grasp));
-    assert_eq!(found.blocked, Some((PathStage::Approach, InTheWay::Neighbour(2))), "{found:?}");
+    assert_eq!(found.blocked, Some((PathStage::Approach, PathObstacle::Neighbour(2))), "{found:?}");
     // A post between finger and target blocks the closing finger.
     scene.objects[2] = obstacle(&block([0.002, 0.002, 0.04]), IsometryMatrix3::translation(0.0, 0.03, 0.04));
     let found = in_one_way(watch.follow(&scene, 0, &grasp));
-    assert_eq!(found.blocked, Some((PathStage::Closing, InTheWay::Neighbour(2))), "{found:?}");
+    assert_eq!(found.blocked, Some((PathStage::Closing, PathObstacle::Neighbour(2))), "{found:?}");
     // A container is a separate obstacle.
     let mut binned = two_blocks(0.2);
     binned.container = Some(obstacle(&TriMesh::open_box([0.4, 0.1, 0.2], 0.02), IsometryMatrix3::identity()));
     let found = in_one_way(watch.follow(&binned, 0, &grasp));
-    assert_eq!(found.blocked, Some((PathStage::Pregrasp, InTheWay::Container)), "{found:?}");
+    assert_eq!(found.blocked, Some((PathStage::Pregrasp, PathObstacle::Container)), "{found:?}");
 }
 
 /// The passage of a hand whose posture is opened: both ways are one.
@@ -146,7 +146,7 @@ fn each_of_the_two_ways_names_what_is_in_it() {
     };
     assert_eq!(ways(None, 0.2), (BothWays::default(), BothWays::default()));
     // A neighbour next to the opened fingers.
-    let by = Some((PathStage::Approach, InTheWay::Neighbour(1)));
+    let by = Some((PathStage::Approach, PathObstacle::Neighbour(1)));
     assert_eq!(ways(None, 0.066), (BothWays { shaped: None, opened: by }, BothWays::default()));
     // A wall of the object, where the opened fingers come, where they pass as they take on their posture, and where they then are.
     for (wall, [shaped, opened]) in [
@@ -155,7 +155,7 @@ fn each_of_the_two_ways_names_what_is_in_it() {
         ([0.030, 0.032], [Some(PathStage::Pregrasp); 2]),
     ] {
         let past = BothWays { shaped, opened };
-        let named = past.map(|stage| stage.map(|stage| (stage, InTheWay::Target)));
+        let named = past.map(|stage| stage.map(|stage| (stage, PathObstacle::Target)));
         assert_eq!(ways(Some(wall), 0.2), (named, past), "{wall:?}");
     }
 }
@@ -261,7 +261,7 @@ const SCANS: [&str; 4] = ["025_mug", "006_mustard", "011_banana", "024_bowl"];
 
 /// Scans in the air over a low bin, each turned by chance.
 fn scans_in_a_bin(meshes: &[TriMesh], bin: &TriMesh, draw: &mut Stream) -> Surroundings {
-    let mut objects: Vec<Obstacle> = Vec::new();
+    let mut objects: Vec<SceneObstacle> = Vec::new();
     for (index, mesh) in meshes.iter().enumerate() {
         let at = Vector3::new(0.13 * (index % 2) as f64, 0.13 * (index / 2) as f64, 0.1);
         objects.push(obstacle(mesh, IsometryMatrix3::from_parts(at.into(), turned(draw))));
@@ -276,13 +276,18 @@ fn turned(draw: &mut Stream) -> Rotation3<f64> {
 }
 
 /// Distances of the solids, drawn in by a length [m], at each moment that `rows` has, from each mesh: a row a moment.
-fn ask_coal(things: &[(&TriMesh, &Obstacle)], solids: &[(usize, Geometry)], by: f64, rows: &[u8]) -> Vec<Vec<f64>> {
+fn ask_coal(
+    things: &[(&TriMesh, &SceneObstacle)],
+    solids: &[(usize, Geometry)],
+    by: f64,
+    rows: &[u8],
+) -> Vec<Vec<f64>> {
     let folder = Workspace::new();
     let pose = |pose: &IsometryMatrix3<f64>| {
         let pose = pose.to_homogeneous();
         (0..3).flat_map(|row| (0..4).map(move |column| pose[(row, column)])).collect::<Vec<f64>>()
     };
-    let mesh = |(mesh, placed): &(&TriMesh, &Obstacle)| {
+    let mesh = |(mesh, placed): &(&TriMesh, &SceneObstacle)| {
         let pose = pose(&placed.scene_from_obstacle);
         json!({ "vertices": mesh.vertices, "triangles": mesh.triangles, "pose": pose })
     };
@@ -348,11 +353,11 @@ impl Followed {
         let (mut first, mut least) = (None, f64::INFINITY);
         for part in parts {
             // In the order in which things are looked at; the target is what the hand closes on.
-            let own = (part.stage != PathStage::Closing).then_some((InTheWay::Target, target));
-            let others = (0..bin).filter(|index| *index != target).map(|index| (InTheWay::Neighbour(index), index));
-            for (thing, column) in std::iter::once((InTheWay::Container, bin)).chain(own).chain(others) {
+            let own = (part.stage != PathStage::Closing).then_some((PathObstacle::Target, target));
+            let others = (0..bin).filter(|index| *index != target).map(|index| (PathObstacle::Neighbour(index), index));
+            for (thing, column) in std::iter::once((PathObstacle::Container, bin)).chain(own).chain(others) {
                 let [distance, drawn_in] = part.least(column);
-                let is_target = thing == InTheWay::Target;
+                let is_target = thing == PathObstacle::Target;
                 let is_hit = if is_target { drawn_in <= 0.0 } else { distance < MARGIN - Passage::TOLERANCE };
                 if first.is_none() && is_hit {
                     first = Some((part.stage, thing));
@@ -375,7 +380,7 @@ impl Followed {
         }
         match found.blocked {
             // Coal does not have the plane.
-            Some((stage, InTheWay::Ground)) => {
+            Some((stage, PathObstacle::Ground)) => {
                 assert!(first.is_none_or(|(other, _)| other >= stage), "{says}: {first:?} {found:?}");
             }
             blocked => assert_eq!(first, blocked, "{says}"),

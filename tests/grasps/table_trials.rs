@@ -35,7 +35,7 @@ impl Tried {
     fn new(mesh: TriMesh) -> Self {
         let surface = Arc::new(ContactSurface::new(&mesh, InsideTest::WindingNumber).expect("a surface"));
         let mass = MassProperties::of_solid(&surface.solid()).expect("a solid");
-        let resting = RestingPoses::of(&mesh, &mass.centre);
+        let resting = RestingPoses::from_mesh(&mesh, &mass.centre);
         Self { surface, mass, resting, mesh }
     }
 

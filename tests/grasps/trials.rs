@@ -7,7 +7,7 @@ use graspmill::{
     geom::{MassProperties, TriMesh},
     seed::Stream,
     sim::{
-        ApproachEnd, Effort, Gravity, HandModel, HandSim, HandWorker, NativeContacts, Outcome, Phase, Series,
+        Effort, Gravity, HandApproachEnd, HandModel, HandSim, HandWorker, NativeContacts, Outcome, Phase, Series,
         TrialConditions, TrialProtocol, TrialSim, TrialSpread, TrialWorker, Verdict, mass_of_volume,
     },
     voxel::InsideTest,
@@ -420,7 +420,7 @@ fn random_grasp(feeler: &mut HandWorker, surface: &ContactSurface, draw: &mut St
     let felt = feeler.feel(&random_approach(surface, Effort::FEEL, draw)).expect("a pose");
     let ahead = felt.object_from_base.rotation * Vector3::z();
     let back = Translation3::from(-ahead * draw.uniform(0.0005, 0.01));
-    (felt.end == ApproachEnd::AtRest).then(|| (back * felt.object_from_base).inverse())
+    (felt.end == HandApproachEnd::AtRest).then(|| (back * felt.object_from_base).inverse())
 }
 
 /// Variants of a trial, which may change its verdict: (name, change).

@@ -157,7 +157,7 @@ fn a_newline_more_in_any_file_is_found() {
 
 #[test]
 fn a_digest_has_one_spelling() {
-    let digest = Digest::of(b"x").hex();
+    let digest = Digest::hash(b"x").hex();
     assert!(Digest::from_hex(&digest).is_some());
     assert!(Digest::from_hex(&digest.to_uppercase()).is_none());
     assert!(Digest::from_hex(&format!("+{}", &digest[1..])).is_none());

@@ -150,7 +150,7 @@ impl Original {
         self.write(folder);
         let bytes = parts.bytes();
         let count = self.manifest.shards.len() as u32;
-        let digest = Digest::of(&bytes);
+        let digest = Digest::hash(&bytes);
         let name = ShardName::new(self.manifest.product, ShardId(shard as u32), count, &digest).to_string();
         fs::remove_file(self.manifest.shard_path(folder, shard)).expect("the true shard goes");
         fs::write(folder.join("shards").join(&name), &bytes).expect("a shard");
@@ -170,7 +170,7 @@ impl Original {
         fs::write(folder.join(file), content).expect("a file");
         if self.manifest.files.contains_key(file) {
             mend_manifest(folder, |manifest| {
-                manifest["files"][file]["digest"] = Digest::of(content).hex().into();
+                manifest["files"][file]["digest"] = Digest::hash(content).hex().into();
                 manifest["files"][file]["bytes"] = content.len().into();
             });
         }
@@ -232,7 +232,7 @@ impl Original {
             parts.attachments.iter().position(|(own, ..)| own == name).expect("an attachment")
         };
         let digests = attachment(&mut parts, "digests");
-        parts.attachments[digests].2[at..at + 32].copy_from_slice(&Digest::of(&forged).0);
+        parts.attachments[digests].2[at..at + 32].copy_from_slice(&Digest::hash(&forged).0);
         let facts = attachment(&mut parts, "facts");
         if let Some(stated) = self.facts_of(&list, time, channels) {
             let table = with_facts(&parts.attachments[facts].2, &self.manifest, row, &stated);

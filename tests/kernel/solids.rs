@@ -468,7 +468,7 @@ fn all_scans_rest_as_trimesh_says() {
 fn the_scans_hold_twins() {
     let paths = scan_files();
     let shapes: Vec<ShapeDescriptor> =
-        paths.iter().map(|path| ShapeDescriptor::of(&prepare_scan(path), InsideTest::Crossings)).collect();
+        paths.iter().map(|path| ShapeDescriptor::from_mesh(&prepare_scan(path), InsideTest::Crossings)).collect();
     let groups = twins(&shapes, 0.85);
     let names: Vec<Vec<String>> =
         groups.iter().map(|group| group.iter().map(|shape| stem(&paths[*shape])).collect()).collect();

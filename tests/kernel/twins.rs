@@ -37,7 +37,7 @@ fn mesh(name: &str) -> TriMesh {
 }
 
 fn shape(mesh: &TriMesh) -> ShapeDescriptor {
-    ShapeDescriptor::of(mesh, InsideTest::Crossings)
+    ShapeDescriptor::from_mesh(mesh, InsideTest::Crossings)
 }
 
 /// A copy whose vertices are moved by noise (sums of twelve uniform draws), turned, scaled and mirrored.

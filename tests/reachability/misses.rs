@@ -14,7 +14,7 @@ use std::{
 };
 
 use graspmill::{
-    factory::products::reachability::{LabelledPosition, PoseLabeller, Scratch, Solver},
+    factory::products::reachability::{IkSolver, LabelledPosition, PoseLabeller, Scratch},
     geom::{EndEffector, Pose, PoseLabel, Proof, World, rotation_from_rpy},
     kinematics::{
         ClosedForm, Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts, SolverSettings, solve_numeric,
@@ -212,7 +212,7 @@ fn on_all_threads<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Ve
 fn measure(group: &PlanningGroup) -> Counts {
     assert!(ClosedForm::recognise(group).is_err(), "an arm that needs a search");
     let cells = Cells::of(group);
-    let labeller = PoseLabeller::of_parts(group, None, &cells.rotations, Solver::Auto, 1).expect("a labeller");
+    let labeller = PoseLabeller::of_parts(group, None, &cells.rotations, IkSolver::Auto, 1).expect("a labeller");
     let labelled = on_all_threads(cells.positions.len(), |position| {
         let mut labelled = LabelledPosition::default();
         let start = thread_seconds();

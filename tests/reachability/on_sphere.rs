@@ -6,7 +6,7 @@ use std::{
 };
 
 use graspmill::{
-    factory::products::reachability::{LabelledPosition, PoseLabeller, Scratch, Solver},
+    factory::products::reachability::{IkSolver, LabelledPosition, PoseLabeller, Scratch},
     files::Folder,
     format::{
         ReachabilityBlock,
@@ -144,7 +144,7 @@ fn evenly_spread_orientations_answer_better() {
     let group = robot.planning_group(&FETCH_ARM, FETCH_SITE, &fixed).expect("an arm");
     let bodies = robot.bodies(&FETCH_ARM, &fixed).expect("bodies");
     let labeller =
-        PoseLabeller::of_parts(&group, Some((&bodies, SimdLevel::detect())), &rotations, Solver::ClosedForm, 1)
+        PoseLabeller::of_parts(&group, Some((&bodies, SimdLevel::detect())), &rotations, IkSolver::ClosedForm, 1)
             .expect("an arm");
     let (mut scratch, mut truth, mut draw) =
         (Scratch::default(), LabelledPosition::default(), Stream::of_job(1, b"", "poses"));

@@ -11,7 +11,9 @@ use graspmill::{
     ids::{Digest, ItemId, ObjectId, SampleId},
     publish::inspect,
     seed::Stream,
-    sim::{ApproachEnd, Effort, Felt, HandApproach, HandSim, HandWorker, LinkTouch, StillShape, StillThing},
+    sim::{
+        ApproachOutcome, Effort, HandApproach, HandApproachEnd, HandSim, HandWorker, LinkTouch, StillShape, StillThing,
+    },
     voxel::InsideTest,
 };
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
@@ -203,7 +205,7 @@ fn embree_mujoco_and_libigl_meet_what_rays_meet_in_clutter() {
 }
 
 /// A hand that moves straight along z to a cube, blocked by a slab whose near side is at this z [m].
-fn felt_behind(slab: Option<f64>) -> Felt {
+fn felt_behind(slab: Option<f64>) -> ApproachOutcome {
     let model = open_hand(BARRETT);
     let surface = |mesh: &TriMesh| Arc::new(ContactSurface::new(mesh, InsideTest::Crossings).expect("a surface"));
     let cube = surface(&centred_block([0.04; 3]));
@@ -221,19 +223,19 @@ fn felt_behind(slab: Option<f64>) -> Felt {
 #[test]
 fn a_hand_stops_at_what_it_meets_first() {
     let alone = felt_behind(None);
-    assert_eq!((alone.end, alone.stops.len()), (ApproachEnd::AtRest, 0));
+    assert_eq!((alone.end, alone.stops.len()), (HandApproachEnd::AtRest, 0));
     assert!(!alone.touches.is_empty());
     // With a slab 10 cm nearer, the hand moves 10 cm less.
     let [near, far] = [-0.2, -0.1].map(|slab| felt_behind(Some(slab)));
     for (felt, slab) in [(&near, -0.2), (&far, -0.1)] {
         let [stop] = felt.stops[..] else { panic!("{felt:?}") };
-        assert_eq!((felt.end, felt.touches.len(), stop.thing, felt.steps), (ApproachEnd::Blocked, 0, 0, 0));
+        assert_eq!((felt.end, felt.touches.len(), stop.thing, felt.steps), (HandApproachEnd::Blocked, 0, 0, 0));
         assert!((stop.point.z - slab).abs() < 2e-4, "{stop:?}");
     }
     assert!((far.travelled - near.travelled - 0.1).abs() < 2e-4, "{} {}", far.travelled, near.travelled);
     // Behind the cube, but in the fingers' way: they curl less far, and stop there.
     let behind = felt_behind(Some(0.041));
-    assert!(matches!(behind.end, ApproachEnd::AtRest | ApproachEnd::TimedOut), "{:?}", behind.end);
+    assert!(matches!(behind.end, HandApproachEnd::AtRest | HandApproachEnd::TimedOut), "{:?}", behind.end);
     assert!(!behind.touches.is_empty());
     // Without the obstacle: the felt contacts stay, in addition to those that stopped the hand.
     let aside = felt_behind(Some(0.5));

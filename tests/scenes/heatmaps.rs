@@ -199,7 +199,7 @@ fn states_are_those_of_trials_and_a_forbidden_grasp_is_background_in_all() {
             let is_empty = (0..3).all(|map| maps[map * pixels + at] == 0.0);
             assert!(is_empty || taken.contains(&[column, row]), "{} {column} {row}", heatmap.sample);
         }
-        let facts = HeatmapFacts::of(&heatmap);
+        let facts = HeatmapFacts::from_heatmap(&heatmap);
         assert_eq!(facts.other_types, 0);
         (0..3).for_each(|state| counted.states[state] += facts.states[state]);
         (0..4).for_each(|by| counted.forbidden[by] += facts.forbidden[by]);

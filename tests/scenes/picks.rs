@@ -17,7 +17,7 @@ use graspmill::{
         extras::Shapes,
     },
     geom::TriMesh,
-    grasp::{HandPassage, HandSearch, InTheWay, Obstacle, Surroundings},
+    grasp::{HandPassage, HandSearch, PathObstacle, SceneObstacle, Surroundings},
     ids::{ItemId, ObjectId, SampleId},
     voxel::InsideTest,
     words::{PathStage, Split},
@@ -216,12 +216,12 @@ fn surroundings(scene: &Scene, shapes: &BTreeMap<ObjectId, TriMesh>) -> Surround
     let surface = |mesh: &TriMesh| ContactSurface::new(mesh, InsideTest::WindingNumber).expect("a surface").into();
     let SceneContainer::Bin { inner, wall, .. } = scene.container else { panic!("scenes in bins") };
     let container = surface(&TriMesh::open_box(inner, wall));
-    let object = |body: &graspmill::format::SceneBody| Obstacle {
+    let object = |body: &graspmill::format::SceneBody| SceneObstacle {
         surface: surface(&shapes[&body.object]),
         scene_from_obstacle: *body.world_from_object.isometry(),
     };
     Surroundings {
-        container: Some(Obstacle { surface: container, scene_from_obstacle: IsometryMatrix3::identity() }),
+        container: Some(SceneObstacle { surface: container, scene_from_obstacle: IsometryMatrix3::identity() }),
         ground: -wall,
         objects: scene.bodies.iter().map(object).collect(),
     }
@@ -282,10 +282,10 @@ fn every_row_follows_from_the_stored_scene_and_grasp() {
             for (again, way) in [(again.shaped, candidate.ways.shaped), (again.opened, candidate.ways.opened)] {
                 let blocked = again.blocked.map(|(stage, by)| {
                     let by = match by {
-                        InTheWay::Ground => PickObstacle::Ground,
-                        InTheWay::Container => PickObstacle::Container,
-                        InTheWay::Target => PickObstacle::Own,
-                        InTheWay::Neighbour(index) => PickObstacle::Neighbour(index as u32 + 1),
+                        PathObstacle::Ground => PickObstacle::Ground,
+                        PathObstacle::Container => PickObstacle::Container,
+                        PathObstacle::Target => PickObstacle::Own,
+                        PathObstacle::Neighbour(index) => PickObstacle::Neighbour(index as u32 + 1),
                     };
                     (stage, by)
                 });
@@ -298,7 +298,7 @@ fn every_row_follows_from_the_stored_scene_and_grasp() {
             let end = candidate.ways.shaped.blocked.map_or("free", |blocked| PickObstacle::NAMES[by_index(blocked.by)]);
             *seen.entry(end).or_insert(0) += 1;
         }
-        let facts = PickFacts::of(&record, None);
+        let facts = PickFacts::from_candidates(&record, None);
         assert_eq!(facts.free + facts.lost.iter().sum::<u32>(), facts.candidates);
         assert!(facts.free_either >= facts.free.max(facts.free_opened), "{facts:?}");
         assert!(facts.free_either <= facts.free + facts.free_opened, "{facts:?}");

@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 use graspmill::{
     geom::TriMesh,
     runtime::completion::{
-        CameraDescription, Completer, CompletionModel, Detail, FrameRule, Scene, SceneRule, read_frame,
+        CameraDescription, Completer, CompletionModel, Detail, FrameRule, SceneRule, SegmentedScene, read_frame,
     },
 };
 use serde_json::Value;
@@ -182,7 +182,7 @@ fn masks_contacts_and_the_world_are_taken_or_refused_with_the_remedy() {
         ..FrameRule::default()
     };
     let frame = read_frame(&repository_path(PICTURE), &rule).expect("a picture").frame;
-    let scene = Scene::segment(frame, &SceneRule::default());
+    let scene = SegmentedScene::segment(frame, &SceneRule::default());
     let can = scene.clusters.last().expect("clusters");
     let mut mask = vec![0; 320 * 240];
     can.pixels.iter().for_each(|pixel| mask[*pixel as usize] = 255);

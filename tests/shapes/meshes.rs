@@ -61,7 +61,7 @@ fn meshes() -> Vec<TriMesh> {
     for name in ["can-01", "cup-01", "bowl-01"] {
         let grid = grid_of(name, 24);
         meshes.push(CompletedMesh::obstacle(&field_of(&grid), &placement(24), OBSTACLE_THRESHOLD).mesh);
-        meshes.push(CompletedMesh::algorithm_2(&grid, &[], &placement(24)).completed.mesh);
+        meshes.push(CompletedMesh::merge_observed(&grid, &[], &placement(24)).completed.mesh);
     }
     meshes
 }

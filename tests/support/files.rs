@@ -86,7 +86,7 @@ pub fn assert_intact(folder: impl AsRef<Path>, options: VerifyOptions) {
 pub fn digest_dataset(folder: impl AsRef<Path>) -> BTreeMap<PathBuf, Digest> {
     let mut files = read_tree(folder);
     files.remove(Path::new("notes.json"));
-    files.into_iter().map(|(path, content)| (path, Digest::of(&content))).collect()
+    files.into_iter().map(|(path, content)| (path, Digest::hash(&content))).collect()
 }
 
 /// The names in a folder, sorted.

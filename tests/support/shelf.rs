@@ -56,7 +56,7 @@ pub struct ShelfContent {
 impl Shelf {
     /// Fills `folder` with a finished dataset.
     pub fn write(&self, folder: &Path) -> ShelfContent {
-        let job = JobDigest(Digest::of(b"shelf"));
+        let job = JobDigest(Digest::hash(b"shelf"));
         let samples = u64::from(self.views) * SHAPES.len() as u64;
         let shards = SHAPES.len() as u32;
         begin_run(&Folder::at(folder), &RunMark::new(Product::COMPLETION, job, samples, shards, self.views)).unwrap();
@@ -117,7 +117,7 @@ impl Shelf {
         objects.sort_by_key(|row| row.object);
         let asset = |(name, _): &(&str, Inside)| {
             serde_json::json!({
-                "name": name, "object": object(name), "geometry": Digest::of(name.as_bytes()),
+                "name": name, "object": object(name), "geometry": Digest::hash(name.as_bytes()),
                 "triangles": 2048 + name.len(), "extents": [0.08, 0.08, 0.1], "watertight": *name != "ring", "bodies": 1,
                 "repairs": if *name == "ring" { serde_json::json!([{"repair": "duplicate_faces", "count": 4}]) } else { serde_json::json!([]) },
                 "warnings": if *name == "wand" { serde_json::json!(["cells are smaller than a pixel at 1 m"]) } else { serde_json::json!([]) },
@@ -147,7 +147,7 @@ impl Shelf {
 }
 
 fn object(name: &str) -> ObjectId {
-    ObjectId(Digest::of(name.as_bytes()))
+    ObjectId(Digest::hash(name.as_bytes()))
 }
 
 fn sample(id: SampleId, inside: Inside) -> (VoxelPair, OccupancyGrid, Depth, Cloud) {

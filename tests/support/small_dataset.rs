@@ -5,8 +5,8 @@ use std::path::Path;
 use graspmill::{
     files::Folder,
     format::{
-        Approach, ApproachEnd, Channel, Felt, HandTouch, PairFacts, Product, TactileContacts, TouchContact, Visibility,
-        VoxelPair,
+        Approach, ApproachEnd, Channel, HandTouch, LinkContact, PairFacts, Product, TactileContacts, TouchContact,
+        Visibility, VoxelPair,
         dataset::{DatasetHeader, FinishedShard, RunMark, ShardHeader, ShardWriter, begin_run, finish_dataset},
     },
     geom::{GridPlacement, Intrinsics, OccupancyGrid, Pose, rotation_from_rpy},
@@ -49,7 +49,7 @@ impl SmallDataset {
     }
 
     pub fn object(&self, object: u64) -> ObjectId {
-        ObjectId(Digest::of(&object.to_le_bytes()))
+        ObjectId(Digest::hash(&object.to_le_bytes()))
     }
 
     pub fn id(&self, index: u64) -> SampleId {
@@ -184,7 +184,7 @@ impl SmallDataset {
 }
 
 pub fn job_digest() -> JobDigest {
-    JobDigest(Digest::of(b"job"))
+    JobDigest(Digest::hash(b"job"))
 }
 
 /// Touch of every seventh cell of the far side, in its middle. A hand finds these in its first approach of three, nothing
@@ -207,14 +207,15 @@ pub fn make_touch(channel: Channel, pair: &VoxelPair) -> TactileContacts {
     let missed = if touch.contacts.is_empty() { 3 } else { 2 };
     touch.misses = vec![[0.0, 0.0, 1.0]; missed];
     if channel.is_touch_by_hand() {
-        let felt = (0..touch.contacts.len() as u32).map(|k| Felt { link: k % 2, force: k as f32, gap: -1e-5 });
+        let contacts =
+            (0..touch.contacts.len() as u32).map(|k| LinkContact { link: k % 2, force: k as f32, gap: -1e-5 });
         let ends = [ApproachEnd::AtRest, ApproachEnd::Missed, ApproachEnd::Unstable];
         let approach = |end| Approach { camera_from_hand: Pose::identity(), joints: vec![0.1], end };
         touch.hand = Some(HandTouch {
             hand: "claw".to_owned(),
             links: vec!["palm".to_owned(), "tip".to_owned()],
             joints: vec!["finger".to_owned()],
-            felt: felt.collect(),
+            contacts: contacts.collect(),
             approaches: ends.map(approach).to_vec(),
         });
     }

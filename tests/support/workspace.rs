@@ -18,7 +18,7 @@ use super::{
 static PROGRAM: LazyLock<Digest> = LazyLock::new(|| {
     let program = fs::read(env!("CARGO_BIN_EXE_graspmill")).expect("the program");
     let scenes = digest_dataset(repository_path("scenes"));
-    Digest::of(format!("{} {scenes:?}", Digest::of(&program)).as_bytes())
+    Digest::hash(format!("{} {scenes:?}", Digest::hash(&program)).as_bytes())
 });
 
 /// Folder of the fixtures, which later runs of the tests use again.
@@ -61,7 +61,7 @@ impl Workspace {
     #[track_caller]
     pub fn with_datasets(jobs: &[(&str, String)]) -> Self {
         let Some(((name, job), before)) = jobs.split_last() else { panic!("no dataset") };
-        let key = Digest::of(format!("{} {jobs:?}", *PROGRAM).as_bytes()).hex();
+        let key = Digest::hash(format!("{} {jobs:?}", *PROGRAM).as_bytes()).hex();
         let fixture = Self { folder: Path::new(FIXTURES).join(&key[..24]), _temporary: None };
         fs::create_dir_all(FIXTURES).expect("a folder");
         let lock = File::create(fixture.folder.with_extension("lock")).expect("a lock");

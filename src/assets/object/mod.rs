@@ -136,13 +136,13 @@ impl PreparedObject {
 
     /// Rotations and reflections that map the object onto itself; `None` when no cell is solid.
     pub fn symmetries(&self) -> Option<Symmetries> {
-        self.mass().map(|mass| Symmetries::of(&self.mesh, self.tree(), mass))
+        self.mass().map(|mass| Symmetries::from_mesh(&self.mesh, self.tree(), mass))
     }
 
     /// Stable poses on a table; none when no cell is solid.
     pub fn resting(&self) -> &RestingPoses {
         self.resting.get_or_init(|| {
-            self.mass().map_or_else(RestingPoses::default, |mass| RestingPoses::of(&self.mesh, &mass.centre))
+            self.mass().map_or_else(RestingPoses::default, |mass| RestingPoses::from_mesh(&self.mesh, &mass.centre))
         })
     }
 }
@@ -243,7 +243,7 @@ mod tests {
         assert!(Arc::ptr_eq(object.solid(), object.solid()) && Arc::ptr_eq(object.surface(), object.surface()));
         let mass = MassProperties::of_solid(&solid).expect("a solid");
         assert_eq!(object.mass(), Some(&mass));
-        assert_eq!(*object.resting(), RestingPoses::of(object.mesh(), &mass.centre));
+        assert_eq!(*object.resting(), RestingPoses::from_mesh(object.mesh(), &mass.centre));
         let contact = object.contact_surface().expect("a surface");
         let alone = ContactSurface::new(object.mesh(), object.inside_test()).expect("a surface");
         let bounds = object.bounds();

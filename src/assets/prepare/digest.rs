@@ -54,7 +54,7 @@ pub(crate) fn geometry(mesh: &TriMesh) -> Digest {
         low += u128::from(lane(0x9e37_79b9_7f4a_7c15));
         high += u128::from(lane(0xd1b5_4a32_d192_ed03));
     }
-    Digest::of_parts([
+    Digest::hash_parts([
         b"graspmill geometry 1".as_slice(),
         &(mesh.triangles.len() as u64).to_le_bytes(),
         &low.to_le_bytes(),

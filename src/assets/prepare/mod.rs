@@ -55,7 +55,7 @@ pub(super) fn prepare_and_judge(source: &MeshSource) -> Result<(PreparedMesh, Ju
     match &source.origin {
         MeshOrigin::File(path) => {
             let (bytes, raw) = read::read(path)?;
-            let file = Digest::of(&bytes);
+            let file = Digest::hash(&bytes);
             drop(bytes);
             finish(raw, source, Some(file)).map_err(|refuse| refuse.about(path.display().to_string()))
         }

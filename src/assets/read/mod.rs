@@ -50,7 +50,7 @@ pub fn read_triangles(path: &Path) -> Result<Triangles, MeshRefusal> {
 }
 
 fn load(path: &Path) -> Result<Vec<u8>, Refuse> {
-    let unreadable = |error: std::io::Error| match (error.kind(), FileRefusal::of(&error)) {
+    let unreadable = |error: std::io::Error| match (error.kind(), FileRefusal::find_in(&error)) {
         (std::io::ErrorKind::NotFound, _) => {
             Refuse::new("not_found", "no such file", "check the path, which starts at the job file's folder")
         }

@@ -127,7 +127,7 @@ fn surface_scores(mesh: &TriMesh, truth: &Truth, sample: &StoredSample) -> Resul
         distances: truth.surface.compare(mesh)?,
         volumes: mesh_overlap(mesh, truth.mesh),
         free_space,
-        bodies: LooseBodies::of(mesh),
+        bodies: LooseBodies::from_mesh(mesh),
         geodesics: geodesics.transpose()?,
         thesis: (truth.rules == RulesName::Thesis).then(by_thesis).transpose()?,
     }))

@@ -9,7 +9,7 @@ mod task;
 mod template;
 
 pub use grant::{Grant, granted_threads};
-pub use submission::{Backend, Container, Resources, Submission, SubmissionError, SubmissionFile, TaskPlan};
+pub use submission::{Backend, PodContainer, Resources, Submission, SubmissionError, SubmissionFile, TaskPlan};
 pub use task::{TaskChoice, TaskError, TaskFound};
 
 /// Lookup of an environment variable's value.

@@ -52,7 +52,7 @@ pub struct TaskPlan {
 /// Kubernetes' further needs: image and volume.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Container {
+pub struct PodContainer {
     /// The image, with the program in it.
     pub image: String,
     /// The claim of a volume that many pods may write to.
@@ -86,7 +86,7 @@ pub struct Submission {
     /// Further options for Slurm, such as `--partition=long`.
     pub options: Vec<String>,
     /// Container, for Kubernetes.
-    pub container: Option<Container>,
+    pub container: Option<PodContainer>,
 }
 
 /// A file that an engine is given.
@@ -195,7 +195,7 @@ impl Submission {
         check_text("the job's name", &self.name)?;
         self.overrides.iter().try_for_each(|setting| check_text("--set", setting))?;
         self.options.iter().try_for_each(|option| check_text("--option", option))?;
-        self.container.iter().try_for_each(|Container { image, claim, .. }| {
+        self.container.iter().try_for_each(|PodContainer { image, claim, .. }| {
             check_text("--image", image)?;
             check_text("--claim", claim)
         })
@@ -291,7 +291,7 @@ mod tests {
             plan: TaskPlan { tasks: 32, shards: 153, at_once: Some(4) },
             resources: Resources { cpus: 8, memory: 4096, minutes: 90 },
             options: vec!["--partition=long".to_owned()],
-            container: (backend == Backend::Kubernetes).then(|| Container {
+            container: (backend == Backend::Kubernetes).then(|| PodContainer {
                 image: "registry/graspmill:0.1".to_owned(),
                 claim: "data".to_owned(),
                 mount: "/data".into(),

@@ -23,7 +23,7 @@ struct Canonical<'a> {
 
 impl Canonical<'_> {
     fn digest(&self) -> Digest {
-        Digest::of(&serde_json::to_vec(self).expect("keys of a job are plain data"))
+        Digest::hash(&serde_json::to_vec(self).expect("keys of a job are plain data"))
     }
 }
 

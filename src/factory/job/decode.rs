@@ -66,7 +66,7 @@ struct JobHints(&'static ProductFactory);
 impl Hints for JobHints {
     fn unknown_key(&self, path: &Path, key: &str) -> Option<String> {
         let written = path.to_string();
-        if let Some((_, help)) = self.0.other_words.iter().find(|(word, _)| *word == written) {
+        if let Some((_, help)) = self.0.key_hints.iter().find(|(word, _)| *word == written) {
             return Some((*help).to_owned());
         }
         let paths = |factory: &ProductFactory| KEY_PATHS.get(factory.product.name);

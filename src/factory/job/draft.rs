@@ -90,7 +90,7 @@ impl JobDraft {
         let DraftWork { shard_samples, mut notes, objects, with_masses, of_one_body, make, .. } = self.work;
         let objects = objects.map(|objects| objects.resolve(assets, with_masses, of_one_body)).transpose()?;
         let work = make(objects, &mut notes);
-        let shard_samples = shard_samples.of(&work.subjects());
+        let shard_samples = shard_samples.per_shard(&work.subjects());
         let Self { name, profile, overrides, seed, .. } = self;
         Ok(Job { name, profile, overrides, seed, notes, shard_samples, work })
     }

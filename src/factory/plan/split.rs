@@ -168,7 +168,7 @@ fn straddling_views(row: &ObjectSplit, first_equal: &[u32]) -> u64 {
 
 /// A number that depends on nothing but the seed, the purpose and the subject.
 fn key(seed: u64, purpose: &str, subject: &[u8]) -> Digest {
-    Digest::of_parts([b"split".as_slice(), &seed.to_le_bytes(), purpose.as_bytes(), subject])
+    Digest::hash_parts([b"split".as_slice(), &seed.to_le_bytes(), purpose.as_bytes(), subject])
 }
 
 /// The key as a number in [0, 1).

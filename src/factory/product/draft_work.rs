@@ -125,7 +125,7 @@ impl ShardSamples {
     }
 
     /// Samples per shard of a job with these subjects.
-    pub fn of(&self, subjects: &[SubjectItems]) -> u32 {
+    pub fn per_shard(&self, subjects: &[SubjectItems]) -> u32 {
         match self {
             Self::Most(most) => *most,
             Self::Share(range) => {
@@ -159,18 +159,18 @@ mod tests {
     use kernel::ids::{Digest, ObjectId};
 
     fn subjects(count: u32, items: u32, samples_per_item: u32) -> Vec<SubjectItems> {
-        (0..count).map(|_| SubjectItems { id: ObjectId(Digest::of(b"any")), items, samples_per_item }).collect()
+        (0..count).map(|_| SubjectItems { id: ObjectId(Digest::hash(b"any")), items, samples_per_item }).collect()
     }
 
     #[test]
     fn a_small_job_has_many_shards_and_a_large_one_full_ones() {
         let share = ShardSamples::or_share(None, 4..=64);
         for (samples, expected) in [(0, 4), (12, 4), (40, 4), (320, 10), (321, 11), (2048, 64), (10_000, 64)] {
-            assert_eq!(share.of(&subjects(samples, 1, 1)), expected, "{samples}");
+            assert_eq!(share.per_shard(&subjects(samples, 1, 1)), expected, "{samples}");
         }
-        assert_eq!(share.of(&subjects(10, 8, 4)), 10, "samples count, not items");
-        assert_eq!(share.of(&subjects(2, u32::MAX, u32::MAX)), 64);
-        assert_eq!(ShardSamples::or_share(Some(7), 4..=64).of(&subjects(10_000, 1, 1)), 7);
+        assert_eq!(share.per_shard(&subjects(10, 8, 4)), 10, "samples count, not items");
+        assert_eq!(share.per_shard(&subjects(2, u32::MAX, u32::MAX)), 64);
+        assert_eq!(ShardSamples::or_share(Some(7), 4..=64).per_shard(&subjects(10_000, 1, 1)), 7);
     }
 
     #[test]

@@ -20,7 +20,7 @@ pub struct ProductFactory {
     /// Default values of its keys: those of the profile `standard`, and the ones that `thesis` changes.
     pub profiles: [&'static str; 2],
     /// Paths of keys that people write and that no job has, each with a remedy.
-    pub other_words: &'static [(&'static str, &'static str)],
+    pub key_hints: &'static [(&'static str, &'static str)],
     /// Settings under which its jobs use a hand.
     pub hand_uses: &'static [HandUse],
     /// Datasets that its jobs read.

@@ -12,7 +12,7 @@ use kernel::{
 use sim::{Container, Vessel};
 
 /// The container of a scene, and the table below it, in the scene's frame.
-pub struct Surroundings {
+pub struct SceneFixtures {
     /// The container; `None` for a plane.
     pub container: Option<TriMesh>,
     /// The table's top.
@@ -21,7 +21,7 @@ pub struct Surroundings {
     pub table_z: f64,
 }
 
-impl Surroundings {
+impl SceneFixtures {
     /// A container on a table of these sides [m]; without a container the table is the plane on which the bodies stand.
     pub fn new(container: &SceneContainer, table: [f64; 2]) -> Self {
         let (container, table_z) = (container.mesh(), container.table_z());

@@ -45,7 +45,7 @@ pub fn prepare_assets(
                 return Ok(Err(refusal));
             }
             context.cancel.check()?;
-            let shape = ShapeDescriptor::of(object.mesh(), object.inside_test());
+            let shape = ShapeDescriptor::from_mesh(object.mesh(), object.inside_test());
             Ok::<_, ProduceError>(Ok((object.record().clone(), shape)))
         };
         let prepared = contain(|| format!("preparing the mesh `{}`", source.name), prepare_one)?;

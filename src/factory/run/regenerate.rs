@@ -99,7 +99,7 @@ pub fn regenerate(
 
 fn fate_of(made: &MadeSample<'_>) -> Fate {
     match made.fate {
-        MadeFate::Kept(payloads) => Fate::Kept(payloads.iter().map(|(_, payload)| Digest::of(payload)).collect()),
+        MadeFate::Kept(payloads) => Fate::Kept(payloads.iter().map(|(_, payload)| Digest::hash(payload)).collect()),
         MadeFate::Rejected { reason, detail } => {
             Fate::Rejected { reason: reason.to_owned(), detail: detail.to_owned() }
         }

@@ -12,7 +12,7 @@ use super::{
     spec::{BodiesSpec, MeshRow, ObjectsSpec},
 };
 use assets::{FolderError, MeshOrigin, MeshRefusal, MeshSource, ScaleRule, object::MadeOf};
-use form::{Checker, FormError, Path, Problem, did_you_mean, first_repeated, fits_path};
+use form::{Checker, FormError, FormProblem, Path, did_you_mean, first_repeated, fits_path};
 use kernel::{
     files::{self, Bound},
     ids::{Digest, ObjectId},
@@ -237,7 +237,7 @@ fn candidates(
         let Some(package) = packages::package(name) else {
             let choices: Vec<String> = PACKAGES.iter().map(|package| package.name.to_owned()).collect();
             let help = did_you_mean(name, PACKAGES.iter().map(|package| package.name));
-            checker.fail(path.key("package"), Problem::NotAChoice { found: name.clone(), choices }).help_if(help);
+            checker.fail(path.key("package"), FormProblem::NotAChoice { found: name.clone(), choices }).help_if(help);
             return Candidates::default();
         };
         let target = context.packages.join(package.folder);
@@ -300,8 +300,8 @@ fn rows(
     rows
 }
 
-fn not_in_entry(name: &str) -> Problem {
-    Problem::NotFound { what: "mesh".to_owned(), detail: format!("`{name}` in this entry") }
+fn not_in_entry(name: &str) -> FormProblem {
+    FormProblem::NotFound { what: "mesh".to_owned(), detail: format!("`{name}` in this entry") }
 }
 
 fn joined(above: MeshRow, below: MeshRow) -> MeshRow {

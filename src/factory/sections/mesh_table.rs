@@ -6,7 +6,7 @@ use super::{
     csv::csv_records,
     spec::{BodiesSpec, MAX_WALL, MaterialSpec, MeshRow, UnitSpec},
 };
-use form::{Bounds, Finding, FormError, Location, Mistakes, Problem, Source, did_you_mean};
+use form::{Bounds, Finding, FormError, FormProblem, Location, Mistakes, Source, did_you_mean};
 use kernel::words::{LengthUnit, Material};
 
 const COLUMNS: [&str; 14] = [
@@ -36,7 +36,7 @@ pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, (MeshRow, Locati
     let mut rows = BTreeMap::new();
     let mut errors = Mistakes::default();
     let source = Source::new(file, text);
-    let mut report = |range: &Range<usize>, key: &str, problem: Problem, help: Option<String>| {
+    let mut report = |range: &Range<usize>, key: &str, problem: FormProblem, help: Option<String>| {
         errors.push(FormError { location: source.location(range), key: key.to_owned(), problem, help });
     };
     let mut lines = csv_records(text);
@@ -45,12 +45,12 @@ pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, (MeshRow, Locati
         if !COLUMNS.contains(&field.text.as_str()) {
             let known = COLUMNS.map(str::to_owned).into();
             let help = did_you_mean(&field.text, COLUMNS);
-            report(&field.range, "", Problem::UnknownKey { found: field.text.clone(), known }, help);
+            report(&field.range, "", FormProblem::UnknownKey { found: field.text.clone(), known }, help);
         }
     }
     let Some(name_column) = header.iter().position(|field| field.text == "name") else {
         let expected = "a first line that names the columns, `name` among them".into();
-        report(&(0..0), "", Problem::Missing { expected }, None);
+        report(&(0..0), "", FormProblem::Missing { expected }, None);
         return (rows, errors);
     };
     for record in lines {
@@ -58,7 +58,7 @@ pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, (MeshRow, Locati
         if record.len() != header.len() {
             let (expected, found) =
                 (format!("{} fields, as in the first line", header.len()), record.len().to_string());
-            report(&whole, "", Problem::Invalid { expected, found }, None);
+            report(&whole, "", FormProblem::Invalid { expected, found }, None);
             continue;
         }
         let name = record[name_column].text.clone();
@@ -71,13 +71,13 @@ pub(super) fn read(file: &str, text: &str) -> (BTreeMap<String, (MeshRow, Locati
         let location = source.location(&record[name_column].range);
         if rows.insert(name.clone(), (row, location)).is_some() {
             let found = format!("a second row for `{name}`");
-            report(&whole, "name", Problem::Invalid { expected: "each mesh has one row".to_owned(), found }, None);
+            report(&whole, "name", FormProblem::Invalid { expected: "each mesh has one row".to_owned(), found }, None);
         }
     }
     (rows, errors)
 }
 
-fn set(row: &mut MeshRow, column: &str, text: &str) -> Result<(), Problem> {
+fn set(row: &mut MeshRow, column: &str, text: &str) -> Result<(), FormProblem> {
     let number = || match text.parse::<f64>() {
         Ok(number) if number > 0.0 && number.is_finite() => Ok(Some(number)),
         _ => Err(out_of_range(Bounds { above: Some(0.0), unit: Some("m".to_owned()), ..Bounds::default() }, text)),
@@ -86,7 +86,7 @@ fn set(row: &mut MeshRow, column: &str, text: &str) -> Result<(), Problem> {
         "unit" => {
             let unknown = || {
                 let choices = LengthUnit::names().map(str::to_owned).collect();
-                Problem::NotAChoice { found: text.to_owned(), choices }
+                FormProblem::NotAChoice { found: text.to_owned(), choices }
             };
             row.unit = Some(UnitSpec(LengthUnit::named(text).ok_or_else(unknown)?));
         }
@@ -107,7 +107,7 @@ fn set(row: &mut MeshRow, column: &str, text: &str) -> Result<(), Problem> {
         "material" => {
             let unknown = || {
                 let choices = Material::all().iter().map(|material| material.name.to_owned()).collect();
-                Problem::NotAChoice { found: text.to_owned(), choices }
+                FormProblem::NotAChoice { found: text.to_owned(), choices }
             };
             row.material = Some(MaterialSpec(Material::named(text).ok_or_else(unknown)?));
         }
@@ -122,7 +122,7 @@ fn set(row: &mut MeshRow, column: &str, text: &str) -> Result<(), Problem> {
         "bodies" => {
             let unknown = || {
                 let choices = BodiesSpec::ALL.map(|bodies| bodies.name().to_owned()).into();
-                Problem::NotAChoice { found: text.to_owned(), choices }
+                FormProblem::NotAChoice { found: text.to_owned(), choices }
             };
             row.bodies = Some(BodiesSpec::named(text).ok_or_else(unknown)?);
         }
@@ -130,15 +130,15 @@ fn set(row: &mut MeshRow, column: &str, text: &str) -> Result<(), Problem> {
         "object" if kernel::ids::Digest::from_hex(text).is_some() => row.object = Some(text.to_owned()),
         "object" => {
             let expected = "64 hexadecimal digits".to_owned();
-            return Err(Problem::Invalid { expected, found: text.to_owned() });
+            return Err(FormProblem::Invalid { expected, found: text.to_owned() });
         }
         _ => {}
     }
     Ok(())
 }
 
-fn out_of_range(bounds: Bounds, found: &str) -> Problem {
-    Problem::OutOfRange { expected: bounds.into(), found: Finding::Written(found.to_owned()) }
+fn out_of_range(bounds: Bounds, found: &str) -> FormProblem {
+    FormProblem::OutOfRange { expected: bounds.into(), found: Finding::Written(found.to_owned()) }
 }
 
 #[cfg(test)]

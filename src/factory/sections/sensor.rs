@@ -29,7 +29,7 @@ pub fn check_sensor(checker: &mut Checker, spec: &SensorSpec) -> Option<SensorMo
 
 impl SensorSpec {
     /// A sensor with every constant.
-    pub fn of(model: &SensorModel) -> Self {
+    pub fn from_model(model: &SensorModel) -> Self {
         let constants = model.canonical().into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
         Self { profile: model.profile_name().to_owned(), constants }
     }

@@ -13,7 +13,7 @@ use crate::{
     storage::{
         Counts, DatasetError, Fate, FileEntry, IndexFormat, IndexWriter, Ledger, LedgerRow, Manifest, RunMark,
         ShardEntry,
-        durable::{self, Temporary, json_text},
+        durable::{self, TemporaryFile, json_text},
         error::REMAKE,
         folder::{hash_file, scan_shards, shards_folder},
         index::{IndexRow, index_columns},
@@ -102,7 +102,7 @@ pub fn finish_dataset(
     }
 
     // One pass over the ledgers writes the index and the rejects, and collects the leaves of the roots.
-    let (index_file, index_temporary) = Temporary::create(folder, INDEX)?;
+    let (index_file, index_temporary) = TemporaryFile::create(folder, INDEX)?;
     let copy = index_file.try_clone().map_err(DatasetError::io("writing", &index_temporary.path()))?;
     let index_path = index_temporary.path();
     let mut pass = Pass::begin(folder, &mark, &subjects, splits.as_ref(), header, &index_path)?;
@@ -237,7 +237,7 @@ impl<'a> Pass<'a> {
         header: &'a DatasetHeader,
         index_path: &'a Path,
     ) -> Result<Self, DatasetError> {
-        let (file, temporary) = Temporary::create(folder, REJECTS)?;
+        let (file, temporary) = TemporaryFile::create(folder, REJECTS)?;
         Ok(Self {
             mark,
             subjects,
@@ -320,7 +320,7 @@ impl<'a> Pass<'a> {
             invalid(&shard.path, format!("sample {index} is {sample}, whose subject is in no row of the {table}"))
         };
         let (rank, name, id) = self.subjects.get(&row.sample.subject).ok_or_else(|| unknown("asset table"))?;
-        let split = self.splits.map(|splits| splits.of(&row.sample).ok_or_else(|| unknown("split table")));
+        let split = self.splits.map(|splits| splits.split_of(&row.sample).ok_or_else(|| unknown("split table")));
         let split: Option<Split> = split.transpose()?;
         self.leaves.extend(Leaf::of_row(*rank, row, &self.classes));
         count_row(&mut self.sums.counts, self.mark.product, &self.channels, row, split);
@@ -379,7 +379,7 @@ pub(super) fn reject_line(row: &LedgerRow) -> Option<String> {
 /// `rejects.jsonl` while it grows.
 struct Rejects {
     out: BufWriter<File>,
-    temporary: Temporary,
+    temporary: TemporaryFile,
 }
 
 impl Rejects {

@@ -120,7 +120,7 @@ fn chunk_sizes() {
             concat!(env!("CARGO_MANIFEST_DIR"), "/../../.deps/ycb/{name}.stl"),
             name = name
         )));
-        let object = ObjectId(Digest::of(name.as_bytes()));
+        let object = ObjectId(Digest::hash(name.as_bytes()));
         for view in 0..242 {
             samples.push(pair(&points, SampleId::of_object(object, ItemId(3 * view)), 3 * view));
         }
@@ -143,7 +143,7 @@ fn chunk_sizes() {
     println!("decode {:.2} us", start.seconds() * 1e6 / 5.0 / count as f64);
     let start = Clock::start();
     for _ in 0..5 * count {
-        std::hint::black_box(Digest::of(std::hint::black_box(&payload)));
+        std::hint::black_box(Digest::hash(std::hint::black_box(&payload)));
     }
     println!("digest {:.2} us", start.seconds() * 1e6 / 5.0 / count as f64);
     let start = Clock::start();
@@ -162,7 +162,7 @@ fn measure(samples: &[(VoxelPair, OccupancyGrid)], channels: &[Channel], chunk: 
     let (folder, count) = (tempfile::tempdir().unwrap(), samples.len() as u64);
     let header = ShardHeader {
         product: Product::COMPLETION,
-        job: JobDigest(Digest::of(b"job")),
+        job: JobDigest(Digest::hash(b"job")),
         shard: ShardId(0),
         shards: 1,
         samples: 0..count,

@@ -32,7 +32,7 @@ pub use crate::storage::{
     AssetRow, AssetTable, BadShard, Begun, CHUNK_BYTES, Cell, ColumnKind, Counts, DatasetError, DatasetReader,
     DoneShard, Fate, FileEntry, FinishedShard, IndexColumn, IndexFormat, IndexWriter, InvalidObjectFacts, Ledger,
     LedgerRow, Manifest, NewFolder, ObjectFacts, RunMark, Sample, Samples, Selection, SetContent, SetEntry, SetObject,
-    SetTable, ShardEntry, ShardHeader, ShardName, ShardScan, ShardWriter, Temporary, abandon_run, add_symmetries,
+    SetTable, ShardEntry, ShardHeader, ShardName, ShardScan, ShardWriter, TemporaryFile, abandon_run, add_symmetries,
     begin_run, clear_away, index_columns, layout, listed_shards, read_mark, scan_shards, scan_some_shards,
     shards_folder, without_manifest,
 };

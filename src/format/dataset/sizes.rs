@@ -70,7 +70,7 @@ impl TableSizes {
                 let mut table = format.begin(Box::new(&mut bytes), &columns)?;
                 for (shard, row) in &rows[..count] {
                     let Some((_, name, id)) = subjects.get(&row.sample.subject) else { continue };
-                    let split = splits.as_ref().and_then(|splits| splits.of(&row.sample));
+                    let split = splits.as_ref().and_then(|splits| splits.split_of(&row.sample));
                     let cells = IndexRow { row, subject: [name, id], split, shard: *shard };
                     table.push(&cells.cells(header.product, &channels))?;
                 }

@@ -18,7 +18,7 @@ use crate::{
     products::reachability::{FIELD, FORMAT, SCHEMAS},
     storage::{
         DatasetError,
-        durable::Temporary,
+        durable::TemporaryFile,
         error::{REMAKE, REWRITE},
         shard::{LIBRARY, ZSTD_LEVEL},
         shard_file::{
@@ -45,7 +45,7 @@ pub fn read_field(folder: &Folder) -> Result<ReachabilityField, DatasetError> {
 
 /// Digest of the field's payload, which enters the root digest.
 fn payload_digest(folder: &Folder) -> Result<Digest, DatasetError> {
-    Ok(Digest::of(&read_payload(folder)?))
+    Ok(Digest::hash(&read_payload(folder)?))
 }
 
 /// Computes the distances of all labels and writes the field. `shards` are the names of all shards' files, in order; each
@@ -65,7 +65,7 @@ pub fn write_field(
     let mut payload = Vec::new();
     field.encode(&mut payload);
     drop(field);
-    let (file, temporary) = Temporary::create(folder, FIELD)?;
+    let (file, temporary) = TemporaryFile::create(folder, FIELD)?;
     if payload.len() as u64 > MAX_CHUNK_BYTES / 2 {
         let problem = format!("a field of {} bytes, {} at most", payload.len(), MAX_CHUNK_BYTES / 2);
         return Err(DatasetError::Invalid { path: folder.path_of(FIELD), problem, remedy: "take larger steps" });

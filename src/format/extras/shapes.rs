@@ -21,7 +21,7 @@ use crate::{
     products::grasps::{RUN_SCHEMAS, SHAPES},
     storage::{
         DatasetError,
-        durable::Temporary,
+        durable::TemporaryFile,
         error::REWRITE,
         shard::{LIBRARY, ZSTD_LEVEL},
         shard_file::{MESSAGE_HEADER, attachment, parse, read_at, read_summary, records, unpack},
@@ -39,7 +39,7 @@ const TRIAL_HAND: [(&str, &str); 2] = [("trial_hand.xml", "application/xml"), ("
 pub struct ShapesWriter {
     writer: mcap::Writer<BufWriter<File>>,
     file: File,
-    temporary: Temporary,
+    temporary: TemporaryFile,
     /// Channel of the objects.
     channel: u16,
     payload: Vec<u8>,
@@ -53,7 +53,7 @@ impl ShapesWriter {
     /// # Errors
     /// When the file can't be written.
     pub fn create(folder: &Folder, job: &JobDigest, product: Product, hand: &HandShape) -> Result<Self, DatasetError> {
-        let (file, temporary) = Temporary::create(folder, SHAPES)?;
+        let (file, temporary) = TemporaryFile::create(folder, SHAPES)?;
         let copy = file.try_clone().map_err(DatasetError::io("writing", &temporary.path()))?;
         let begun = begin(BufWriter::new(copy), job, product.name).and_then(|mut writer| {
             let channels = [
@@ -75,7 +75,7 @@ impl ShapesWriter {
     /// # Errors
     /// When the file can't be written.
     pub fn of_objects(folder: &Folder, job: &JobDigest, product: Product) -> Result<Self, DatasetError> {
-        let (file, temporary) = Temporary::create(folder, SHAPES)?;
+        let (file, temporary) = TemporaryFile::create(folder, SHAPES)?;
         let copy = file.try_clone().map_err(DatasetError::io("writing", &temporary.path()))?;
         let begun = begin(BufWriter::new(copy), job, product.name).and_then(|mut writer| {
             let channel = add_channel(&mut writer, ObjectShape::SCHEMA, ObjectShape::TOPIC)?;

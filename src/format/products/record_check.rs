@@ -28,7 +28,7 @@ pub struct CheckedRecord {
 
 impl CheckedRecord {
     /// A record that states no facts.
-    pub fn of(sample: SampleId) -> Self {
+    pub fn without_facts(sample: SampleId) -> Self {
         Self { sample, facts: Vec::new(), broken_rules: Vec::new() }
     }
 }
@@ -43,7 +43,7 @@ pub fn check_record(
     payload: &[u8],
 ) -> Result<CheckedRecord, RecordError> {
     match channel.decode {
-        Some(decode) => decode(payload).map(CheckedRecord::of),
+        Some(decode) => decode(payload).map(CheckedRecord::without_facts),
         None => checks.check(channel, payload),
     }
 }

@@ -9,12 +9,12 @@ use kernel::files::{self, Folder};
 
 /// A file under a unique temporary name next to its final one; dropping this removes the file unless it was published
 /// ([`files::Temporary`]).
-pub struct Temporary {
+pub struct TemporaryFile {
     folder: Folder,
     temporary: files::Temporary,
 }
 
-impl Temporary {
+impl TemporaryFile {
     /// Creates a file under a temporary name of `name`; the folder must exist.
     ///
     /// # Errors

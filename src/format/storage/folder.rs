@@ -195,7 +195,7 @@ pub fn scan_some_shards(
                 continue;
             }
             // Only files can be shards.
-            Err(DatasetError::Io { source, .. }) if FileRefusal::of(&source).is_some() => {
+            Err(DatasetError::Io { source, .. }) if FileRefusal::find_in(&source).is_some() => {
                 bad(source.to_string());
                 continue;
             }
@@ -284,6 +284,6 @@ pub(crate) fn hash_grown(folder: &Folder, name: &str, expected: u64) -> Result<H
 
 /// BLAKE3 and size of a file, read in pieces.
 pub(crate) fn hash_file(folder: &Folder, name: &str) -> Result<(Digest, u64), DatasetError> {
-    let hashed = folder.open(name).and_then(Digest::of_reader);
+    let hashed = folder.open(name).and_then(Digest::hash_reader);
     hashed.map_err(DatasetError::io("reading", &folder.path_of(name)))
 }

@@ -27,31 +27,31 @@ impl Tree {
     pub fn root(self) -> Digest {
         let folded =
             self.subtrees.into_iter().rev().map(|(_, digest)| digest).reduce(|right, left| node(&left, &right));
-        folded.unwrap_or_else(|| Digest::of_parts([b"empty".as_slice()]))
+        folded.unwrap_or_else(|| Digest::hash_parts([b"empty".as_slice()]))
     }
 }
 
 fn node(left: &Digest, right: &Digest) -> Digest {
-    Digest::of_parts([b"node".as_slice(), &left.0, &right.0])
+    Digest::hash_parts([b"node".as_slice(), &left.0, &right.0])
 }
 
 /// Leaf of a kept sample; `payloads` are (topic, digest of the payload), sorted by topic.
 pub(super) fn sample_leaf<'a>(sample: &SampleId, payloads: impl IntoIterator<Item = (&'a str, &'a Digest)>) -> Digest {
     let id = sample.to_bytes();
     let head = [b"sample".as_slice(), &id];
-    Digest::of_parts(
+    Digest::hash_parts(
         head.into_iter().chain(payloads.into_iter().flat_map(|(topic, digest)| [topic.as_bytes(), &digest.0])),
     )
 }
 
 /// Leaf of a rejected sample.
 pub(super) fn reject_leaf(sample: &SampleId, reason: &str, detail: &str) -> Digest {
-    Digest::of_parts([b"reject".as_slice(), &sample.to_bytes(), reason.as_bytes(), detail.as_bytes()])
+    Digest::hash_parts([b"reject".as_slice(), &sample.to_bytes(), reason.as_bytes(), detail.as_bytes()])
 }
 
 /// Leaf of a row of the asset table, as canonical JSON.
 pub(super) fn asset_leaf(canonical: &str) -> Digest {
-    Digest::of_parts([b"asset".as_slice(), canonical.as_bytes()])
+    Digest::hash_parts([b"asset".as_slice(), canonical.as_bytes()])
 }
 
 /// The digest of a dataset from its parts; classes by name, sorted.
@@ -72,7 +72,7 @@ pub(super) fn dataset_root(
         parts.extend([word.as_bytes(), &digest.0]);
     }
     parts.extend([b"job".as_slice(), &job.0.0]);
-    Digest::of_parts(parts)
+    Digest::hash_parts(parts)
 }
 
 /// JSON in one spelling: keys sorted by bytes, no white space, numbers as `serde_json` writes them.
@@ -101,7 +101,7 @@ mod tests {
     /// Level by level, as the definition reads.
     fn by_levels(mut level: Vec<Digest>) -> Digest {
         if level.is_empty() {
-            return Digest::of_parts([b"empty".as_slice()]);
+            return Digest::hash_parts([b"empty".as_slice()]);
         }
         while level.len() > 1 {
             level = (level.chunks(2))
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn the_streamed_tree_is_the_tree_built_by_levels() {
         for count in 0..70u64 {
-            let leaves: Vec<_> = (0..count).map(|leaf| Digest::of(&leaf.to_le_bytes())).collect();
+            let leaves: Vec<_> = (0..count).map(|leaf| Digest::hash(&leaf.to_le_bytes())).collect();
             let mut tree = Tree::default();
             leaves.iter().for_each(|leaf| tree.push(*leaf));
             assert_eq!(tree.root(), by_levels(leaves), "{count} leaves");
@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn a_tree_knows_order_and_count_of_its_leaves() {
-        let leaves = [Digest::of(b"a"), Digest::of(b"b"), Digest::of(b"c")];
+        let leaves = [Digest::hash(b"a"), Digest::hash(b"b"), Digest::hash(b"c")];
         let root = |order: &[usize]| {
             let mut tree = Tree::default();
             order.iter().for_each(|index| tree.push(leaves[*index]));

@@ -24,7 +24,7 @@ pub(crate) mod subjects;
 
 pub use assets::{AssetRow, AssetTable};
 pub use begin::{Begun, abandon_run, begin_run};
-pub use durable::Temporary;
+pub use durable::TemporaryFile;
 pub use error::DatasetError;
 pub use folder::{
     BadShard, DoneShard, RunMark, ShardScan, clear_away, listed_shards, read_mark, scan_shards, scan_some_shards,

@@ -45,7 +45,7 @@ pub struct Selection {
 
 impl Selection {
     /// The samples of one split.
-    pub fn of(split: Split) -> Self {
+    pub fn from_split(split: Split) -> Self {
         Self { split: Some(split), subset: None }
     }
 

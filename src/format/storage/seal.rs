@@ -15,7 +15,7 @@ const END: &str = "\n}\n";
 /// A table, as pretty JSON with a line end, with its seal.
 pub(crate) fn sealed(text: &str) -> String {
     let keys = text.strip_suffix(END).unwrap_or(text);
-    format!("{keys}{HEAD}{}{TAIL}", Digest::of(text.as_bytes()))
+    format!("{keys}{HEAD}{}{TAIL}", Digest::hash(text.as_bytes()))
 }
 
 /// The table without its seal; `Err` describes what is wrong with it. A table without a seal is returned unchanged.
@@ -26,7 +26,7 @@ pub(crate) fn unsealed(bytes: &[u8]) -> Result<Vec<u8>, String> {
         return Ok(bytes.to_vec());
     };
     let text = [keys, END.as_bytes()].concat();
-    let calculated = Digest::of(&text);
+    let calculated = Digest::hash(&text);
     if calculated.hex().as_bytes() != digits {
         let saved = String::from_utf8_lossy(&digits[..16]).into_owned();
         return Err(format!("it has changed: its seal has {saved}, calculated {}", calculated.short()));

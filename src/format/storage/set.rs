@@ -152,7 +152,7 @@ impl SetTable {
             }
         }
         if missing.is_empty() {
-            return SetContent::of(folder, &self.jobs);
+            return SetContent::read(folder, &self.jobs);
         }
         Err(DatasetError::UnfinishedSet { folder: folder.path().to_owned(), missing })
     }
@@ -162,7 +162,7 @@ impl SetTable {
     /// # Errors
     /// When one is not finished or can't be read, or the file can't be written.
     pub fn finish(&mut self, folder: &Folder) -> Result<(), DatasetError> {
-        self.made = Some(SetContent::of(folder, &self.jobs)?);
+        self.made = Some(SetContent::read(folder, &self.jobs)?);
         self.write(folder)
     }
 
@@ -182,7 +182,7 @@ impl SetContent {
     ///
     /// # Errors
     /// When one is not finished or can't be read.
-    pub fn of(folder: &Folder, jobs: &[SetEntry]) -> Result<Self, DatasetError> {
+    pub fn read(folder: &Folder, jobs: &[SetEntry]) -> Result<Self, DatasetError> {
         let (mut roots, mut classes, mut objects) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
         for SetEntry { name, product } in jobs {
             let folder = folder.subfolder(name);
@@ -198,7 +198,7 @@ impl SetContent {
             classes.insert(name.clone(), manifest.classes);
         }
         let parts = roots.iter().flat_map(|(name, root)| [name.as_bytes(), &root.0]);
-        let root = Digest::of_parts(parts);
+        let root = Digest::hash_parts(parts);
         let objects: Vec<SetObject> =
             objects.into_iter().map(|((name, object), samples)| SetObject { name, object, samples }).collect();
         let twice = objects.windows(2).filter(|pair| pair[0].name == pair[1].name);

@@ -12,7 +12,7 @@ use mcap::{Attachment, Compression, WriteOptions, records::MessageHeader};
 
 use super::{
     DatasetError,
-    durable::Temporary,
+    durable::TemporaryFile,
     layout::ShardName,
     ledger::{FACTS_MESSAGE, Fate, LEDGER_MESSAGE, Ledger, LedgerBytes, LedgerRow},
 };
@@ -89,7 +89,7 @@ pub struct ShardWriter {
     header: ShardHeader,
     /// Final path without the digest, for messages.
     name: PathBuf,
-    temporary: Option<Temporary>,
+    temporary: Option<TemporaryFile>,
     /// `None` once it is finished or given up.
     writer: Option<mcap::Writer<HashingFile>>,
     /// MCAP channel id of each of the header's channels.
@@ -128,7 +128,7 @@ impl ShardWriter {
             let expected = format!("samples, channels of {} with {topic} and a shard below the count", header.product);
             return Err(DatasetError::Sequence { shard: stem, expected, found: format!("{header:?}") });
         }
-        let (file, temporary) = Temporary::create(folder, &stem)?;
+        let (file, temporary) = TemporaryFile::create(folder, &stem)?;
         let file =
             HashingFile { file: BufWriter::with_capacity(128 << 10, file), hasher: blake3::Hasher::new(), position: 0 };
         let mut shard = Self {
@@ -175,7 +175,7 @@ impl ShardWriter {
             log_time: index.0,
             publish_time: index.0,
         };
-        self.pending[position] = Some(Digest::of(payload));
+        self.pending[position] = Some(Digest::hash(payload));
         self.chunk_bytes += payload.len();
         let name = &self.name;
         let writer = self.writer.as_mut().ok_or_else(|| gone(name))?;

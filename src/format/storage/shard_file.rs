@@ -214,7 +214,7 @@ fn oddity(channel: Channel, schema: Option<&Schema>, encoding: &str) -> Option<S
         return Some(format!("{topic} has {encoding} messages of the {kind} schema {name}"));
     }
     (text != channel.descriptors).then(|| {
-        let (found, ours) = (Digest::of(text).short(), Digest::of(channel.descriptors).short());
+        let (found, ours) = (Digest::hash(text).short(), Digest::hash(channel.descriptors).short());
         format!("the schema of {topic} has another text ({found}) than this program's ({ours})")
     })
 }

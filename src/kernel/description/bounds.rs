@@ -18,14 +18,14 @@ pub const MAX_BYTES: f64 = 256.0 * 1024.0 * 1024.0;
 
 /// A bound of an element or of its attributes.
 #[derive(Clone, Copy, Debug)]
-pub struct Bound {
+pub struct ElementBound {
     /// The element, as `section/element`, or `section/*` for all of a section.
     pub element: &'static str,
     /// Count, value or memory that is bounded.
     pub rule: Rule,
 }
 
-/// Count, value or memory that a [`Bound`] limits.
+/// Count, value or memory that a [`ElementBound`] limits.
 #[derive(Clone, Copy, Debug)]
 pub enum Rule {
     /// The number of such elements, copies included.
@@ -66,33 +66,33 @@ pub enum Rule {
 /// The element that copies its content.
 pub(super) const REPLICATE: &str = "body/replicate";
 
-const fn count(element: &'static str, most: f64) -> Bound {
-    Bound { element, rule: Rule::Count { most } }
+const fn count(element: &'static str, most: f64) -> ElementBound {
+    ElementBound { element, rule: Rule::Count { most } }
 }
 
-const fn at_most(element: &'static str, attribute: &'static str, most: f64) -> Bound {
-    Bound { element, rule: Rule::Value { attribute, range: [f64::NEG_INFINITY, most] } }
+const fn at_most(element: &'static str, attribute: &'static str, most: f64) -> ElementBound {
+    ElementBound { element, rule: Rule::Value { attribute, range: [f64::NEG_INFINITY, most] } }
 }
 
-const fn within(element: &'static str, attribute: &'static str, range: [f64; 2]) -> Bound {
-    Bound { element, rule: Rule::Value { attribute, range } }
+const fn within(element: &'static str, attribute: &'static str, range: [f64; 2]) -> ElementBound {
+    ElementBound { element, rule: Rule::Value { attribute, range } }
 }
 
-const fn copies(element: &'static str, attribute: &'static str, most: f64) -> Bound {
-    Bound { element, rule: Rule::Copies { attribute, most } }
+const fn copies(element: &'static str, attribute: &'static str, most: f64) -> ElementBound {
+    ElementBound { element, rule: Rule::Copies { attribute, most } }
 }
 
-const fn numbers(element: &'static str, attribute: &'static str, most: usize) -> Bound {
-    Bound { element, rule: Rule::Numbers { attribute, most } }
+const fn numbers(element: &'static str, attribute: &'static str, most: usize) -> ElementBound {
+    ElementBound { element, rule: Rule::Numbers { attribute, most } }
 }
 
-const fn memory(element: &'static str, attributes: &'static [&'static str], unit: f64) -> Bound {
-    Bound { element, rule: Rule::Memory { attributes, unit } }
+const fn memory(element: &'static str, attributes: &'static [&'static str], unit: f64) -> ElementBound {
+    ElementBound { element, rule: Rule::Memory { attributes, unit } }
 }
 
 /// Every bound. The cost of each element was found by setting each number of MuJoCo's schema to a million and to a
 /// billion, and each element a hundred thousand times.
-pub const BOUNDS: &[Bound] = &[
+pub const BOUNDS: &[ElementBound] = &[
     // Time grows with the square of these counts, memory with the square of the constraints.
     count("keyframe/key", 1000.0),
     count("body/joint", 1000.0),

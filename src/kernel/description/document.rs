@@ -185,7 +185,7 @@ impl Reader {
             source,
         })?;
         let before = expansion.document.statements.len();
-        expansion.document.texts.push(Text { path: path.to_owned(), digest: Digest::of(&bytes), before });
+        expansion.document.texts.push(Text { path: path.to_owned(), digest: Digest::hash(&bytes), before });
         let text = String::from_utf8_lossy(&bytes);
         let file = Arc::new(path.to_owned());
         let malformed = |Malformed { line, problem }| DescriptionError::Malformed {

@@ -76,7 +76,7 @@ pub enum TooLarge {
     },
     /// Elements of one kind, copies included.
     Count {
-        /// The kind, as in [`Bound::element`](super::Bound::element).
+        /// The kind, as in [`ElementBound::element`](super::ElementBound::element).
         element: &'static str,
         /// Number so far.
         count: f64,

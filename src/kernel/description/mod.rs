@@ -20,7 +20,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-pub use bounds::{BOUNDS, Bound, MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_FILES_DEEP, Rule};
+pub use bounds::{BOUNDS, ElementBound, MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_FILES_DEEP, Rule};
 pub use document::Format;
 pub use error::{DescriptionError, TooLarge, missing_remedy};
 pub use statement::{Place, Statement, section_of};
@@ -51,7 +51,7 @@ impl Description {
         let (mut seen, mut digests) = (BTreeSet::from([path.to_owned()]), Vec::new());
         add_digests(&document, &mut seen, &mut digests)?;
         let parts = digests.iter().map(|digest| digest.0.as_slice());
-        let digest = Digest::of_parts([b"graspmill description".as_slice()].into_iter().chain(parts));
+        let digest = Digest::hash_parts([b"graspmill description".as_slice()].into_iter().chain(parts));
         Ok(Self { name: document.name.clone().unwrap_or_else(|| "MuJoCo Model".to_owned()), digest })
     }
 
@@ -65,7 +65,7 @@ impl Description {
         let table = path.with_extension(TABLE);
         let unreadable = |source| DescriptionError::Unreadable { path: table.clone(), by: None, source };
         let bytes = files::read(&table, files::Bound::HAND_TABLE).map_err(unreadable)?;
-        let digest = Digest::of_parts([b"graspmill hand".as_slice(), &digest.0, &Digest::of(&bytes).0]);
+        let digest = Digest::hash_parts([b"graspmill hand".as_slice(), &digest.0, &Digest::hash(&bytes).0]);
         Ok(Self { name, digest })
     }
 }
@@ -87,7 +87,7 @@ fn add_digests(
                 let unreadable =
                     |source| DescriptionError::Unreadable { path: file.path.clone(), by: Some(place.clone()), source };
                 let content = files::open_bounded(&file.path, files::Bound::DESCRIPTION_DATA).map_err(&unreadable)?;
-                digests.push(Digest::of_reader(content).map_err(unreadable)?.0);
+                digests.push(Digest::hash_reader(content).map_err(unreadable)?.0);
             }
         }
         if let Some(model) = document.model(statement)

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use super::{
-    bounds::{BOUNDS, Bound, MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, REPLICATE, Rule},
+    bounds::{BOUNDS, ElementBound, MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, REPLICATE, Rule},
     document::Document,
     error::{DescriptionError, TooLarge},
     statement::Statement,
@@ -74,7 +74,7 @@ impl Check {
 
 impl Sums {
     /// Adds what a row counts for an element that occurs `times` times.
-    fn add(&mut self, row: usize, bound: &Bound, statement: &Statement, times: f64) -> Result<(), TooLarge> {
+    fn add(&mut self, row: usize, bound: &ElementBound, statement: &Statement, times: f64) -> Result<(), TooLarge> {
         let is_default = !statement.is(bound.element);
         match bound.rule {
             Rule::Count { .. } | Rule::Copies { .. } | Rule::Memory { .. } if is_default => {}
@@ -143,7 +143,7 @@ impl Sums {
             return Err(TooLarge::Memory { bytes: self.bytes, most: MAX_BYTES });
         }
         for (row, count) in &self.counts {
-            let Bound { element, rule: Rule::Count { most } } = BOUNDS[*row] else { continue };
+            let ElementBound { element, rule: Rule::Count { most } } = BOUNDS[*row] else { continue };
             if *count > most {
                 return Err(TooLarge::Count { element, count: *count, most });
             }

@@ -39,9 +39,9 @@ fn a_description_is_named_by_its_text_and_all_files_that_it_names() {
     assert_eq!(digest(1).unwrap(), first, "another folder");
     // The digest is part of sample names: it must not change.
     let texts = [MAIN, "<mujoco><asset><mesh file=\"b.stl\"/></asset></mujoco>", "b", "a"];
-    let parts = texts.map(|text| Digest::of(text.as_bytes()));
+    let parts = texts.map(|text| Digest::hash(text.as_bytes()));
     let parts = [b"graspmill description".as_slice()].into_iter().chain(parts.iter().map(|digest| digest.0.as_slice()));
-    assert_eq!(first.digest, Digest::of_parts(parts));
+    assert_eq!(first.digest, Digest::hash_parts(parts));
     write(folders[1].path(), MAIN, b"A");
     assert_ne!(digest(1).unwrap(), first, "another mesh");
     write(folders[1].path(), &MAIN.replace("radian", "degree"), b"a");
@@ -159,7 +159,7 @@ fn attribute(name: &str) -> String {
 
 #[test]
 fn every_bound_holds() {
-    for Bound { element, rule } in BOUNDS {
+    for ElementBound { element, rule } in BOUNDS {
         let told = |attributes: &str, count: usize| {
             read_text(&description_of(element, attributes, count)).map(drop).map_err(|error| error.to_string())
         };

@@ -376,7 +376,7 @@ mod tests {
     use super::*;
 
     fn is_link(error: &io::Error, path: &Path) -> bool {
-        matches!(FileRefusal::of(error), Some(FileRefusal::Link { path: found }) if found == path)
+        matches!(FileRefusal::find_in(error), Some(FileRefusal::Link { path: found }) if found == path)
     }
 
     #[test]
@@ -438,7 +438,7 @@ mod tests {
         for name in ["", "/etc/passwd", "..", "../x", "a/../../x", "."] {
             for refused in [folder.open(name).map(drop), folder.create_new(name).map(drop), folder.remove_file(name)] {
                 let error = refused.expect_err(name);
-                assert!(matches!(FileRefusal::of(&error), Some(FileRefusal::Outside { .. })), "{name}: {error}");
+                assert!(matches!(FileRefusal::find_in(&error), Some(FileRefusal::Outside { .. })), "{name}: {error}");
             }
         }
         assert!(folder.subfolder("..").create().is_err() && !folder.subfolder("../x").is_there());

@@ -60,6 +60,6 @@ mod tests {
         assert_eq!(texts, [&b"1234"[..], b"", b"5", b"67"]);
         assert_eq!(lines("").expect("none"), Vec::<Vec<u8>>::new());
         let error = lines("1\n12345\n").expect_err("a long line");
-        assert!(FileRefusal::of(&error).is_some(), "{error}");
+        assert!(FileRefusal::find_in(&error).is_some(), "{error}");
     }
 }

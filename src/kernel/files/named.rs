@@ -154,10 +154,10 @@ mod tests {
         ] {
             for refused in [open(&path(name)).map(drop), read(&path(name), Bound::RUN).map(drop)] {
                 let error = refused.expect_err(name);
-                assert_eq!(FileRefusal::of(&error), Some(&FileRefusal::NotRegular { found }), "{name}");
+                assert_eq!(FileRefusal::find_in(&error), Some(&FileRefusal::NotRegular { found }), "{name}");
             }
             let inside = Folder::at(folder.path()).open(name).expect_err(name);
-            assert!(FileRefusal::of(&inside).is_some(), "{name}: {inside}");
+            assert!(FileRefusal::find_in(&inside).is_some(), "{name}: {inside}");
         }
         assert!(began.elapsed().as_secs_f64() < 1.0, "refused before waiting");
         assert_eq!(open(&path("none")).expect_err("nothing").kind(), io::ErrorKind::NotFound);

@@ -42,7 +42,7 @@ pub enum FileRefusal {
 
 impl FileRefusal {
     /// The refusal inside an error; `None` for an error of the operating system.
-    pub fn of(error: &io::Error) -> Option<&Self> {
+    pub fn find_in(error: &io::Error) -> Option<&Self> {
         error.get_ref()?.downcast_ref()
     }
 }

@@ -58,7 +58,7 @@ impl RestingPoses {
 
     /// Resting poses of a mesh with its centre of mass: the likely ones of [`every_resting_pose`], each with the summed
     /// probability of similar poses.
-    pub fn of(mesh: &TriMesh, centre: &Point3<f64>) -> Self {
+    pub fn from_mesh(mesh: &TriMesh, centre: &Point3<f64>) -> Self {
         let cos = libm::cos(Self::ALIKE.to_radians());
         let mut poses: Vec<(Vector3<f64>, RestingPose)> = Vec::new();
         for pose in every_resting_pose(mesh, centre) {
@@ -227,7 +227,7 @@ mod tests {
     fn a_brick_rests_on_its_faces_as_their_solid_angles_say() {
         let [a, b, c] = [0.05, 0.03, 0.01];
         let brick = brick([-0.05, -0.03, -0.01], [0.05, 0.03, 0.01]);
-        let found = RestingPoses::of(&brick, &Point3::origin());
+        let found = RestingPoses::from_mesh(&brick, &Point3::origin());
         let wanted = [of_rectangle(a, b, c), of_rectangle(a, c, b), of_rectangle(b, c, a)];
         assert_eq!((found.poses.len(), found.left_out), (6, 0));
         for (index, pose) in found.poses.iter().enumerate() {
@@ -253,25 +253,25 @@ mod tests {
         // A slanted tower: its centre of mass lies beyond the foot.
         let square = |x: f32, z: f32| [[x, 0.0, z], [x + 0.02, 0.0, z], [x, 0.02, z], [x + 0.02, 0.02, z]];
         let tower = mesh([square(0.0, 0.0), square(0.06, 0.1)].concat());
-        let found = RestingPoses::of(&tower, &Point3::new(0.04, 0.01, 0.05));
+        let found = RestingPoses::from_mesh(&tower, &Point3::new(0.04, 0.01, 0.05));
         // It stays on its four sides only; ends tip over to the slanted ones.
         assert_eq!((found.poses.len(), found.left_out), (4, 0), "{found:?}");
         let up = ups(&found);
         assert!(!up.contains(&[0, 0, 1000]) && !up.contains(&[0, 0, -1000]), "{up:?}");
         assert!((found.poses.iter().map(|pose| pose.probability).sum::<f64>() - 1.0).abs() < 1e-12);
         // With its mass low in the foot, the same tower is stable.
-        let stands = RestingPoses::of(&tower, &Point3::new(0.012, 0.01, 0.01));
+        let stands = RestingPoses::from_mesh(&tower, &Point3::new(0.012, 0.01, 0.01));
         assert!(ups(&stands).contains(&[0, 0, 1000]));
     }
 
     #[test]
     fn the_mass_decides_where_a_tetrahedron_ends() {
         let corners = vec![[0.1, 0.1, 0.1], [0.1, -0.1, -0.1], [-0.1, 0.1, -0.1], [-0.1, -0.1, 0.1]];
-        let even = RestingPoses::of(&mesh(corners.clone()), &Point3::origin());
+        let even = RestingPoses::from_mesh(&mesh(corners.clone()), &Point3::origin());
         assert_eq!(even.poses.len(), 4);
         assert!(even.poses.iter().all(|pose| (pose.probability - 0.25).abs() < 1e-7));
         assert_eq!(even.probability_left_out(), 0.0);
-        let outside = RestingPoses::of(&mesh(corners), &Point3::new(0.12, 0.0, 0.0));
+        let outside = RestingPoses::from_mesh(&mesh(corners), &Point3::new(0.12, 0.0, 0.0));
         assert_eq!(outside, RestingPoses::default());
         assert_eq!(outside.probability_left_out(), 1.0);
     }
@@ -281,7 +281,7 @@ mod tests {
         let ring = (0..128).map(|k| f64::from(k) * PI / 64.0);
         let rim = |z: f32| ring.clone().map(move |angle| [angle.cos() as f32 * 0.05, angle.sin() as f32 * 0.05, z]);
         let can = mesh(rim(-0.05).chain(rim(0.05)).collect());
-        let found = RestingPoses::of(&can, &Point3::origin());
+        let found = RestingPoses::from_mesh(&can, &Point3::origin());
         // The share of a disc seen under 45 degrees is (1 - cos 45) / 2.
         let ends = (1.0 - 0.5_f64.sqrt()) / 2.0;
         assert!(found.poses[..2].iter().all(|pose| (pose.probability - ends).abs() < 1e-3));
@@ -300,7 +300,7 @@ mod tests {
             let across = (1.0 - z * z).sqrt();
             [across * cosine, across * sine, z].map(|part| (0.02 * part) as f32)
         };
-        let found = RestingPoses::of(&mesh((0..2000).map(point).collect()), &Point3::origin());
+        let found = RestingPoses::from_mesh(&mesh((0..2000).map(point).collect()), &Point3::origin());
         assert_eq!(found.poses.len(), RestingPoses::MAX);
         assert!(found.poses[0].probability < RestingPoses::MIN && found.left_out > 50, "{found:?}");
         assert!(found.poses.iter().all(|pose| (pose.height - 0.02).abs() < 1e-4));

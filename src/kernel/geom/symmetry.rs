@@ -71,7 +71,7 @@ impl Symmetries {
     pub const TOLERANCE: f64 = 0.02;
 
     /// Symmetries of a mesh, with its tree and the mass properties of its solid.
-    pub fn of(mesh: &TriMesh, tree: &TriangleTree, mass: &MassProperties) -> Self {
+    pub fn from_mesh(mesh: &TriMesh, tree: &TriangleTree, mass: &MassProperties) -> Self {
         let diagonal = mesh.aabb().map_or(0.0, |bounds| (bounds.max - bounds.min).norm());
         let search = Search { tree, centre: mass.centre, tolerance: Self::TOLERANCE * diagonal, points: points(mesh) };
         let found = search.run(&mass.inertia);

@@ -53,7 +53,7 @@ pub struct ShapeDescriptor {
 impl ShapeDescriptor {
     /// The shape of a mesh; holes are closed by caps when the test is `WindingNumber`. A mesh that encloses nothing gets
     /// a descriptor that is like no other.
-    pub fn of(mesh: &TriMesh, test: InsideTest) -> Self {
+    pub fn from_mesh(mesh: &TriMesh, test: InsideTest) -> Self {
         let Some(triangles) = closed_triangles(mesh, test) else { return Self::nothing() };
         let Some(body) = Body::of(&triangles) else { return Self::nothing() };
         let (axes, deviations) = body.principal_axes();
@@ -430,7 +430,7 @@ mod tests {
     }
 
     fn shape(mesh: &TriMesh) -> ShapeDescriptor {
-        ShapeDescriptor::of(mesh, InsideTest::Crossings)
+        ShapeDescriptor::from_mesh(mesh, InsideTest::Crossings)
     }
 
     #[test]

@@ -122,7 +122,7 @@ impl SplitTable {
     }
 
     /// The split of a sample; `None` when the table does not know its object.
-    pub fn of(&self, sample: &SampleId) -> Option<Split> {
+    pub fn split_of(&self, sample: &SampleId) -> Option<Split> {
         Some(self.object(&sample.subject)?.split_of(sample.item.0))
     }
 }

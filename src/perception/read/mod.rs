@@ -82,7 +82,7 @@ pub fn read_frame(path: &Path, rule: &FrameRule) -> Result<LabelledFrame, FrameE
         Raw::Cloud(cloud) => frame_of_cloud(cloud, rule),
     });
     let (frame, labels) = read.map_err(failed)?;
-    Ok(LabelledFrame { frame, labels, digest: Digest::of(&bytes) })
+    Ok(LabelledFrame { frame, labels, digest: Digest::hash(&bytes) })
 }
 
 /// Content of a file, before the camera and the unit are applied.

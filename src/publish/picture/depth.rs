@@ -16,7 +16,7 @@ pub struct DepthRange {
 
 impl DepthRange {
     /// The range of the returns; `None` without any.
-    pub fn of(crop: &DepthCrop) -> Option<Self> {
+    pub fn from_crop(crop: &DepthCrop) -> Option<Self> {
         let returns = || crop.depth.iter().copied().filter(|depth| depth.is_finite());
         let (near, far) = (returns().reduce(f32::min)?, returns().reduce(f32::max)?);
         Some(Self { near: f64::from(near), far: f64::from(far) })
@@ -85,7 +85,7 @@ mod tests {
     #[test]
     fn near_is_light_and_nothing_is_clear() {
         let crop = DepthCrop { left: 3, top: 4, width: 3, height: 1, depth: vec![0.9, f32::NAN, 1.1] };
-        let range = DepthRange::of(&crop).unwrap();
+        let range = DepthRange::from_crop(&crop).unwrap();
         assert_eq!((range.near, range.far), (f64::from(0.9f32), f64::from(1.1f32)));
         let picture = depth_picture(&crop, range, 2);
         assert_eq!((picture.width, picture.height), (6, 2));
@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn nothing_seen_has_no_range() {
         let crop = DepthCrop { width: 1, height: 1, depth: vec![f32::NAN], ..DepthCrop::default() };
-        assert_eq!(DepthRange::of(&crop), None);
+        assert_eq!(DepthRange::from_crop(&crop), None);
     }
 
     #[test]

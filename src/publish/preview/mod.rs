@@ -33,7 +33,7 @@ use nalgebra::UnitQuaternion;
 use prost::Message;
 
 use crate::inspection::evenly;
-use format::dataset::{DatasetError, DatasetReader, Sample, Selection, Temporary, layout::PREVIEW};
+use format::dataset::{DatasetError, DatasetReader, Sample, Selection, TemporaryFile, layout::PREVIEW};
 use foxglove::{ArrowPrimitive, CameraCalibration, Color, FrameTransform, Quaternion, RawImage, Vector3};
 use google::protobuf::Timestamp;
 use kernel::{
@@ -72,7 +72,7 @@ fn write_file(
     folder: &Folder,
     write: impl FnOnce(&mut BufWriter<&File>) -> mcap::McapResult<()>,
 ) -> Result<PathBuf, DatasetError> {
-    let (file, temporary) = Temporary::create(folder, PREVIEW)?;
+    let (file, temporary) = TemporaryFile::create(folder, PREVIEW)?;
     let path = temporary.path();
     let mut buffer = BufWriter::new(&file);
     write(&mut buffer).map_err(DatasetError::mcap("writing", &path))?;

@@ -80,17 +80,17 @@ impl Example<'_> {
     }
 
     fn manifest(&self) -> Manifest {
-        let exact = (NumberClass::Exact, Digest::of(b"exact"));
-        let physics = self.only_full((NumberClass::Physics, Digest::of(b"physics")));
+        let exact = (NumberClass::Exact, Digest::hash(b"exact"));
+        let physics = self.only_full((NumberClass::Physics, Digest::hash(b"physics")));
         Manifest {
             format_version: FORMAT_VERSION,
             generator: "graspmill 0.1.0".to_owned(),
             product: self.product,
-            root: Digest::of(b"root"),
+            root: Digest::hash(b"root"),
             classes: [exact].into_iter().chain(physics).collect(),
             class_topics: BTreeMap::new(),
             platform: self.only_full(("libmujoco".to_owned(), self.name.to_owned())).into_iter().collect(),
-            job: JobDigest(Digest::of(b"job")),
+            job: JobDigest(Digest::hash(b"job")),
             topics: vec![self.product.leading().topic.to_owned()],
             counts: Counts {
                 samples: 720,
@@ -122,7 +122,7 @@ impl Example<'_> {
         let free = Asset {
             name: name.to_owned(),
             kind: AssetKind::Object,
-            content: ObjectId(Digest::of(b"object")),
+            content: ObjectId(Digest::hash(b"object")),
             file_blake3: None,
             source: format!("package {name}"),
             licence: Some("CC-BY-SA-4.0".to_owned()),
@@ -158,14 +158,14 @@ impl Example<'_> {
     }
 
     fn files(&self) -> BTreeMap<String, FileDigests> {
-        let digests = FileDigests { sha256: "0".repeat(64), blake3: Digest::of(b""), bytes: 0 };
+        let digests = FileDigests { sha256: "0".repeat(64), blake3: Digest::hash(b""), bytes: 0 };
         let names = ["report.html", "preview.mcap"].into_iter().filter(|_| self.is_full);
         names.map(|name| (name.to_owned(), digests.clone())).collect()
     }
 
     /// A release that lacks everything else is a recipe.
     fn left_out(&self) -> Vec<LeftOutFile> {
-        let file = LeftOutFile { path: "shards/1.mcap".to_owned(), blake3: Digest::of(b""), bytes: 12_000 };
+        let file = LeftOutFile { path: "shards/1.mcap".to_owned(), blake3: Digest::hash(b""), bytes: 12_000 };
         if self.is_full { Vec::new() } else { vec![file] }
     }
 

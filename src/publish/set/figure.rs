@@ -121,7 +121,7 @@ mod tests {
     use kernel::ids::{Digest, SampleIndex};
 
     fn sample(index: u64, scene: &str, view: Option<u32>, distance: f64) -> SceneSample {
-        let scene = ObjectId(Digest::of(scene.as_bytes()));
+        let scene = ObjectId(Digest::hash(scene.as_bytes()));
         SceneSample { index: SampleIndex(index), scene, view: view.map(ItemId), distance }
     }
 

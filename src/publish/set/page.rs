@@ -89,7 +89,7 @@ impl<'a> SetPage<'a> {
                 name,
                 product: manifest.product.name,
                 lead: pages.words.lead,
-                samples: format!("{} {}", grouped(kept), manifest.product.samples.of(kept)),
+                samples: format!("{} {}", grouped(kept), manifest.product.samples.for_count(kept)),
                 objects: if are_objects { count } else { format!("{count} {}", pages.assets.subjects.name()) },
                 size: size_in_words(bytes),
                 root: manifest.root.short().to_string(),

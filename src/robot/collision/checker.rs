@@ -13,7 +13,7 @@ use kernel::geom::{NoSurface, SimdLevel};
 
 /// Verdict on a configuration.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Verdict {
+pub enum CollisionVerdict {
     /// No pair touches.
     Free,
     /// A pair does.
@@ -126,8 +126,8 @@ impl CollisionChecker {
 
     /// Whether one of the pairs given (indices in [`Bodies::pairs`]) touches, in this order. `links` are the frames of the
     /// links in the world, the world itself first (see [`Body::link`]).
-    pub fn check(&self, pairs: impl IntoIterator<Item = usize>, links: &LinkFrames) -> Verdict {
-        self.hits(pairs, links).next().map_or(Verdict::Free, Verdict::Collides)
+    pub fn check(&self, pairs: impl IntoIterator<Item = usize>, links: &LinkFrames) -> CollisionVerdict {
+        self.hits(pairs, links).next().map_or(CollisionVerdict::Free, CollisionVerdict::Collides)
     }
 
     /// Pairs among the given ones that touch, in this order; each is evaluated when the iterator reaches it.
@@ -143,7 +143,7 @@ impl CollisionChecker {
 
     /// Whether the two bodies of a pair (its index in [`Bodies::pairs`]) touch.
     pub fn pair(&self, pair: usize, links: &LinkFrames) -> bool {
-        self.check([pair], links) != Verdict::Free
+        self.check([pair], links) != CollisionVerdict::Free
     }
 
     /// In how many configurations each pair touches; each configuration is the frames of its links (see

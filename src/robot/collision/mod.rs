@@ -19,6 +19,6 @@ mod surface_tree;
 mod triangle;
 
 pub use body::{Bodies, Body, Geometry};
-pub use checker::{CollisionChecker, Hit, LinkFrames, Verdict};
+pub use checker::{CollisionChecker, CollisionVerdict, Hit, LinkFrames};
 pub use kernel::geom::{Shape, Triangles};
 pub use solid::Care;

@@ -8,7 +8,7 @@ use nalgebra::IsometryMatrix3;
 use super::{
     best::{BestList, Candidate},
     energy::{Potential, contact_energy},
-    found::{Grasp, GraspRun, Stretch},
+    found::{RatedGrasp, SearchInterval, SearchRun},
     frame::Frame,
     object::ObjectSearch,
     rate::{Rating, Start},
@@ -48,7 +48,7 @@ struct Counts {
     failed: u32,
     tries: u64,
     potentials: u64,
-    course: [Stretch; STRETCHES],
+    course: [SearchInterval; STRETCHES],
 }
 
 /// One thread's annealing of one hand.
@@ -95,7 +95,7 @@ impl Annealer {
         object: &ObjectSearch,
         object_from_seed: &IsometryMatrix3<f64>,
         stream: &mut Stream,
-    ) -> GraspRun {
+    ) -> SearchRun {
         let counts = self.search(object, object_from_seed, stream);
         let rate = |candidate: &Candidate| {
             let amplitudes = self.variables.amplitudes(&candidate.state);
@@ -103,10 +103,10 @@ impl Annealer {
             let posture = self.hand.hand.posture_of(amplitudes);
             self.rating.started(object, Start { object_from_approach, posture, amplitudes: amplitudes.to_vec() })
         };
-        let mut grasps: Vec<Grasp> = self.best.list().iter().map(rate).collect();
+        let mut grasps: Vec<RatedGrasp> = self.best.list().iter().map(rate).collect();
         // Exact energies may have another order than the ones of the search.
         grasps.sort_by(|one, other| one.energies.total.total_cmp(&other.energies.total));
-        GraspRun {
+        SearchRun {
             object_from_seed: *object_from_seed,
             steps: counts.steps,
             failed: counts.failed,

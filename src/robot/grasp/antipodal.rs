@@ -7,7 +7,7 @@ use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 
 use super::{
     best::{BestList, Candidate, Likeness},
-    found::{Grasp, GraspContact, GraspRun, PairLosses},
+    found::{GraspContact, PairLosses, RatedGrasp, SearchRun},
     frame::Frame,
     object::ObjectSearch,
     opposition::Oppositions,
@@ -69,7 +69,7 @@ impl GraspSampler {
     ///
     /// # Panics
     /// If [`PairHold::Middle`] is used with a hand without a [`Hand::closing_line`](crate::hand::Hand::closing_line).
-    pub fn antipodal(&mut self, object: &ObjectSearch, antipodal: &Antipodal, stream: &mut Stream) -> GraspRun {
+    pub fn antipodal(&mut self, object: &ObjectSearch, antipodal: &Antipodal, stream: &mut Stream) -> SearchRun {
         let pads = Pads::new(&self.search.hand);
         match antipodal.hold {
             PairHold::Middle => {
@@ -96,7 +96,7 @@ impl GraspSampler {
         antipodal: &Antipodal,
         support: Support,
         stream: &mut Stream,
-    ) -> GraspRun {
+    ) -> SearchRun {
         let mut losses = PairLosses::default();
         // Pose of the object on the table, drawn once per run.
         let table = match support {
@@ -108,7 +108,7 @@ impl GraspSampler {
             }
         };
         let alike = Likeness::of_grasps();
-        let (mut energies, mut grasps, mut frames) = (Vec::new(), Vec::<Grasp>::new(), Vec::<Frame>::new());
+        let (mut energies, mut grasps, mut frames) = (Vec::new(), Vec::<RatedGrasp>::new(), Vec::<Frame>::new());
         while losses.pairs < antipodal.pairs && grasps.len() < antipodal.best as usize {
             // Two points, then the opened hand about them.
             let pair = match &table {
@@ -152,7 +152,7 @@ impl GraspSampler {
             Some(table) => table.pose.world_from_object.isometry().inverse(),
             None => Translation3::from(object.middle.coords).into(),
         };
-        GraspRun { losses: Some(losses), ..tally.run(&seed, grasps) }
+        SearchRun { losses: Some(losses), ..tally.run(&seed, grasps) }
     }
 
     /// The hand opened a little farther than a pair; `None` where it does not open so far.
@@ -261,7 +261,7 @@ impl GraspSampler {
     }
 
     /// Whether the closed hand holds the object between both pads, or between two links that press against each other.
-    fn is_held(&self, holds: &Holds<'_>, grasp: &Grasp) -> bool {
+    fn is_held(&self, holds: &Holds<'_>, grasp: &RatedGrasp) -> bool {
         let contacts = &grasp.contacts;
         match holds {
             Holds::Pads(_) => {
@@ -284,7 +284,7 @@ impl GraspSampler {
         pads: &Pads,
         antipodal: &Antipodal,
         stream: &mut Stream,
-    ) -> GraspRun {
+    ) -> SearchRun {
         self.best = BestList::new(antipodal.best as usize);
         self.best.clear(object.radius);
         let mut tally = Tally::new(antipodal.pairs);
@@ -346,13 +346,13 @@ impl<'a> Table<'a> {
     }
 
     /// Height that a closed hand lacks of the margin [m], below 0 where it keeps it; `None` where it was not closed.
-    fn lacks(&self, grasp: &Grasp) -> Option<f64> {
+    fn lacks(&self, grasp: &RatedGrasp) -> Option<f64> {
         Some(self.margin - grasp.clearances.get(self.index)?.shaped)
     }
 
     /// The start of a grasp whose fingers sink too low as they close, moved back along its approach by the missing
     /// distance; `None` if they do not, or if that is too far.
-    fn lifted(&self, grasp: &Grasp, start: Start) -> Option<Start> {
+    fn lifted(&self, grasp: &RatedGrasp, start: Start) -> Option<Start> {
         let lacks = self.lacks(grasp).filter(|lacks| *lacks > 0.0)?;
         let direction = start.object_from_approach.rotation * Vector3::z();
         let back = (lacks + LIFT) / -self.up.dot(&direction);

@@ -46,7 +46,7 @@ pub struct Quality {
 
 /// One state of the best list, closed and rated.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Grasp {
+pub struct RatedGrasp {
     /// The approach frame expressed in the object's frame: origin on the palm, z towards the object [m]. Here the hand closes.
     pub object_from_approach: IsometryMatrix3<f64>,
     /// Distance that the hand came along its approach until it met the object, from the state that was annealed [m]; 0
@@ -83,7 +83,7 @@ pub struct Grasp {
 
 /// A tenth of an annealing run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Stretch {
+pub struct SearchInterval {
     /// Steps whose neighbour was accepted.
     pub accepted: u32,
     /// Mean energy after each step; NaN before the first legal state.
@@ -92,7 +92,7 @@ pub struct Stretch {
 
 /// Result of one run of annealing.
 #[derive(Clone, Debug, PartialEq)]
-pub struct GraspRun {
+pub struct SearchRun {
     /// Where the search began: the seed's frame expressed in the object's frame; its origin is on the surface, z is the inward
     /// normal.
     pub object_from_seed: IsometryMatrix3<f64>,
@@ -105,9 +105,9 @@ pub struct GraspRun {
     /// Neighbours whose wrench space was evaluated.
     pub potentials: u64,
     /// Ten tenths of the run.
-    pub course: [Stretch; STRETCHES],
+    pub course: [SearchInterval; STRETCHES],
     /// The best states, best first by total energy; no two are duplicates.
-    pub grasps: Vec<Grasp>,
+    pub grasps: Vec<RatedGrasp>,
     /// Why pairs of points came to no state, where a sampler took them anywhere along the pads.
     pub losses: Option<PairLosses>,
 }

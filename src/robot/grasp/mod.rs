@@ -36,12 +36,12 @@ pub mod wrench;
 pub use anneal::Annealer;
 pub use closing::TOUCHES;
 pub use field::DistanceField;
-pub use found::{Energies, Grasp, GraspContact, GraspRun, PairLosses, Quality, Stretch};
+pub use found::{Energies, GraspContact, PairLosses, Quality, RatedGrasp, SearchInterval, SearchRun};
 pub use kind::{KindDigits, camera_axes, kind_in_frame, wrist_roll};
 pub use object::ObjectSearch;
 pub use opposition::has_opposition;
 pub use own_overlaps::OwnOverlaps;
-pub use passage::{ClosingGrasp, HandPassage, InTheWay, Obstacle, Passage, Surroundings};
+pub use passage::{ClosingGrasp, HandPassage, Passage, PathObstacle, SceneObstacle, Surroundings};
 pub use sampled::{GraspSampler, axes};
 pub use settings::{
     AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, RestingChoice, Rolls, Sampler, SearchFrame,

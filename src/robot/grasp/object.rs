@@ -30,7 +30,7 @@ impl ObjectSearch {
     /// Prepares an object; `None` where it has no solid inside.
     pub fn new(surface: &Arc<ContactSurface>, mesh: &TriMesh) -> Option<Self> {
         let centre = MassProperties::of_solid(&surface.solid())?.centre;
-        Some(Self::of_parts(surface, mesh, &centre, RestingPoses::of(mesh, &centre)))
+        Some(Self::of_parts(surface, mesh, &centre, RestingPoses::from_mesh(mesh, &centre)))
     }
 
     /// The search of a prepared object, from parts that it has already; `None` where no cell of it is solid.

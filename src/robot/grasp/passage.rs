@@ -42,7 +42,7 @@ const HALVINGS: u32 = 4;
 
 /// Something in a scene that a hand can touch.
 #[derive(Clone)]
-pub struct Obstacle {
+pub struct SceneObstacle {
     /// The true mesh.
     pub surface: Arc<ContactSurface>,
     /// Pose in the scene.
@@ -53,16 +53,16 @@ pub struct Obstacle {
 #[derive(Clone)]
 pub struct Surroundings {
     /// The container, where it is more than a plane.
-    pub container: Option<Obstacle>,
+    pub container: Option<SceneObstacle>,
     /// Height of the plane below all objects, in the scene [m].
     pub ground: f64,
     /// The objects.
-    pub objects: Vec<Obstacle>,
+    pub objects: Vec<SceneObstacle>,
 }
 
 /// Obstacle of a hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum InTheWay {
+pub enum PathObstacle {
     /// The plane below all.
     Ground,
     /// The container.
@@ -76,9 +76,9 @@ pub enum InTheWay {
 /// Result of following a hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Passage {
-    /// Obstacle on the path, and the part of the path: the first by stage, and within one by the order of [`InTheWay`]. `None` where the
+    /// Obstacle on the path, and the part of the path: the first by stage, and within one by the order of [`PathObstacle`]. `None` where the
     /// hand is free.
-    pub blocked: Option<(PathStage, InTheWay)>,
+    pub blocked: Option<(PathStage, PathObstacle)>,
     /// Distance of the hand from the obstacle [m], below 0 where they overlap, down to -[`Self::DEEP`]; for a free hand
     /// the smallest distance from anything but the target on its whole path, up to [`Self::FAR`].
     pub clearance: f64,
@@ -119,8 +119,8 @@ pub struct HandPassage {
 
 /// Possible obstacle, and the distance that the hand must keep from it [m].
 struct Thing<'s> {
-    what: InTheWay,
-    obstacle: &'s Obstacle,
+    what: PathObstacle,
+    obstacle: &'s SceneObstacle,
     margin: f64,
 }
 
@@ -238,7 +238,7 @@ impl HandPassage {
         object_from_base: &IsometryMatrix3<f64>,
         posture: &[f64],
     ) -> BothWays<Option<PathStage>> {
-        let object = Obstacle { surface: Arc::clone(surface), scene_from_obstacle: IsometryMatrix3::identity() };
+        let object = SceneObstacle { surface: Arc::clone(surface), scene_from_obstacle: IsometryMatrix3::identity() };
         let alone = Surroundings { container: None, ground: f64::NEG_INFINITY, objects: vec![object] };
         let coming = self.coming(&alone, 0, object_from_base, posture);
         let stage = |way: Free| way.err().and_then(|passage| passage.blocked).map(|(stage, _)| stage);
@@ -358,7 +358,7 @@ impl HandPassage {
         let mut least = FAR.min(lowest);
         for thing in &coming.things {
             // The hand closes on the target.
-            if stage == PathStage::Closing && thing.what == InTheWay::Target {
+            if stage == PathStage::Closing && thing.what == PathObstacle::Target {
                 continue;
             }
             let nearest = self.while_moving(thing, &coming.scene_from_base, motors);
@@ -377,17 +377,18 @@ impl HandPassage {
         if lowest >= self.margin {
             return Ok(());
         }
-        Err(Passage { blocked: Some((stage, InTheWay::Ground)), clearance: lowest.max(-Passage::DEEP) })
+        Err(Passage { blocked: Some((stage, PathObstacle::Ground)), clearance: lowest.max(-Passage::DEEP) })
     }
 
-    /// All possible obstacles except the plane, in the order of [`InTheWay`].
+    /// All possible obstacles except the plane, in the order of [`PathObstacle`].
     fn things<'s>(&self, scene: &'s Surroundings, target: usize) -> Vec<Thing<'s>> {
         let margin = self.margin;
-        let container = scene.container.iter().map(|obstacle| Thing { what: InTheWay::Container, obstacle, margin });
+        let container =
+            scene.container.iter().map(|obstacle| Thing { what: PathObstacle::Container, obstacle, margin });
         // The solids already include the allowed overlap with the target.
-        let own = Thing { what: InTheWay::Target, obstacle: &scene.objects[target], margin: 0.0 };
+        let own = Thing { what: PathObstacle::Target, obstacle: &scene.objects[target], margin: 0.0 };
         let others = scene.objects.iter().enumerate().filter(|(index, _)| *index != target);
-        let others = others.map(|(index, obstacle)| Thing { what: InTheWay::Neighbour(index), obstacle, margin });
+        let others = others.map(|(index, obstacle)| Thing { what: PathObstacle::Neighbour(index), obstacle, margin });
         container.chain([own]).chain(others).collect()
     }
 
@@ -403,7 +404,7 @@ impl HandPassage {
         let placed = self.closing.object_from_solid(obstacle_from_base, frames, solid);
         let Self { closing: Closing { scratch, .. }, solids, drawn_in, .. } = self;
         let surface = &thing.obstacle.surface;
-        let probes = if thing.what == InTheWay::Target { &drawn_in[solid] } else { &solids[solid] };
+        let probes = if thing.what == PathObstacle::Target { &drawn_in[solid] } else { &solids[solid] };
         // Touching solids have the start of the range as distance. The distance of a sharp solid that cuts a surface
         // may be too large: the rounded one applies if it is nearer.
         let mut least = |probes: &[Probe; 2], reach: f64| {
@@ -515,12 +516,12 @@ impl Thing<'_> {
 
     /// The least distance that is of interest before any is known [m].
     fn told(&self) -> f64 {
-        if self.what == InTheWay::Target { 0.0 } else { FAR }
+        if self.what == PathObstacle::Target { 0.0 } else { FAR }
     }
 
     /// The least distance so far [m].
     fn least(&self, least: f64, distance: f64) -> f64 {
-        if self.what == InTheWay::Target { least } else { least.min(distance) }
+        if self.what == PathObstacle::Target { least } else { least.min(distance) }
     }
 
     /// Advances from 0 to `end`, where no point of a solid moves by more than `speed` per unit [m]; `distance` returns
@@ -551,7 +552,7 @@ impl Thing<'_> {
     fn step(&self, distance: f64, least: f64) -> f64 {
         let to_margin = distance - self.margin;
         let to_least = distance - least + TOLERANCE;
-        let step = if self.what == InTheWay::Target { to_margin } else { to_margin.min(to_least) };
+        let step = if self.what == PathObstacle::Target { to_margin } else { to_margin.min(to_least) };
         step.max(TOLERANCE)
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::{IsometryMatrix3, Point3, Translation3, Unit, Vector3};
 use super::{
     closing::Closing,
     energy::{Potential, contact_energy},
-    found::{Energies, Grasp, GraspContact, Quality},
+    found::{Energies, GraspContact, Quality, RatedGrasp},
     frame::Frame,
     kind::KindDigits,
     object::ObjectSearch,
@@ -70,17 +70,17 @@ impl Rating {
     }
 
     /// Closes and rates a state, once the hand has come on along its approach until it meets the object.
-    pub(super) fn started(&mut self, object: &ObjectSearch, start: Start) -> Grasp {
+    pub(super) fn started(&mut self, object: &ObjectSearch, start: Start) -> RatedGrasp {
         self.rated(object, start, self.keeping.advance)
     }
 
     /// Closes and rates a state, with the hand where it is.
-    pub(super) fn placed(&mut self, object: &ObjectSearch, start: Start) -> Grasp {
+    pub(super) fn placed(&mut self, object: &ObjectSearch, start: Start) -> RatedGrasp {
         self.rated(object, start, 0.0)
     }
 
     /// Closes and rates a state, once the hand has come on by `max_advance` at most [m].
-    fn rated(&mut self, object: &ObjectSearch, start: Start, max_advance: f64) -> Grasp {
+    fn rated(&mut self, object: &ObjectSearch, start: Start, max_advance: f64) -> RatedGrasp {
         let hand = Arc::clone(&self.hand);
         let Start { object_from_approach, posture, amplitudes } = start;
         // The hand before closing: its pose, its depth in the object and the energies of this state.
@@ -89,7 +89,7 @@ impl Rating {
         let object_from_base = object_from_approach * hand.approach_pose(&frames).isometry().inverse();
         let penetration = self.closing.penetration(&object.surface, &object_from_base, &open).max(0.0);
         let energies = self.energies(object, &object_from_base, &frames);
-        let mut grasp = Grasp {
+        let mut grasp = RatedGrasp {
             object_from_approach,
             amplitudes,
             posture,
@@ -166,7 +166,7 @@ impl Rating {
         Energies { total, contact, potential }
     }
 
-    fn verdict(&self, grasp: &Grasp) -> GraspVerdict {
+    fn verdict(&self, grasp: &RatedGrasp) -> GraspVerdict {
         let first = grasp.contacts.first().map(|contact| contact.link);
         let epsilon = match self.keeping.space {
             WrenchSpace::Force => grasp.quality.epsilon_force,

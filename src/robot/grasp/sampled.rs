@@ -8,7 +8,7 @@ use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Translation3, Vector3};
 use super::{
     best::BestList,
     closing::Closing,
-    found::GraspRun,
+    found::SearchRun,
     kind::camera_axes,
     motion::preshape,
     object::ObjectSearch,
@@ -57,14 +57,14 @@ impl GraspSampler {
         object: &ObjectSearch,
         object_from_frame: &IsometryMatrix3<f64>,
         uniform: &Uniform,
-    ) -> GraspRun {
+    ) -> SearchRun {
         let mut tally = Tally::new(uniform.grasps);
         let mut grasps = Vec::new();
         for index in 0..uniform.grasps {
             let (sin, cos) = libm::sincos(TAU * f64::from(index) / f64::from(uniform.grasps));
             let sight = Vector3::new(-cos, -sin, 0.0);
             let [right, down] = camera_axes(&sight);
-            let (sin, cos) = libm::sincos(uniform.rolls.of(index));
+            let (sin, cos) = libm::sincos(uniform.rolls.roll_of(index));
             let x = right * cos + down * sin;
             let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, sight.cross(&x), sight]));
             let frame_from_approach = IsometryMatrix3::from_parts(Translation3::identity(), rotation);

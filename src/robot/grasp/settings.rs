@@ -114,7 +114,7 @@ pub struct Rolls(pub Vec<f64>);
 
 impl Rolls {
     /// Roll of a grasp, by its number.
-    pub fn of(&self, grasp: u32) -> f64 {
+    pub fn roll_of(&self, grasp: u32) -> f64 {
         self.0[grasp as usize % self.0.len()]
     }
 }

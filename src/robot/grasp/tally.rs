@@ -2,7 +2,7 @@
 
 use nalgebra::IsometryMatrix3;
 
-use super::found::{Grasp, GraspRun, Stretch};
+use super::found::{RatedGrasp, SearchInterval, SearchRun};
 use kernel::words::STRETCHES;
 
 /// Counts a run's steps as they go.
@@ -28,16 +28,16 @@ impl Tally {
     }
 
     /// The run with these counts, its states in the order of their energies.
-    pub(super) fn run(self, object_from_seed: &IsometryMatrix3<f64>, mut grasps: Vec<Grasp>) -> GraspRun {
+    pub(super) fn run(self, object_from_seed: &IsometryMatrix3<f64>, mut grasps: Vec<RatedGrasp>) -> SearchRun {
         grasps.sort_by(|one, other| one.energies.total.total_cmp(&other.energies.total));
         let mean = |(count, sum): (u32, f64)| if count == 0 { f64::NAN } else { sum / f64::from(count) };
-        GraspRun {
+        SearchRun {
             object_from_seed: *object_from_seed,
             steps: self.steps,
             failed: self.failed,
             tries: u64::from(self.steps),
             potentials: u64::from(self.steps - self.failed),
-            course: self.stretches.map(|stretch| Stretch { accepted: stretch.0, mean_energy: mean(stretch) }),
+            course: self.stretches.map(|stretch| SearchInterval { accepted: stretch.0, mean_energy: mean(stretch) }),
             grasps,
             losses: None,
         }

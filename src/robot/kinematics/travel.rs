@@ -41,7 +41,7 @@ pub struct Travel {
 
 impl Travel {
     /// Upper bound on the motion of any point of a body [m].
-    pub fn of(&self, body: &Extents) -> f64 {
+    pub fn bound_for(&self, body: &Extents) -> f64 {
         let lifted = (self.offset + body.shoulder) * self.first + body.second_axis * self.second;
         match body.link {
             1 => body.first_axis * self.first,
@@ -116,7 +116,7 @@ impl Stance<'_> {
 }
 
 impl SelfMotion {
-    /// Extents of a body for [`Travel::of`], from its points, or the corners of a hull around them, in its link's
+    /// Extents of a body for [`Travel::bound_for`], from its points, or the corners of a hull around them, in its link's
     /// frame; links count from 1, 0 is the world (see `PlanningGroup::link_frames`).
     pub fn extents(&self, link: usize, points: impl Iterator<Item = Point3<f64>>) -> Extents {
         let mut extents = Extents { link, ..Extents::default() };

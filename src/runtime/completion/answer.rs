@@ -81,7 +81,7 @@ impl Answer {
             Detail::Fast | Detail::Surface => return Ok((self.obstacle(occupancy, placement), None)),
             Detail::Algorithm2 => {
                 let points = [seen()?.borrow().points(), contacts].concat();
-                CompletedMesh::algorithm_2(&self.cells(), &points, placement)
+                CompletedMesh::merge_observed(&self.cells(), &points, placement)
             }
             Detail::Joined => CompletedMesh::joined(share, occupancy, placement, level, seen()?.borrow()),
         };

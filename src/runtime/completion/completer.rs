@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use infer::{CompletionModel, InputName, Inputs, Prediction};
 use kernel::geom::{GridPlacement, OccupancyGrid, SimdLevel, TriMesh};
 use measure::{Baseline, SeenCells, SeenPoint};
-use perception::{Cluster, DepthFrame, NetworkInput, Refusal, Scene, SceneRule, visible_sheet};
+use perception::{Cluster, DepthFrame, NetworkInput, Refusal, SceneRule, SegmentedScene, visible_sheet};
 use surface::{CubeField, LaplacianRule, LooseBodies, SeenObject};
 
 use super::{
@@ -126,15 +126,15 @@ impl Completer {
     ///
     /// # Panics
     /// If the clusters' tolerance is not positive.
-    pub fn segment(&self, frame: DepthFrame, rule: &SceneRule) -> Scene {
-        Scene::segment(frame, rule)
+    pub fn segment(&self, frame: DepthFrame, rule: &SceneRule) -> SegmentedScene {
+        SegmentedScene::segment(frame, rule)
     }
 
     /// Completes an object to grasp.
     ///
     /// # Errors
     /// When the picture's border cuts it, too little of it was seen, or the network's answer can't be used.
-    pub fn complete(&self, scene: &Scene, cluster: &Cluster) -> Result<Completed, CompletionError> {
+    pub fn complete(&self, scene: &SegmentedScene, cluster: &Cluster) -> Result<Completed, CompletionError> {
         self.by(scene, cluster, Some(self.detail), &[])
     }
 
@@ -144,7 +144,7 @@ impl Completer {
     /// Like those of [`Completer::complete`]; and when there are contacts, but none in the grid.
     pub fn complete_touched(
         &self,
-        scene: &Scene,
+        scene: &SegmentedScene,
         cluster: &Cluster,
         contacts: &[[f32; 3]],
     ) -> Result<Completed, CompletionError> {
@@ -156,19 +156,19 @@ impl Completer {
     ///
     /// # Errors
     /// Like those of [`Completer::complete`].
-    pub fn complete_obstacle(&self, scene: &Scene, cluster: &Cluster) -> Result<Completed, CompletionError> {
+    pub fn complete_obstacle(&self, scene: &SegmentedScene, cluster: &Cluster) -> Result<Completed, CompletionError> {
         self.by(scene, cluster, None, &[])
     }
 
     fn by(
         &self,
-        scene: &Scene,
+        scene: &SegmentedScene,
         cluster: &Cluster,
         detail: Option<Detail>,
         contacts: &[[f32; 3]],
     ) -> Result<Completed, CompletionError> {
         let began = Instant::now();
-        if let Some(refusal) = Refusal::of(cluster, &visible_sheet(&scene.frame, &cluster.pixels)) {
+        if let Some(refusal) = Refusal::from_cluster(cluster, &visible_sheet(&scene.frame, &cluster.pixels)) {
             return Err(refusal.into());
         }
         let resolution = self.model().map_or(BASELINE_RESOLUTION, |model| model.facts().resolution);
@@ -207,7 +207,7 @@ impl Completer {
         let timings =
             Timings { input: after_input - began, network: after_network - after_input, mesh: after_network.elapsed() };
         Ok(Completed {
-            bodies: LooseBodies::of(&completed.mesh),
+            bodies: LooseBodies::from_mesh(&completed.mesh),
             placement: input.placement,
             partial: input.partial,
             free: input.free,
@@ -223,7 +223,12 @@ impl Completer {
     }
 
     /// Occupancy, and coverage if the method predicts it.
-    fn predict(&self, scene: &Scene, input: &NetworkInput, touched: &OccupancyGrid) -> Result<Answer, CompletionError> {
+    fn predict(
+        &self,
+        scene: &SegmentedScene,
+        input: &NetworkInput,
+        touched: &OccupancyGrid,
+    ) -> Result<Answer, CompletionError> {
         match &self.method {
             Method::Model(model) => {
                 if touched.count() > 0 && !model.inputs().contains(&InputName::Touch) {
@@ -248,7 +253,7 @@ impl Completer {
 }
 
 /// The object as the camera saw it, without outliers.
-fn seen_object(scene: &Scene, input: &NetworkInput) -> SeenObject {
+fn seen_object(scene: &SegmentedScene, input: &NetworkInput) -> SeenObject {
     let DepthFrame { camera, depth, .. } = &scene.frame;
     SeenObject::new(camera, depth, &input.pixels, &input.outliers)
 }

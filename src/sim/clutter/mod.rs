@@ -14,5 +14,5 @@ mod outcome;
 mod worker;
 
 pub use model::{ClutterScene, ClutterSim};
-pub use outcome::{ClutterOutcome, ClutterPhase, ClutterVerdict, NeighbourMotion, SceneContact};
+pub use outcome::{ClutterOutcome, ClutterPhase, ClutterTouch, ClutterVerdict, NeighbourMotion};
 pub use worker::{ClutterProtocol, ClutterWorker};

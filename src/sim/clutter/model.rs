@@ -22,7 +22,7 @@ use crate::{
         added_geom::drop_defaults,
         container::{Container, Vessel},
         patch::BodyPatch,
-        scene_body::SceneBody,
+        scene_body::SimBody,
         true_mesh::{self, TrueMesh},
     },
 };
@@ -58,7 +58,7 @@ pub struct ClutterScene {
     /// The container.
     pub container: Container,
     /// The bodies.
-    pub bodies: Vec<SceneBody>,
+    pub bodies: Vec<SimBody>,
     /// Poses of the bodies.
     pub scene_from_objects: Vec<IsometryMatrix3<f64>>,
     /// Rolling friction among bodies [m].
@@ -317,7 +317,7 @@ fn add_awake(spec: &mut MjSpec, scene: &ClutterScene, body: usize, target: usize
 
 /// Puts the true mesh on a body other than the target.
 fn add_mesh(spec: &mut MjSpec, scene: &ClutterScene, body: usize) {
-    let SceneBody { body: mesh, friction, .. } = &scene.bodies[body];
+    let SimBody { body: mesh, friction, .. } = &scene.bodies[body];
     let on_body = |spec| body_named(spec, &name_of(body));
     let geom = true_mesh::add_named_geom(spec, &mesh_name(body), mesh.surface(), on_body);
     touch_hand(geom);

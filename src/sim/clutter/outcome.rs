@@ -86,7 +86,7 @@ impl ClutterVerdict {
 
 /// Something other than the target on which the hand pressed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SceneContact {
+pub struct ClutterTouch {
     /// Index of the body in the scene; `None` for the container.
     pub body: Option<usize>,
     /// Part of the trial in which it was touched first.
@@ -115,7 +115,7 @@ pub struct ClutterOutcome {
     pub verdict: ClutterVerdict,
     /// Things other than the target on which the hand pressed, in order of time; bodies with a first touch in the same
     /// step by their indices, the container before them.
-    pub touched: Vec<SceneContact>,
+    pub touched: Vec<ClutterTouch>,
     /// Motions of the neighbours that were awake, by their indices.
     pub neighbours: Vec<NeighbourMotion>,
     /// The target in the closed hand, expressed in its base frame; `None` if the hand did not get that far.

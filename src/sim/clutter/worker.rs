@@ -6,7 +6,7 @@ use mujoco_rs::wrappers::mj_auxiliary::MjContact;
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::{
-    ClutterOutcome, ClutterPhase, ClutterSim, ClutterVerdict, NeighbourMotion, SceneContact,
+    ClutterOutcome, ClutterPhase, ClutterSim, ClutterTouch, ClutterVerdict, NeighbourMotion,
     glide::Glide,
     model::{BaseSlide, Neighbour},
 };
@@ -16,7 +16,7 @@ use crate::{
     ffi,
     hand::{
         closing::HandWorker,
-        effort::{Command, Effort},
+        effort::{Effort, MotorCommand},
         sim::{GeomOwner, Hold, is_finite},
     },
     objects::{
@@ -188,7 +188,7 @@ impl ClutterWorker {
         // Approach from the pregrasp, with the fingers at rest.
         let ClutterProtocol { stand_off, approach_time, closing, lift, lift_time, hold_time, .. } = self.protocol;
         let [wait, close] =
-            [Command::Hold, Command::Close].map(|command| vec![command; self.hand.hand().driven().len()]);
+            [MotorCommand::Hold, MotorCommand::Close].map(|command| vec![command; self.hand.hand().driven().len()]);
         let come = Glide { from: approach * -stand_off, to: Vector3::zeros(), time: approach_time };
         self.glide(outcome, ClutterPhase::Approach, &come, &wait, |_, _| Ok(()))?;
         self.hand.begin_to_move();
@@ -243,7 +243,7 @@ impl ClutterWorker {
         outcome: &mut ClutterOutcome,
         phase: ClutterPhase,
         glide: &Glide,
-        commands: &[Command],
+        commands: &[MotorCommand],
         look: impl Fn(&Self, &mut ClutterOutcome) -> Decided<()>,
     ) -> Decided<()> {
         for step in 0..steps_in(glide.time) {
@@ -260,7 +260,7 @@ impl ClutterWorker {
         phase: ClutterPhase,
         glide: &Glide,
         step: u32,
-        commands: &[Command],
+        commands: &[MotorCommand],
     ) -> Decided<()> {
         let time = f64::from(step) * STEP;
         self.prescribe(glide.at(time), &glide.acceleration(time + STEP / 2.0));
@@ -299,7 +299,7 @@ impl ClutterWorker {
             let body = thing.checked_sub(1);
             match outcome.touched.iter_mut().find(|touched| touched.body == body) {
                 Some(touched) => touched.force = touched.force.max(force),
-                None => outcome.touched.push(SceneContact { body, phase, time, force }),
+                None => outcome.touched.push(ClutterTouch { body, phase, time, force }),
             }
         }
         outcome.touched[known..].sort_unstable_by_key(|touched| touched.body);
@@ -365,7 +365,7 @@ mod tests {
         HandModel,
         objects::{
             container::{Container, Vessel},
-            scene_body::SceneBody,
+            scene_body::SimBody,
         },
     };
     use kernel::{
@@ -380,7 +380,7 @@ mod tests {
     const PADS: f64 = 0.106;
 
     /// A closed box about the origin, by its half sides, of 0.2 kg.
-    fn block(half: [f32; 3]) -> SceneBody {
+    fn block(half: [f32; 3]) -> SimBody {
         let corner =
             |corner: usize| std::array::from_fn(|axis| if corner >> axis & 1 == 0 { -half[axis] } else { half[axis] });
         let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -389,10 +389,10 @@ mod tests {
         let surface = Arc::new(ContactSurface::new(&mesh, InsideTest::WindingNumber).expect("a surface"));
         let solid = MassProperties::of_solid(&surface.solid()).expect("a solid");
         let body = Arc::new(ContactBody::new(&mesh, surface, Sampled::Everywhere));
-        SceneBody { body, solid, mass: 0.2, friction: 0.5 }
+        SimBody { body, solid, mass: 0.2, friction: 0.5 }
     }
 
-    fn scene(bodies: Vec<(SceneBody, IsometryMatrix3<f64>)>) -> ClutterScene {
+    fn scene(bodies: Vec<(SimBody, IsometryMatrix3<f64>)>) -> ClutterScene {
         let (bodies, scene_from_objects) = bodies.into_iter().unzip();
         let container = Container::Plane { size: [1.0, 1.0] };
         ClutterScene { container, bodies, scene_from_objects, rolling: 0.002, torsion: 0.002 }

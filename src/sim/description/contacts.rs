@@ -16,7 +16,7 @@ use robot::collision::Bodies;
 
 /// Two bodies that MuJoCo finds in contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
+pub struct BodyContact {
     /// Indices in [`Bodies::bodies`], the lower first.
     pub bodies: [usize; 2],
     /// Distance of the two [m], by MuJoCo's measure: negative where they overlap.
@@ -96,7 +96,7 @@ impl ContactWorker {
     ///
     /// # Panics
     /// When `q` has another length than the group, or a value that is not finite.
-    pub fn contacts(&mut self, q: &[f64]) -> Vec<Contact> {
+    pub fn contacts(&mut self, q: &[f64]) -> Vec<BodyContact> {
         assert_eq!(q.len(), self.addresses.len(), "one value a joint");
         assert!(q.iter().all(|value| value.is_finite()), "joint values must be finite: {q:?}");
         for (address, value) in self.addresses.iter().zip(q) {
@@ -116,7 +116,7 @@ impl ContactWorker {
                 *min = contact.dist.min(*min);
             }
         }
-        found.into_iter().map(|(bodies, distance)| Contact { bodies, distance }).collect()
+        found.into_iter().map(|(bodies, distance)| BodyContact { bodies, distance }).collect()
     }
 
     /// Whether no two bodies of different links touch or overlap at joint values `q` [rad or m]; contacts within

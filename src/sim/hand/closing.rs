@@ -9,7 +9,7 @@ use crate::{
     convert::{isometry, quaternion},
     error::HandError,
     hand::{
-        effort::{Command, Effort},
+        effort::{Effort, MotorCommand},
         link_touch::LinkTouch,
         moved::{Moved, moved},
         sim::{HandSim, Hold, Servo, is_finite},
@@ -262,7 +262,7 @@ impl HandWorker {
     ///
     /// # Panics
     /// When there is not one command per driven joint.
-    pub fn step(&mut self, commands: &[Command]) -> Result<(), Unstable> {
+    pub fn step(&mut self, commands: &[MotorCommand]) -> Result<(), Unstable> {
         assert_eq!(commands.len(), self.drives.len(), "one command per driven joint");
         let sim = Arc::clone(&self.sim);
         for ((index, driven), command) in sim.hand.driven().iter().enumerate().zip(commands) {
@@ -345,7 +345,7 @@ impl HandWorker {
     ///
     /// # Panics
     /// When there is not one command per driven joint.
-    pub fn run(&mut self, commands: &[Command], max_steps: u32) -> Run {
+    pub fn run(&mut self, commands: &[MotorCommand], max_steps: u32) -> Run {
         self.begin_to_move();
         let mut end = RunEnd::TimedOut;
         for _ in 0..max_steps {
@@ -370,7 +370,7 @@ impl HandWorker {
 
     /// Closes the hand: drives every closing joint until it is closed or stopped.
     pub fn close(&mut self, max_steps: u32) -> Run {
-        self.run(&vec![Command::Close; self.drives.len()], max_steps)
+        self.run(&vec![MotorCommand::Close; self.drives.len()], max_steps)
     }
 
     /// Whether every motor has arrived or is stopped, and nothing has moved for 50 ms.
@@ -404,17 +404,17 @@ impl HandWorker {
     }
 
     /// Where a motor is after another step, before the joints move.
-    fn driven_to(&self, driven: &Driven, drive: Drive, command: Command) -> Drive {
+    fn driven_to(&self, driven: &Driven, drive: Drive, command: MotorCommand) -> Drive {
         // An eased motor gives way at any angle.
         let drive = if drive.share < 1.0 { Drive { motor: self.slipped(driven, drive), ..drive } } else { drive };
         let motor = drive.motor;
         // Target angle of the command.
         let [low, high] = driven.range();
         let target = match command {
-            Command::Hold => motor.angle,
-            Command::Close => driven.closed_angle(motor),
-            Command::Open => driven.opened,
-            Command::To(angle) => angle.max(low).min(high),
+            MotorCommand::Hold => motor.angle,
+            MotorCommand::Close => driven.closed_angle(motor),
+            MotorCommand::Open => driven.opened,
+            MotorCommand::To(angle) => angle.max(low).min(high),
         };
         // Arrived and settled: the motor keeps still.
         let left = target - motor.angle;
@@ -567,7 +567,7 @@ mod tests {
             worker.start(&worker.hand().opened(), &pose).expect("a posture");
             worker.slid = slid;
             for _ in 0..200 {
-                worker.step(&[Command::Hold]).expect("stable");
+                worker.step(&[MotorCommand::Hold]).expect("stable");
             }
             let moved = worker.base_from_object().translation.vector - pose.translation.vector;
             assert!((moved - slid).norm() < 1e-4, "{moved} for {slid}");
@@ -592,7 +592,7 @@ mod tests {
         assert_eq!(before.end, RunEnd::AtRest);
         for (velocity, kind) in [(f64::NAN, Instability::Velocity), (1e12, Instability::Velocity)] {
             worker.start(&[0.0; 4], &pose).expect("a posture");
-            worker.step(&[Command::Close; 4]).expect("stable");
+            worker.step(&[MotorCommand::Close; 4]).expect("stable");
             worker.data.qvel_mut()[1] = velocity;
             let run = worker.close(100);
             assert_eq!(run.end, RunEnd::Unstable(Unstable { step: 2, kind }));

@@ -2,7 +2,7 @@
 
 /// Command to a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Command {
+pub enum MotorCommand {
     /// Stay where it is.
     Hold,
     /// To the posture of the closed hand; with an open clutch, on to the limit of the joint that it moves. A joint that does

@@ -10,7 +10,7 @@ use crate::{
     hand::{
         clearance::StraightWay,
         closing::{HandWorker, RunEnd},
-        effort::{Command, Effort},
+        effort::{Effort, MotorCommand},
         link_touch::LinkTouch,
         sim::{Hold, Servo},
     },
@@ -69,7 +69,7 @@ pub enum MoveEnd {
 
 /// End of an approach.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ApproachEnd {
+pub enum HandApproachEnd {
     /// The fingers have come to rest.
     AtRest,
     /// The fingers had not come to rest when their steps were used up.
@@ -86,9 +86,9 @@ pub enum ApproachEnd {
 
 /// Result of an approach: the contacts of the hand.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Felt {
+pub struct ApproachOutcome {
     /// End of the approach.
-    pub end: ApproachEnd,
+    pub end: HandApproachEnd,
     /// Steps of 2 ms that were simulated.
     pub steps: u32,
     /// Distance that the hand had moved at the first contact, or the whole movement [m].
@@ -109,7 +109,7 @@ impl HandWorker {
     /// object or a fixed thing around it, at most by `distance` [m]: then it stops. (In simulation the object moves, in
     /// the opposite direction.)
     pub fn guarded_move(&mut self, direction: &Unit<Vector3<f64>>, speed: f64, distance: f64) -> MoveEnd {
-        let hold = vec![Command::Hold; self.sim.hand().driven().len()];
+        let hold = vec![MotorCommand::Hold; self.sim.hand().driven().len()];
         let step = self.base_from_mount.rotation.inverse() * direction.into_inner() * (-speed * STEP);
         let mut end = MoveEnd::Free;
         for _ in 0..(distance / (speed * STEP)).ceil() as u32 {
@@ -141,7 +141,7 @@ impl HandWorker {
     }
 
     /// Gives way until the hand leans on what it touches with [`LEANS`] along a direction.
-    fn ease(&mut self, direction: &Unit<Vector3<f64>>, hold: &[Command]) -> MoveEnd {
+    fn ease(&mut self, direction: &Unit<Vector3<f64>>, hold: &[MotorCommand]) -> MoveEnd {
         let ahead = self.base_from_mount.rotation.inverse() * direction.into_inner();
         let stiffness = self.slides()[0].stiffness;
         for _ in 0..STEPS_TO_EASE {
@@ -159,7 +159,7 @@ impl HandWorker {
     ///
     /// # Errors
     /// When the start is not finite.
-    pub fn feel(&mut self, approach: &HandApproach) -> Result<Felt, HandError> {
+    pub fn feel(&mut self, approach: &HandApproach) -> Result<ApproachOutcome, HandError> {
         // The straight approach: posture, frames of the links and direction.
         let hand = Arc::clone(self.hand());
         let posture = hand.partly_closed(approach.closed);
@@ -181,8 +181,16 @@ impl HandWorker {
         // A fixed thing that the hand would meet on the skipped part ends the approach.
         if let Some((travelled, stop)) = self.sim.first_met(&way, travelled, &mut ContactScratch::default()) {
             let (object_from_base, joints) = (way.moved(travelled), hand.posture_values(&posture));
-            let (end, touches) = (ApproachEnd::Blocked, Vec::new());
-            return Ok(Felt { end, steps: 0, travelled, object_from_base, joints, touches, stops: vec![stop] });
+            let (end, touches) = (HandApproachEnd::Blocked, Vec::new());
+            return Ok(ApproachOutcome {
+                end,
+                steps: 0,
+                travelled,
+                object_from_base,
+                joints,
+                touches,
+                stops: vec![stop],
+            });
         }
         // Simulate the rest: stop at the first contact, then close.
         self.start(&posture, &way.moved(travelled).inverse())?;
@@ -194,37 +202,37 @@ impl HandWorker {
                 (touches, stops) = (self.presses(), self.stops());
                 self.set_effort(approach.effort);
                 match self.close(MAX_STEPS).end {
-                    RunEnd::AtRest => ApproachEnd::AtRest,
-                    RunEnd::TimedOut => ApproachEnd::TimedOut,
-                    RunEnd::Unstable(_) => ApproachEnd::Unstable,
+                    RunEnd::AtRest => HandApproachEnd::AtRest,
+                    RunEnd::TimedOut => HandApproachEnd::TimedOut,
+                    RunEnd::Unstable(_) => HandApproachEnd::Unstable,
                 }
             }
             MoveEnd::Blocked => {
                 stops = self.stops();
-                ApproachEnd::Blocked
+                HandApproachEnd::Blocked
             }
-            MoveEnd::Free => ApproachEnd::Missed,
-            MoveEnd::Unstable(_) => ApproachEnd::Unstable,
+            MoveEnd::Free => HandApproachEnd::Missed,
+            MoveEnd::Unstable(_) => HandApproachEnd::Unstable,
         };
         // The object moved instead of the hand: the travelled distance is along the approach.
         let object_from_base = self.base_from_object().inverse();
         let came = (object_from_base.translation.vector - way.object_from_start.translation.vector).dot(&way.direction);
         let end = match end {
-            ApproachEnd::AtRest | ApproachEnd::TimedOut => {
+            HandApproachEnd::AtRest | HandApproachEnd::TimedOut => {
                 let max_force = OVERLOAD * approach.effort.max_force;
-                if self.add_last(&mut touches, &mut stops, max_force) { ApproachEnd::Overloaded } else { end }
+                if self.add_last(&mut touches, &mut stops, max_force) { HandApproachEnd::Overloaded } else { end }
             }
             end => end,
         };
         // Touches of runs without a valid end are dropped.
-        if !matches!(end, ApproachEnd::AtRest | ApproachEnd::TimedOut) {
+        if !matches!(end, HandApproachEnd::AtRest | HandApproachEnd::TimedOut) {
             touches.clear();
         }
-        if !matches!(end, ApproachEnd::AtRest | ApproachEnd::TimedOut | ApproachEnd::Blocked) {
+        if !matches!(end, HandApproachEnd::AtRest | HandApproachEnd::TimedOut | HandApproachEnd::Blocked) {
             stops.clear();
         }
         let steps = self.steps();
-        Ok(Felt { end, steps, travelled: came, object_from_base, joints: self.joints(), touches, stops })
+        Ok(ApproachOutcome { end, steps, travelled: came, object_from_base, joints: self.joints(), touches, stops })
     }
 
     /// Adds the touches of a hand at rest to those of its stop; whether one presses with more than a force [N].

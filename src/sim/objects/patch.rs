@@ -6,7 +6,7 @@ use mujoco_rs::wrappers::{
 };
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 
-use super::scene_body::SceneBody;
+use super::scene_body::SimBody;
 
 /// Torsional friction [m].
 const TORSION: f64 = 0.005;
@@ -31,7 +31,7 @@ pub(crate) struct BodyPatch {
 
 impl BodyPatch {
     /// The body's own; `rolling` is its rolling friction [m].
-    pub(crate) fn new(body: &SceneBody, rolling: f64) -> Self {
+    pub(crate) fn new(body: &SimBody, rolling: f64) -> Self {
         let bounds = body.body.surface().bounds();
         let (box_centre, half) = (bounds.centre(), (bounds.max - bounds.min) / 2.0);
         let [moments, axes] = principal(&body.solid.inertia);

@@ -6,7 +6,7 @@ use kernel::{contact::ContactBody, geom::MassProperties};
 
 /// A body of a scene.
 #[derive(Clone)]
-pub struct SceneBody {
+pub struct SimBody {
     /// The true mesh.
     pub body: Arc<ContactBody>,
     /// Mass properties of the solid.

@@ -4,7 +4,7 @@ use nalgebra::{IsometryMatrix3, UnitQuaternion, Vector3};
 
 use super::{
     SettleSettings,
-    outcome::{Fault, SceneTouch, SettledBody, SettledScene},
+    outcome::{Fault, SceneTouch, SettleOutcome, SettledBody},
     run::Run,
     worker::SettleWorker,
 };
@@ -13,7 +13,7 @@ use crate::{
     objects::{
         collider::SceneLoan,
         container::{Container, Vessel},
-        scene_body::SceneBody,
+        scene_body::SimBody,
     },
 };
 use kernel::{
@@ -27,9 +27,9 @@ impl SettleWorker {
     ///
     /// # Panics
     /// When there are not as many poses as bodies, or there is no body.
-    pub fn examine(&mut self, bodies: &[SceneBody], poses: &[IsometryMatrix3<f64>]) -> SettledScene {
+    pub fn examine(&mut self, bodies: &[SimBody], poses: &[IsometryMatrix3<f64>]) -> SettleOutcome {
         assert_eq!(bodies.len(), poses.len(), "one pose per body");
-        let mut scene = SettledScene::default();
+        let mut scene = SettleOutcome::default();
         let body = |(index, pose): (usize, &IsometryMatrix3<f64>)| SettledBody::at(index, *pose, 0.0);
         scene.bodies = poses.iter().enumerate().map(body).collect();
         for Overlap { pair, depth, crossed } in self.overlaps(bodies, poses) {
@@ -42,9 +42,9 @@ impl SettleWorker {
     }
 
     /// Refuses a scene whose bodies overlap, or move when they are stepped again.
-    pub(super) fn check(&mut self, bodies: &[SceneBody], scene: &mut SettledScene) -> Result<(), Fault> {
+    pub(super) fn check(&mut self, bodies: &[SimBody], scene: &mut SettleOutcome) -> Result<(), Fault> {
         // Depths and crossings of the true meshes.
-        let kept: Vec<SceneBody> = scene.bodies.iter().map(|settled| bodies[settled.index].clone()).collect();
+        let kept: Vec<SimBody> = scene.bodies.iter().map(|settled| bodies[settled.index].clone()).collect();
         self.check_overlaps(&kept, scene)?;
         // From the stored poses, from rest: nothing moves.
         self.step_again(&kept, scene)?;
@@ -60,7 +60,7 @@ impl SettleWorker {
     }
 
     /// Contacts of the bodies at the poses of the scene, and their motions when they are stepped from there, from rest.
-    fn step_again(&mut self, bodies: &[SceneBody], scene: &mut SettledScene) -> Result<(), Fault> {
+    fn step_again(&mut self, bodies: &[SimBody], scene: &mut SettleOutcome) -> Result<(), Fault> {
         let poses: Vec<IsometryMatrix3<f64>> = scene.bodies.iter().map(|body| body.world_from_object).collect();
         let mut run = self.run(bodies);
         scene.touches = run.touches(&poses);
@@ -72,7 +72,7 @@ impl SettleWorker {
     }
 
     /// Refuses overlaps that are too deep, and edges that go through walls.
-    fn check_overlaps(&self, bodies: &[SceneBody], scene: &mut SettledScene) -> Result<(), Fault> {
+    fn check_overlaps(&self, bodies: &[SimBody], scene: &mut SettleOutcome) -> Result<(), Fault> {
         let poses: Vec<IsometryMatrix3<f64>> = scene.bodies.iter().map(|body| body.world_from_object).collect();
         for Overlap { pair, depth, crossed } in self.overlaps(bodies, &poses) {
             let kind = kind_of(pair);
@@ -91,7 +91,7 @@ impl SettleWorker {
     /// Overlaps of each body with the container and then with every body before it.
     fn overlaps<'b>(
         &'b self,
-        bodies: &'b [SceneBody],
+        bodies: &'b [SimBody],
         poses: &'b [IsometryMatrix3<f64>],
     ) -> impl Iterator<Item = Overlap> + 'b {
         let (mut scratch, mut found) = (BodyScratch::default(), Vec::new());

@@ -15,7 +15,7 @@ mod tests;
 mod walls;
 mod worker;
 
-pub use outcome::{Fault, SceneTouch, SettledBody, SettledScene};
+pub use outcome::{Fault, SceneTouch, SettleOutcome, SettledBody};
 pub use settings::{Placement, SettleSettings};
 pub use walls::Walls;
 pub use worker::SettleWorker;

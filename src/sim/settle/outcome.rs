@@ -67,7 +67,7 @@ impl SettledBody {
 /// A point at which two bodies of a scene touch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneTouch {
-    /// Positions of the bodies in [`SettledScene::bodies`], the first below the second; `None` for the container, which comes
+    /// Positions of the bodies in [`SettleOutcome::bodies`], the first below the second; `None` for the container, which comes
     /// first.
     pub pair: [Option<usize>; 2],
     /// Half way between the two surfaces, in the world [m].
@@ -84,7 +84,7 @@ pub struct SceneTouch {
 
 /// Result of settling a scene. A scene with a fault has numbers as far as it got.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct SettledScene {
+pub struct SettleOutcome {
     /// Why it is not a scene, if it is not one.
     pub fault: Option<Fault>,
     /// The bodies that stayed, in the order of their first release.
@@ -105,7 +105,7 @@ pub struct SettledScene {
     pub touches: Vec<SceneTouch>,
 }
 
-impl SettledScene {
+impl SettleOutcome {
     /// Keeps the bodies that stayed, and the indices of those that left.
     ///
     /// # Errors

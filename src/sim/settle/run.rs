@@ -5,7 +5,7 @@ use nalgebra::{IsometryMatrix3, Vector3};
 use super::{
     SettleSettings,
     model::SceneModel,
-    outcome::{Fault, SettledScene},
+    outcome::{Fault, SettleOutcome},
     walls::StandingWalls,
 };
 use crate::{
@@ -13,7 +13,7 @@ use crate::{
     objects::{
         collider::{SceneCollider, SceneLoan},
         container::Container,
-        scene_body::SceneBody,
+        scene_body::SimBody,
     },
     physics::instability,
 };
@@ -31,7 +31,7 @@ const PARKED: f64 = 50.0;
 pub(super) struct Run<'w> {
     pub(super) model: &'w mut SceneModel,
     pub(super) collider: Option<SceneCollider>,
-    pub(super) bodies: &'w [SceneBody],
+    pub(super) bodies: &'w [SimBody],
     pub(super) container: &'w Container,
     pub(super) settings: &'w SettleSettings,
     /// Bodies that take part; the others wait for their release, or have left the container.
@@ -45,7 +45,7 @@ pub(super) struct Run<'w> {
 impl Run<'_> {
     /// Steps until the first `count` bodies rest, which is when no speed is above the bound for a while: `None`, or the largest
     /// speed [m/s] at the end of the time.
-    pub(super) fn wait(&mut self, count: usize, scene: &mut SettledScene) -> Result<Option<f64>, Fault> {
+    pub(super) fn wait(&mut self, count: usize, scene: &mut SettleOutcome) -> Result<Option<f64>, Fault> {
         let SettleSettings { timestep, rest_speed, rest_time, cap, .. } = *self.settings;
         let looks = (rest_time / LOOK_EVERY).round().max(1.0) as u32;
         let (last_release, mut still) = (self.steps, 0);
@@ -168,7 +168,7 @@ impl Run<'_> {
         let linear = Vector3::from_column_slice(&velocity[..3]);
         // MuJoCo has angular velocities in the body's own frame.
         let angular = Vector3::from_column_slice(&velocity[3..]);
-        let SceneBody { body, solid, .. } = &self.bodies[index];
+        let SimBody { body, solid, .. } = &self.bodies[index];
         let at_centre = linear + self.pose(index).rotation * angular.cross(&solid.centre.coords);
         at_centre.norm() + body.radius() * angular.norm()
     }

@@ -5,7 +5,7 @@ use std::{path::Path, sync::Arc, time::Instant};
 use nalgebra::{IsometryMatrix3, UnitQuaternion, Vector3};
 
 use super::{
-    Fault, Placement, SceneTouch, SettleSettings, SettleWorker, SettledBody, SettledScene, Walls, model::SceneModel,
+    Fault, Placement, SceneTouch, SettleOutcome, SettleSettings, SettleWorker, SettledBody, Walls, model::SceneModel,
     run::LOOK_EVERY,
 };
 use crate::{
@@ -13,7 +13,7 @@ use crate::{
         collider::{SceneCollider, SceneLoan},
         container::{Container, Vessel},
         patch::BodyPatch,
-        scene_body::SceneBody,
+        scene_body::SimBody,
     },
     physics::GRAVITY,
 };
@@ -46,15 +46,15 @@ fn bin() -> Container {
     Container::Bin(Vessel::open_box(body, inner, 0.02, IsometryMatrix3::identity()))
 }
 
-fn scene_body(source: &MeshSource) -> SceneBody {
+fn scene_body(source: &MeshSource) -> SimBody {
     let object = PreparedObject::prepare(source).expect("a sound mesh");
     let surface = Arc::clone(object.contact_surface().expect("a surface"));
     let body = Arc::new(ContactBody::new(object.mesh(), surface, Sampled::Everywhere));
     let solid = *object.mass().expect("a solid");
-    SceneBody { body, solid, mass: (400.0 * solid.volume).clamp(0.02, 2.0), friction: 0.5 }
+    SimBody { body, solid, mass: (400.0 * solid.volume).clamp(0.02, 2.0), friction: 0.5 }
 }
 
-fn scans(count: usize) -> Vec<SceneBody> {
+fn scans(count: usize) -> Vec<SimBody> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../.deps/ycb");
     let files = list_folder(&folder).unwrap_or_else(|error| panic!("{error}; `make setup` fetches the scans"));
     let small = |path: &&std::path::PathBuf| !path.to_string_lossy().contains("chain");
@@ -112,7 +112,7 @@ fn a_pile_falls_apart_when_its_walls_are_lifted() {
     let bodies_of = |touch: &SceneTouch| touch.pair.iter().flatten().copied().max();
     assert!(pile.touches.iter().filter_map(bodies_of).all(|body| body < 4));
     // Without walls the same drops fall elsewhere: the room that they are dropped into is wider.
-    let spread = |scene: &SettledScene| {
+    let spread = |scene: &SettleOutcome| {
         let of = |body: &SettledBody| body.world_from_object.translation.vector.xy().norm();
         scene.bodies.iter().map(of).fold(0.0, f64::max)
     };

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Point3};
 
-use crate::{objects::scene_body::SceneBody, physics::GRAVITY};
+use crate::{objects::scene_body::SimBody, physics::GRAVITY};
 use kernel::{contact::ContactBody, geom::MassProperties};
 
 /// Mass of the walls: a body of 1 kg that is thrown against them at 1 m/s moves them by 1 mm/s within its step [kg].
@@ -23,7 +23,7 @@ const LIFTED_AT_MOST: f64 = 2.0;
 /// Four walls around the middle of a plane.
 #[derive(Clone)]
 pub struct Walls {
-    pub(super) body: SceneBody,
+    pub(super) body: SimBody,
     /// Room inside [m].
     pub(super) inner: [f64; 3],
     /// [m/s].
@@ -52,7 +52,7 @@ impl Walls {
         let solid =
             MassProperties { volume: inner.iter().product(), centre: Point3::new(0.0, 0.0, inner[2] / 2.0), inertia };
         // The larger of two frictions applies: walls have none.
-        Self { body: SceneBody { body, solid, mass: MASS, friction: 0.0 }, inner, lift_speed }
+        Self { body: SimBody { body, solid, mass: MASS, friction: 0.0 }, inner, lift_speed }
     }
 
     /// The walls as the body of this index, on the plane.

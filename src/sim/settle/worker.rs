@@ -7,10 +7,10 @@ use nalgebra::IsometryMatrix3;
 use super::{
     Placement, SettleSettings, Walls,
     model::SceneModel,
-    outcome::{Fault, SettledBody, SettledScene},
+    outcome::{Fault, SettleOutcome, SettledBody},
     run::Run,
 };
-use crate::objects::{collider::SceneCollider, container::Container, patch::BodyPatch, scene_body::SceneBody};
+use crate::objects::{collider::SceneCollider, container::Container, patch::BodyPatch, scene_body::SimBody};
 use kernel::geom::SimdLevel;
 
 /// Times that bodies which the check moves may settle on, at most.
@@ -56,13 +56,13 @@ impl SettleWorker {
     ///
     /// # Panics
     /// When there are not as many placements as bodies, or there is no body.
-    pub fn settle(&mut self, bodies: &[SceneBody], placements: &[Placement], min: usize) -> SettledScene {
+    pub fn settle(&mut self, bodies: &[SimBody], placements: &[Placement], min: usize) -> SettleOutcome {
         assert_eq!(bodies.len(), placements.len(), "one placement per body");
-        let mut scene = SettledScene::default();
+        let mut scene = SettleOutcome::default();
         let rested = self.rest(bodies, placements, min, &mut scene);
         self.conclude(rested, bodies, min, &mut scene);
         if let (Some(Fault::Crossed { .. } | Fault::TooDeep { .. }), Some(finer)) = (&scene.fault, &mut self.finer) {
-            scene = SettledScene::default();
+            scene = SettleOutcome::default();
             let rested = finer.rest(bodies, placements, min, &mut scene);
             let rested = rested.and_then(|()| self.settle_on(bodies, min, &mut scene, 0.0));
             self.conclude(rested, bodies, min, &mut scene);
@@ -71,7 +71,7 @@ impl SettleWorker {
     }
 
     /// Checks bodies at rest, and lets them settle on while the check moves one of them.
-    fn conclude(&mut self, rested: Result<(), Fault>, bodies: &[SceneBody], min: usize, scene: &mut SettledScene) {
+    fn conclude(&mut self, rested: Result<(), Fault>, bodies: &[SimBody], min: usize, scene: &mut SettleOutcome) {
         let mut checked = rested.and_then(|()| self.check(bodies, scene));
         for _ in 0..MORE_RESTS {
             if !matches!(checked, Err(Fault::Moved { .. })) {
@@ -84,17 +84,11 @@ impl SettleWorker {
     }
 
     /// Steps the bodies of a scene from its poses for a time [s], and on until they rest.
-    fn settle_on(
-        &mut self,
-        bodies: &[SceneBody],
-        min: usize,
-        scene: &mut SettledScene,
-        time: f64,
-    ) -> Result<(), Fault> {
+    fn settle_on(&mut self, bodies: &[SimBody], min: usize, scene: &mut SettleOutcome, time: f64) -> Result<(), Fault> {
         let stood = std::mem::take(&mut scene.bodies);
         let (rest_time, steps) = (scene.rest_time, scene.steps);
         let poses: Vec<IsometryMatrix3<f64>> = stood.iter().map(|body| body.world_from_object).collect();
-        let standing: Vec<SceneBody> = stood.iter().map(|body| bodies[body.index].clone()).collect();
+        let standing: Vec<SimBody> = stood.iter().map(|body| bodies[body.index].clone()).collect();
         let mut run = self.run(&standing);
         run.seat(&poses);
         run.step_for(time)?;
@@ -109,7 +103,7 @@ impl SettleWorker {
         scene.keep(kept.iter().map(settled).collect(), gone.into_iter().map(|at| stood[at].index), min)
     }
 
-    pub(super) fn run<'w>(&'w mut self, bodies: &'w [SceneBody]) -> Run<'w> {
+    pub(super) fn run<'w>(&'w mut self, bodies: &'w [SimBody]) -> Run<'w> {
         let Self { container, settings, models, .. } = self;
         let model = models.entry(bodies.len()).or_insert_with(|| SceneModel::new(container, settings, bodies.len()));
         let patches: Vec<BodyPatch> = bodies.iter().map(|body| BodyPatch::new(body, settings.rolling)).collect();
@@ -124,14 +118,14 @@ impl SettleWorker {
     /// Lets the bodies fall until they rest; the scene then has those that stay.
     fn rest(
         &mut self,
-        bodies: &[SceneBody],
+        bodies: &[SimBody],
         placements: &[Placement],
         min: usize,
-        scene: &mut SettledScene,
+        scene: &mut SettleOutcome,
     ) -> Result<(), Fault> {
         // Walls are the last of the bodies.
         let walls = self.walls.clone();
-        let all: Vec<SceneBody> = bodies.iter().chain(walls.as_ref().map(|walls| &walls.body)).cloned().collect();
+        let all: Vec<SimBody> = bodies.iter().chain(walls.as_ref().map(|walls| &walls.body)).cloned().collect();
         let mut run = self.run(&all);
         run.walls = walls.as_ref().map(|walls| walls.standing(bodies.len()));
         let mut released = run.fall(placements)?;

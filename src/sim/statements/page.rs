@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use kernel::description::{BOUNDS, Bound, Format, MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_FILES_DEEP, Rule};
+use kernel::description::{BOUNDS, ElementBound, Format, MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_FILES_DEEP, Rule};
 
 use super::{
     row::{Decision, Row, Usage},
@@ -64,7 +64,7 @@ fn write_bounds(out: &mut String) -> std::fmt::Result {
     writeln!(out, "| elements within each other | {MAX_DEPTH} |")?;
     writeln!(out, "| files that include or attach each other in a row | {MAX_FILES_DEEP} |")?;
     writeln!(out, "| memory that the sizes below need, together | {} MiB |", MAX_BYTES / (1024.0 * 1024.0))?;
-    for Bound { element, rule } in BOUNDS {
+    for ElementBound { element, rule } in BOUNDS {
         let row = Row { element, attributes: "", example: "", decisions: [Decision::Honoured; 4] };
         let of = statement(&row);
         match rule {

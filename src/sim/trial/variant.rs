@@ -86,7 +86,7 @@ impl Variant {
 
     /// The conditions with this change.
     #[must_use]
-    pub fn of(self, conditions: &TrialConditions) -> TrialConditions {
+    pub fn apply_to(self, conditions: &TrialConditions) -> TrialConditions {
         let same = *conditions;
         match self {
             Self::LessFriction => TrialConditions { friction: 0.8 * same.friction, ..same },
@@ -118,11 +118,11 @@ mod tests {
     #[test]
     fn every_variant_changes_what_it_says_and_has_a_name_of_its_own() {
         let plain = TrialConditions::new(0.25);
-        let changed = Variant::ALL.map(|variant| variant.of(&plain));
+        let changed = Variant::ALL.map(|variant| variant.apply_to(&plain));
         assert!(changed.iter().all(|conditions| *conditions != plain && conditions.check().is_ok()));
         assert_eq!([0, 1].map(|index| changed[index].friction), [0.4, 0.3]);
         assert_eq!((changed[2].mass, changed[3].is_free), (0.5, true));
-        let easier = Variant::EASIER.map(|variant| variant.of(&plain));
+        let easier = Variant::EASIER.map(|variant| variant.apply_to(&plain));
         let one = |change: fn(&mut TrialConditions)| {
             let mut changed = plain;
             change(&mut changed);
@@ -137,7 +137,7 @@ mod tests {
         ];
         assert_eq!(easier, wanted);
         let adverse = TrialConditions { friction: 0.4, is_free: true, numerics: Numerics::PlainElliptic, ..plain };
-        assert_eq!(Variant::HARDER.map(|variant| variant.of(&plain)), [adverse, changed[6]]);
+        assert_eq!(Variant::HARDER.map(|variant| variant.apply_to(&plain)), [adverse, changed[6]]);
         let all = || Variant::ALL.into_iter().chain([Variant::Adverse]).chain(Variant::EASIER);
         assert_eq!(all().map(Variant::name).collect::<BTreeSet<_>>().len(), all().count());
     }

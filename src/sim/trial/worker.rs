@@ -13,7 +13,7 @@ use crate::{
     ffi,
     hand::{
         closing::HandWorker,
-        effort::Command,
+        effort::MotorCommand,
         sim::{GeomOwner, Hold, SLIDE_MASS},
     },
     objects::{free_object::FreeObject, true_mesh::TrueMesh},
@@ -40,7 +40,7 @@ pub struct TrialWorker {
     protocol: TrialProtocol,
     /// Mass, friction and torsion that the model has.
     set: Option<[f64; 3]>,
-    commands: Vec<Command>,
+    commands: Vec<MotorCommand>,
     /// The table that the hand lifts the object off, at its pose when the lift began, in the hand's base frame.
     receding: Option<IsometryMatrix3<f64>>,
     /// The trial over time so far, if its conditions request it.
@@ -72,7 +72,7 @@ impl TrialWorker {
     pub fn new(sim: &TrialSim) -> Self {
         let Hold::Free(object) = sim.sim.hold else { unreachable!("trials are compiled with a free object") };
         let hand = HandWorker::new(&sim.sim);
-        let commands = vec![Command::Close; sim.hand().driven().len()];
+        let commands = vec![MotorCommand::Close; sim.hand().driven().len()];
         Self { hand, object, protocol: sim.protocol, set: None, commands, receding: None, series: None }
     }
 
@@ -501,7 +501,7 @@ mod tests {
 
         /// Steps with the hand still; the table's force on the object along its normal [N].
         fn wait(&mut self) -> f64 {
-            self.hand.step(&vec![Command::Hold; self.commands.len()]).expect("stable");
+            self.hand.step(&vec![MotorCommand::Hold; self.commands.len()]).expect("stable");
             let data = &self.hand.data;
             let is_table = |contact: &MjContact| self.hand.owners_of(contact).contains(&Some(GeomOwner::Table));
             let contacts = data.contact().iter().enumerate().filter(|(_, contact)| is_table(contact));

@@ -32,7 +32,7 @@ fn each_kind_is_counted_and_drawn_and_all_are_exported_together() {
             kind.contacts += touch.contacts.len() as u64;
             kind.visible += u64::from(touch.visible());
             if channel == Channel::TOUCH_GRASP {
-                forces.extend(touch.hand.expect("a hand").felt.iter().map(|felt| felt.force));
+                forces.extend(touch.hand.expect("a hand").contacts.iter().map(|contact| contact.force));
             }
         }
     }

@@ -3,7 +3,7 @@
 
 use graspmill::{
     geom::{RestingPose, SimdLevel},
-    grasp::{Antipodal, Grasp, GraspRun, GraspSampler, PairHold, RestingChoice, STAND_OFF, Support},
+    grasp::{Antipodal, GraspSampler, PairHold, RatedGrasp, RestingChoice, STAND_OFF, SearchRun, Support},
 };
 use nalgebra::{IsometryMatrix3, Point3, Translation3, Vector3};
 
@@ -30,7 +30,7 @@ fn antipodal(pairs: u32, support: Support) -> Antipodal {
 }
 
 /// The table of a run, and its pose of the object.
-pub(super) fn table_of<'s>(searcher: &'s Searcher, run: &GraspRun) -> &'s RestingPose {
+pub(super) fn table_of<'s>(searcher: &'s Searcher, run: &SearchRun) -> &'s RestingPose {
     let is_it = |pose: &&RestingPose| {
         let apart = pose.world_from_object.isometry() * run.object_from_seed;
         apart.translation.vector.norm() < 1e-9 && apart.rotation.angle() < 1e-6
@@ -46,7 +46,7 @@ fn heights(searcher: &Searcher, pose: &RestingPose) -> [f64; 2] {
 }
 
 /// Fingers that slide go straight: a gripper is lowest at one of the ends of its way, which is evaluated solid by solid.
-pub(super) fn height_of_hand(searcher: &Searcher, pose: &RestingPose, grasp: &Grasp) -> f64 {
+pub(super) fn height_of_hand(searcher: &Searcher, pose: &RestingPose, grasp: &RatedGrasp) -> f64 {
     let hand = &searcher.hand;
     let (bodies, _) = searcher.model.bodies().expect("its bodies");
     let here = object_from_base(hand, grasp);
@@ -60,12 +60,12 @@ pub(super) fn height_of_hand(searcher: &Searcher, pose: &RestingPose, grasp: &Gr
 }
 
 /// Heights of the contacts in the approach frame of the closed hand [m]: how far from the palm it holds.
-fn depth(grasp: &Grasp) -> f64 {
+fn depth(grasp: &RatedGrasp) -> f64 {
     let from_palm = grasp.object_from_approach.inverse();
     grasp.contacts.iter().map(|contact| (from_palm * contact.point).z).sum::<f64>() / grasp.contacts.len() as f64
 }
 
-pub(super) fn are_unlike(grasps: &[Grasp]) -> bool {
+pub(super) fn are_unlike(grasps: &[RatedGrasp]) -> bool {
     let frames: Vec<_> = grasps.iter().map(|grasp| grasp.object_from_approach).collect();
     let alike = |one: &IsometryMatrix3<f64>, other: &IsometryMatrix3<f64>| {
         (one.translation.vector - other.translation.vector).norm() < 0.02
@@ -130,10 +130,10 @@ fn runs_lie_in_the_likeliest_pose_on_demand() {
 #[test]
 fn pairs_are_taken_anywhere_along_the_pads_and_from_any_side() {
     let searcher = Searcher::with_hand("can-01", FETCH_GRIPPER);
-    let runs: Vec<GraspRun> = (0..3)
+    let runs: Vec<SearchRun> = (0..3)
         .map(|seed| sampler(&searcher).antipodal(&searcher.object, &antipodal(150, Support::Air), &mut stream(seed)))
         .collect();
-    let grasps: Vec<&Grasp> = runs.iter().flat_map(|run| &run.grasps).collect();
+    let grasps: Vec<&RatedGrasp> = runs.iter().flat_map(|run| &run.grasps).collect();
     assert!(grasps.len() >= 30 && runs.iter().all(|run| are_unlike(&run.grasps)), "{}", grasps.len());
     let depths = grasps.iter().map(|grasp| depth(grasp));
     let [nearest, farthest] = depths.fold([f64::INFINITY, 0.0f64], |[low, high], at| [low.min(at), high.max(at)]);

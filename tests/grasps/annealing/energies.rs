@@ -2,7 +2,7 @@
 
 use graspmill::{
     geom::MeshQuery,
-    grasp::{Annealing, EnergyKind, Grasp, WrenchSpace},
+    grasp::{Annealing, EnergyKind, RatedGrasp, WrenchSpace},
 };
 use nalgebra::Vector3;
 
@@ -17,7 +17,7 @@ struct VirtualContact {
 }
 
 /// The virtual contacts of a grasp.
-fn contacts(searcher: &Searcher, query: &MeshQuery, grasp: &Grasp) -> Vec<VirtualContact> {
+fn contacts(searcher: &Searcher, query: &MeshQuery, grasp: &RatedGrasp) -> Vec<VirtualContact> {
     let hand = &searcher.hand;
     let frames = hand.link_frames(&hand.posture_values(&grasp.posture));
     let object_from_base = annealed(grasp) * hand.approach_pose(&frames).isometry().inverse();

@@ -16,7 +16,7 @@ use graspmill::{
     contact::ContactSurface,
     geom::{SimdLevel, TriMesh},
     grasp::{
-        AmplitudeRange, Annealer, Annealing, EnergyKind, Grasp, GraspRun, HandSearch, ObjectSearch, SearchFrame,
+        AmplitudeRange, Annealer, Annealing, EnergyKind, HandSearch, ObjectSearch, RatedGrasp, SearchFrame, SearchRun,
         WrenchSpace,
     },
     hand::Hand,
@@ -83,7 +83,7 @@ impl Searcher {
     }
 
     /// Runs from seeds drawn by area, the first `count` of a stream.
-    fn runs(&self, settings: &Annealing, count: u64) -> Vec<GraspRun> {
+    fn runs(&self, settings: &Annealing, count: u64) -> Vec<SearchRun> {
         let mut annealer = self.annealer(settings, SimdLevel::detect());
         (0..count).map(|seed| annealer.run(&self.object, &self.seed(seed), &mut stream(seed))).collect()
     }
@@ -103,7 +103,7 @@ impl Searcher {
 }
 
 /// The approach frame in the state that was annealed.
-fn annealed(grasp: &Grasp) -> IsometryMatrix3<f64> {
+fn annealed(grasp: &RatedGrasp) -> IsometryMatrix3<f64> {
     grasp.object_from_approach * Translation3::new(0.0, 0.0, -grasp.advance)
 }
 

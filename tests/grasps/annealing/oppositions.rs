@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use graspmill::{
     geom::TriMesh,
-    grasp::{Antipodal, Grasp, GraspRun, PairHold, Support},
+    grasp::{Antipodal, PairHold, RatedGrasp, SearchRun, Support},
 };
 
 use super::{
@@ -23,12 +23,12 @@ fn antipodal(pairs: u32, support: Support) -> Antipodal {
     Antipodal { pairs, friction: 0.5, best: 8, hold: PairHold::Along(support) }
 }
 
-fn runs(searcher: &Searcher, settings: &Antipodal) -> Vec<GraspRun> {
+fn runs(searcher: &Searcher, settings: &Antipodal) -> Vec<SearchRun> {
     (0..3).map(|seed| sampler(searcher).antipodal(&searcher.object, settings, &mut stream(seed))).collect()
 }
 
 /// Whether two links press on the object against each other.
-fn is_held_from_both_sides(grasp: &Grasp) -> bool {
+fn is_held_from_both_sides(grasp: &RatedGrasp) -> bool {
     let contacts = &grasp.contacts;
     contacts
         .iter()
@@ -76,7 +76,7 @@ fn on_a_table_fingers_hold_from_both_sides_and_stay_above_it() {
 fn in_the_air_hands_come_from_all_sides_and_hold_against_the_palm() {
     let searcher = Searcher::with_hand("can-01", BARRETT);
     let runs = runs(&searcher, &antipodal(300, Support::Air));
-    let grasps: Vec<&Grasp> = runs.iter().flat_map(|run| &run.grasps).collect();
+    let grasps: Vec<&RatedGrasp> = runs.iter().flat_map(|run| &run.grasps).collect();
     assert!(grasps.len() >= 20, "{}", grasps.len());
     assert!(grasps.iter().all(|grasp| is_held_from_both_sides(grasp)));
     assert!(grasps.iter().any(|grasp| grasp.contacts.iter().any(|contact| contact.link == 0)), "none on the palm");

@@ -2,7 +2,7 @@
 
 use graspmill::{
     geom::SimdLevel,
-    grasp::{Annealer, Annealing, DistanceField, EnergyKind, GraspRun, Keeping, WrenchSpace},
+    grasp::{Annealer, Annealing, DistanceField, EnergyKind, Keeping, SearchRun, WrenchSpace},
     words::GraspVerdict,
 };
 
@@ -37,7 +37,7 @@ fn energies() -> [(&'static str, Annealing); 3] {
 }
 
 /// Runs of the first seeds and how long they took, without rating more than the best.
-fn timed(searcher: &Searcher, settings: &Annealing, keeping: &Keeping, runs: u64) -> (Vec<GraspRun>, f64) {
+fn timed(searcher: &Searcher, settings: &Annealing, keeping: &Keeping, runs: u64) -> (Vec<SearchRun>, f64) {
     let mut annealer = Annealer::new(&searcher.search, settings, keeping, SimdLevel::detect());
     let began = thread_seconds();
     let found = (0..runs).map(|seed| annealer.run(&searcher.object, &searcher.seed(seed), &mut stream(seed))).collect();
@@ -90,7 +90,7 @@ fn best_energies_by_budget() {
                 let (runs, _) = timed(&searcher, &Annealing { steps: budget, descent, ..settings }, &KEEPING, 8);
                 let best = runs.iter().filter_map(|run| Some(run.grasps.first()?.energies.total));
                 let best = median(&best.collect::<Vec<_>>());
-                let mean = |of: &dyn Fn(&GraspRun) -> f64| runs.iter().map(of).sum::<f64>() / runs.len() as f64;
+                let mean = |of: &dyn Fn(&SearchRun) -> f64| runs.iter().map(of).sum::<f64>() / runs.len() as f64;
                 let accepted =
                     |tenth: usize| mean(&|run| 10.0 * f64::from(run.course[tenth].accepted) / f64::from(budget));
                 println!(

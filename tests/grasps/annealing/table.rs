@@ -3,7 +3,7 @@
 use graspmill::{
     collision::Body,
     geom::{RestingPose, Shape, SimdLevel},
-    grasp::{Annealer, Grasp, Keeping, STAND_OFF},
+    grasp::{Annealer, Keeping, RatedGrasp, STAND_OFF},
     hand::Hand,
     words::GraspVerdict,
 };
@@ -59,14 +59,14 @@ pub(super) fn lowest(
     low
 }
 
-pub(super) fn object_from_base(hand: &Hand, grasp: &Grasp) -> IsometryMatrix3<f64> {
+pub(super) fn object_from_base(hand: &Hand, grasp: &RatedGrasp) -> IsometryMatrix3<f64> {
     let frames = hand.link_frames(&hand.posture_values(&grasp.posture));
     grasp.object_from_approach * hand.approach_pose(&frames).isometry().inverse()
 }
 
 /// Checks a grasp's clearances: still in three postures, and, as the lowest that the hand could come to, in every mix of
 /// where its joints begin and end.
-fn check(searcher: &Searcher, grasp: &Grasp) -> [u32; 2] {
+fn check(searcher: &Searcher, grasp: &RatedGrasp) -> [u32; 2] {
     let hand = &searcher.hand;
     let (bodies, _) = searcher.model.bodies().expect("its bodies");
     let here = object_from_base(hand, grasp);
@@ -129,14 +129,15 @@ fn a_table_drops_what_no_pose_allows() {
         let mut annealer = Annealer::new(&searcher.search, &QUICK, keeping, SimdLevel::detect());
         (0..4).flat_map(|seed| annealer.run(&searcher.object, &searcher.seed(seed), &mut stream(seed)).grasps).collect()
     };
-    let (plain, watched): (Vec<Grasp>, Vec<Grasp>) = (run(&KEEPING), run(&Keeping { table: true, ..KEEPING }));
+    let (plain, watched): (Vec<RatedGrasp>, Vec<RatedGrasp>) =
+        (run(&KEEPING), run(&Keeping { table: true, ..KEEPING }));
     assert_eq!(plain.len(), watched.len());
     let mut dropped = 0;
     for (plain, watched) in plain.iter().zip(&watched) {
         let low = plain.clearances.iter().all(|lowest| lowest.shaped < 0.0);
         let falls = plain.verdict == GraspVerdict::Kept && low;
         let expected = if falls { GraspVerdict::BelowTable } else { plain.verdict };
-        assert_eq!(*watched, Grasp { verdict: expected, ..plain.clone() });
+        assert_eq!(*watched, RatedGrasp { verdict: expected, ..plain.clone() });
         dropped += u32::from(falls);
     }
     println!("{dropped} of {} dropped", plain.len());

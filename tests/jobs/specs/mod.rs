@@ -45,8 +45,8 @@ fn read(text: &str, overrides: &[&str]) -> Result<JobDraft, FormErrors> {
 fn asset(name: &str) -> AssetRecord {
     AssetRecord {
         name: name.to_owned(),
-        object: ObjectId(Digest::of(name.as_bytes())),
-        geometry: Digest::of(format!("geometry of {name}").as_bytes()),
+        object: ObjectId(Digest::hash(name.as_bytes())),
+        geometry: Digest::hash(format!("geometry of {name}").as_bytes()),
         file: None,
         triangles: 12,
         vertices: 8,

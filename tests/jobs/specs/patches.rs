@@ -15,7 +15,7 @@ use graspmill::{
     files::Folder,
     form::FormErrors,
     format::{
-        Channel, Grasp, GraspLabel, GraspMethod, GraspRun, GraspTrial, GraspTrials, HandNames, Product, RunStretch,
+        Channel, Grasp, GraspLabel, GraspMethod, GraspRun, GraspTrial, GraspTrials, HandNames, Product, RunInterval,
         TrialMethod, TrialOutcome, TrialVerdict, TriedStates, WRENCH,
         dataset::{DatasetHeader, Manifest, RunMark, ShardHeader, ShardWriter, begin_run, finish_dataset},
         products::grasps::SHAPES,
@@ -120,7 +120,7 @@ impl MadeUpGrasps {
             failed: 0,
             tries: 10,
             potentials: 10,
-            course: [RunStretch::default(); STRETCHES],
+            course: [RunInterval::default(); STRETCHES],
             method: GraspMethod {
                 sampler: "annealing".to_owned(),
                 energy: "contact".to_owned(),
@@ -196,7 +196,7 @@ impl MadeUpGrasps {
     }
 
     fn write(&self, folder: &Path) {
-        let job = JobDigest(Digest::of(b"made-up grasps"));
+        let job = JobDigest(Digest::hash(b"made-up grasps"));
         let samples = u64::from(3 * RUNS);
         let mark = RunMark::new(Product::GRASPS, job, samples, 1, 3 * RUNS);
         begin_run(&Folder::at(folder), &mark).expect("a folder");

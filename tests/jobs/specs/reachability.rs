@@ -6,7 +6,7 @@ use graspmill::{
     factory::{
         job::Job,
         plan::Plan,
-        products::reachability::{CollisionTest, ReachabilityJob, Solver},
+        products::reachability::{CollisionTest, IkSolver, ReachabilityJob},
     },
     format::Product,
     geom::FieldMetric,
@@ -61,7 +61,7 @@ fn the_grid_of_the_thesis_has_its_count() {
     let work = work(&job);
     assert_eq!(work.poses.shape(), [12, 22, 20, 2, 8, 8]);
     assert_eq!((work.poses.cells(), work.orientations()), (675_840, 128));
-    assert_eq!((work.solver, work.collisions), (Solver::Auto, CollisionTest::Exact));
+    assert_eq!((work.solver, work.collisions), (IkSolver::Auto, CollisionTest::Exact));
     assert_eq!(work.metric, FieldMetric::Metres { rho: 0.127 });
     assert_eq!(work.robot.name, "fetch");
     let last = work.poses.pose(675_839);

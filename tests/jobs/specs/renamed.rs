@@ -2,7 +2,7 @@
 
 use graspmill::{
     factory::job::{RENAMED_KEYS, RENAMED_VALUES, RenamedKey, RenamedValue, schema},
-    form::{FormError, Problem},
+    form::{FormError, FormProblem},
 };
 use serde_json::Value;
 
@@ -78,7 +78,7 @@ fn an_old_key_is_refused_with_the_new_one_and_following_that_helps() {
     for (RenamedKey { old, new }, (_, text, value)) in RENAMED_KEYS.iter().zip(JOBS) {
         let with = |key: &str| job(text, Some(format!("{} = {value}", last(key))));
         let mut found = mistakes(&with(old), &[]);
-        let at = found.iter().position(|error| matches!(error.problem, Problem::UnknownKey { .. }));
+        let at = found.iter().position(|error| matches!(error.problem, FormProblem::UnknownKey { .. }));
         let error = found.remove(at.unwrap_or_else(|| panic!("{old} is unknown: {found:?}")));
         assert_eq!(error.key.replace("[0]", ""), *old);
         assert_eq!(error.location.file, "test.toml");

@@ -250,7 +250,7 @@ fn copies_are_refused_and_meshes_that_fail_do_not_stop_the_others() {
     assert_eq!(reasons, ["duplicate", "duplicate", "truncated"]);
     assert!(job.refused()[0].problem.contains("bottle-01"));
     assert_eq!(Plan::new(&job.work.subjects(), job.shard_samples).samples, 6 * 726);
-    assert!(job.objects().iter().all(|object| object.id().0 != Digest::of(b"x")));
+    assert!(job.objects().iter().all(|object| object.id().0 != Digest::hash(b"x")));
 
     let draft = read("[[objects]]\nbuilt_in = 1\n", &[]).expect("a job");
     let refusal = job.refused()[2].clone();

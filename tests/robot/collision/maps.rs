@@ -8,7 +8,7 @@ use std::{
 };
 
 use graspmill::{
-    collision::{Bodies, CollisionChecker, Verdict},
+    collision::{Bodies, CollisionChecker, CollisionVerdict},
     files::Folder,
     format::{
         ReachabilityBlock,
@@ -163,7 +163,7 @@ fn a_numeric_solver_upgrades_no_cell_of_the_mesh_fetch() {
                     let free = found.iter().find(|q| {
                         let mut links = [IsometryMatrix3::identity(); 8];
                         group.link_frames(&q[..], &mut links[1..]);
-                        checker.check(0..bodies.pairs.len(), &links) == Verdict::Free
+                        checker.check(0..bodies.pairs.len(), &links) == CollisionVerdict::Free
                     });
                     let kinematic = map.labels[*cell] == PoseLabel::NoSolution;
                     *solved.lock().expect("a count") += usize::from(!found.is_empty());

@@ -6,7 +6,7 @@ mod maps;
 use std::{collections::BTreeMap, f64::consts::TAU, time::Instant};
 
 use graspmill::{
-    collision::{Bodies, Body, Care, CollisionChecker, Geometry, Shape, Verdict},
+    collision::{Bodies, Body, Care, CollisionChecker, CollisionVerdict, Geometry, Shape},
     kinematics::PlanningGroup,
     seed::Stream,
 };
@@ -128,12 +128,14 @@ fn what_lies_wholly_inside_is_found() {
             }
             let checker = CollisionChecker::new(&Bodies { bodies, pairs: vec![[0, 1]] }).expect("shapes");
             let links = [at([0.0; 3], still), at([0.0; 3], still)];
-            let Verdict::Collides(hit) = checker.check([0], &links) else { panic!("{shape:?} at {position:?}") };
+            let CollisionVerdict::Collides(hit) = checker.check([0], &links) else {
+                panic!("{shape:?} at {position:?}")
+            };
             let depth = checker.depth(&hit, &links, Care::Short, f64::INFINITY);
             let out = (0..3).map(|axis| walls[axis] - position[axis].abs()).fold(f64::INFINITY, f64::min) + reach;
             assert!(depth <= out, "{shape:?} at {position:?}: {depth}");
             let beside = [at([0.0; 3], still), at([0.0, 0.0, 1.0], still)];
-            assert_eq!(checker.check([0], &beside), Verdict::Free);
+            assert_eq!(checker.check([0], &beside), CollisionVerdict::Free);
         }
     }
 }
@@ -161,8 +163,8 @@ fn pairs_touch_where_parry_says() {
             }
             // All pairs at once: the first that touches.
             match robot.checker.check(0..robot.bodies.pairs.len(), &links) {
-                Verdict::Free => assert_eq!(first, None),
-                Verdict::Collides(hit) => assert_eq!(first, Some(hit.pair)),
+                CollisionVerdict::Free => assert_eq!(first, None),
+                CollisionVerdict::Collides(hit) => assert_eq!(first, Some(hit.pair)),
             }
             free += u32::from(first.is_none());
         }
@@ -185,7 +187,7 @@ fn assert_bodies_overlap(count: u32) {
             let q = robot.configuration();
             let links = robot.links(&q);
             for pair in 0..robot.bodies.pairs.len() {
-                let Verdict::Collides(hit) = robot.checker.check([pair], &links) else { continue };
+                let CollisionVerdict::Collides(hit) = robot.checker.check([pair], &links) else { continue };
                 let depth = robot.checker.depth(&hit, &links, Care::Short, f64::INFINITY);
                 if depth == 0.0 {
                     touches += 1;
@@ -270,7 +272,8 @@ fn the_mesh_fetch_collides_where_coal_says() {
     let links: Vec<Links> = configurations.iter().map(|q| robot.links(q)).collect();
     let pairs = robot.bodies.pairs.len();
     let began = Instant::now();
-    let ours: Vec<bool> = links.iter().map(|links| robot.checker.check(0..pairs, links) != Verdict::Free).collect();
+    let ours: Vec<bool> =
+        links.iter().map(|links| robot.checker.check(0..pairs, links) != CollisionVerdict::Free).collect();
     let our_time = began.elapsed();
     let theirs = coal::ask_coal(&robot.bodies, &configurations);
     let mut worker = open_robot(FETCH_MESHES).contact_worker(&FETCH_ARM, &BTreeMap::new()).expect("a worker");

@@ -9,7 +9,7 @@ use graspmill::{
     collision::Geometry,
     geom::Shape,
     hand::Hand,
-    sim::{Command, HandError, HandSim, HandWorker, LinkTouch, Run, RunEnd},
+    sim::{HandError, HandSim, HandWorker, LinkTouch, MotorCommand, Run, RunEnd},
 };
 use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 
@@ -171,7 +171,7 @@ fn before_breakaway_the_fingertip_touches_where_geometry_says() {
         let mut joints = worker.joints();
         while worker.touches().is_empty() {
             joints = worker.joints();
-            worker.step(&[Command::Close; 4]).expect("stable");
+            worker.step(&[MotorCommand::Close; 4]).expect("stable");
         }
         // As they were a step before the first touch.
         for finger in 1..=3 {
@@ -212,7 +212,7 @@ fn a_released_fingertip_ends_at_its_stop_and_opening_shuts_the_clutch() {
     let j2 = Circle::relative_to_j2(y, z, radius, -1.0).medial_touches();
     let mut worker = worker(BARRETT, &cylinder(radius));
     worker.start(&hand.opened(), &at(y, z)).expect("a posture");
-    let closed = worker.run(&[Command::Hold, Command::Hold, Command::Hold, Command::Close], 3000);
+    let closed = worker.run(&[MotorCommand::Hold, MotorCommand::Hold, MotorCommand::Hold, MotorCommand::Close], 3000);
     assert_eq!(closed.end, RunEnd::AtRest);
     assert!((value(hand, &closed, "proximal_3") - j2).abs().to_degrees() < 0.25);
     assert!((value(hand, &closed, "distal_3").to_degrees() - 48.0).abs() < 0.1, "{:?}", closed.joints);
@@ -221,7 +221,7 @@ fn a_released_fingertip_ends_at_its_stop_and_opening_shuts_the_clutch() {
     assert!((motor.angle - left - 0.75 * (48.0_f64.to_radians() - left / 3.0)).abs() < 1e-9);
     assert_eq!(closed.motors[1].angle, 0.0);
     assert!(touches_of(hand, &closed, "distal_3").is_empty() && !touches_of(hand, &closed, "medial_3").is_empty());
-    let opened = worker.run(&[Command::Open; 4], 3000);
+    let opened = worker.run(&[MotorCommand::Open; 4], 3000);
     assert_eq!((opened.end, opened.motors[3].released), (RunEnd::AtRest, None));
     assert!(opened.joints.iter().all(|joint| joint.abs() < 1e-3) && opened.touches.is_empty(), "{opened:?}");
 }
@@ -234,7 +234,10 @@ fn an_empty_hand_closes() {
     let mut worker = worker(BARRETT, &cylinder(0.01));
     worker.start(&hand.opened(), &at(0.0, 1.0)).expect("a posture");
     let (spread, flexion) = (90.0_f64.to_radians(), 60.0_f64.to_radians());
-    let run = worker.run(&[Command::To(spread), Command::To(flexion), Command::To(flexion), Command::Close], 3000);
+    let run = worker.run(
+        &[MotorCommand::To(spread), MotorCommand::To(flexion), MotorCommand::To(flexion), MotorCommand::Close],
+        3000,
+    );
     assert_eq!((run.end, run.touches.len()), (RunEnd::AtRest, 0));
     for (joint, degrees) in [
         ("spread_1", 90.0),
@@ -250,7 +253,7 @@ fn an_empty_hand_closes() {
     println!("{} steps", run.steps);
     assert!((400..1000).contains(&run.steps), "{}", run.steps);
     // What is past a joint's range is brought within it.
-    let run = worker.run(&[Command::To(-1.0), Command::Open, Command::Open, Command::Open], 3000);
+    let run = worker.run(&[MotorCommand::To(-1.0), MotorCommand::Open, MotorCommand::Open, MotorCommand::Open], 3000);
     assert_eq!(run.end, RunEnd::AtRest);
     assert!(run.joints.iter().all(|joint| joint.abs() < 1e-3));
 }

@@ -6,7 +6,10 @@ use graspmill::{
     contact::ContactSurface,
     geom::TriMesh,
     seed::Stream,
-    sim::{ApproachEnd, Effort, Felt, HandApproach, HandModel, HandSim, HandWorker, LinkTouch, NativeContacts},
+    sim::{
+        ApproachOutcome, Effort, HandApproach, HandApproachEnd, HandModel, HandSim, HandWorker, LinkTouch,
+        NativeContacts,
+    },
     voxel::InsideTest,
 };
 use nalgebra::{IsometryMatrix3, Translation3, Vector3};
@@ -31,7 +34,7 @@ fn min_by_link(touches: &[LinkTouch], links: usize) -> Vec<f64> {
 
 /// Postures next to a felt one: every finger rotated by a third of a degree, in and out; and the object moved by 0.3
 /// mm, towards the base and away from it.
-fn pushed(model: &HandModel, felt: &Felt) -> Vec<(bool, bool, Vec<f64>, IsometryMatrix3<f64>)> {
+fn pushed(model: &HandModel, felt: &ApproachOutcome) -> Vec<(bool, bool, Vec<f64>, IsometryMatrix3<f64>)> {
     let hand = model.hand();
     let rotated = |by: f64| {
         let mut joints = felt.joints.clone();
@@ -90,7 +93,7 @@ fn assert_closings_touch(closings: u32, objects: &[&str]) {
                 let off = surface.signed_distance(&touch.point).abs();
                 assert!(off < 2e-5, "{name}: a contact {off} m off the surface: {touch:?}");
             }
-            if felt.end != ApproachEnd::AtRest {
+            if felt.end != HandApproachEnd::AtRest {
                 continue;
             }
             // A little further in, where every link that touched does, and a little out, where none does.
@@ -151,7 +154,8 @@ fn what_is_felt_does_not_depend_on_what_was_felt_before() {
     let mut draw = Stream::of_job(2, b"", "feeling");
     let approaches: Vec<HandApproach> = (0..4).map(|_| random_approach(&surface, Effort::FEEL, &mut draw)).collect();
     let mut worker = HandWorker::new(&sim);
-    let first: Vec<Felt> = approaches.iter().map(|approach| worker.feel(approach).expect("a pose")).collect();
+    let first: Vec<ApproachOutcome> =
+        approaches.iter().map(|approach| worker.feel(approach).expect("a pose")).collect();
     for (approach, felt) in approaches.iter().zip(&first).rev() {
         assert_eq!(&worker.feel(approach).expect("a pose"), felt);
         assert_eq!(&HandWorker::new(&sim).feel(approach).expect("a pose"), felt);
@@ -170,7 +174,7 @@ fn a_hand_that_passes_by_misses() {
     let felt = worker
         .feel(&HandApproach { object_from_start: start, distance: 0.5, closed: 0.0, effort: Effort::FEEL })
         .expect("a pose");
-    assert_eq!((felt.end, felt.touches.len()), (ApproachEnd::Missed, 0));
+    assert_eq!((felt.end, felt.touches.len()), (HandApproachEnd::Missed, 0));
     assert!((felt.travelled - 0.5).abs() < 0.02, "{}", felt.travelled);
     let nowhere = IsometryMatrix3::translation(f64::NAN, 0.0, 0.0);
     assert!(

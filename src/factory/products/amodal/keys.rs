@@ -21,7 +21,7 @@ impl AmodalJob {
         spec.views.root = Some(self.views.root.hex());
         spec.points = *points;
         (spec.grid.resolution, spec.grid.drop_index_zero) = (rules.resolution, rules.drop_index_zero);
-        spec.truth = TruthSpec::of(rules.truth, *solid_with_surface);
+        spec.truth = TruthSpec::from_truth(rules.truth, *solid_with_surface);
         (spec.gate.min_visible_share, spec.gate.min_partial_cells) = (*min_visible_share, rules.min_partial_cells);
         channels.write_keys(&mut spec.channels);
         spec.touch.write(touch, folder);

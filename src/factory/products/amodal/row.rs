@@ -21,7 +21,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     product: Product::AMODAL,
     keys,
     profiles: PROFILES,
-    other_words: &[
+    key_hints: &[
         ("objects", "the objects are those of the dataset of views"),
         ("sensor", "the sensor is that of the job of the views"),
         ("scenes", "name a dataset of views of the objects: `views.dataset`"),

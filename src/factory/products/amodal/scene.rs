@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::meshes::LoadedObject;
-use crate::products::{pair::touch::TouchSurface, surroundings::Surroundings};
+use crate::products::{pair::touch::TouchSurface, surroundings::SceneFixtures};
 use format::SceneContainer;
 use kernel::{
     geom::{RenderMesh, SimdLevel},
@@ -31,7 +31,7 @@ pub(super) struct StillSolid {
 impl StillSolid {
     /// The solids of a container on a table.
     pub fn new(container: &SceneContainer, table_size: [f64; 2], level: SimdLevel) -> Self {
-        let Surroundings { container: mesh, table, table_z } = Surroundings::new(container, table_size);
+        let SceneFixtures { container: mesh, table, table_z } = SceneFixtures::new(container, table_size);
         let solid = |mesh| {
             let solid = solid_occupancy(mesh, InsideTest::Crossings, false);
             SolidObject::new(mesh, solid, true, true, Truth::AnyOverlap)

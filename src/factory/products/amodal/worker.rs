@@ -169,7 +169,7 @@ impl PairScratch {
         if placed.is_err() || pair.partial_cells < rules.min_partial_cells {
             let cells = pair.partial_cells;
             let detail = format!("{cells} cells, {} asked; {all} points", rules.min_partial_cells);
-            return out.reject(pair.sample, AmodalFacts::of(pair, clutter), FEW_PARTIAL_CELLS, &detail);
+            return out.reject(pair.sample, AmodalFacts::from_pair(pair, clutter), FEW_PARTIAL_CELLS, &detail);
         }
 
         // What surrounds it.
@@ -197,7 +197,7 @@ impl PairScratch {
         }
         self.encode_touch(shared, image, scene, hands, out)?;
         let Self { pair, clutter, .. } = self;
-        out.keep(pair.sample, AmodalFacts::of(pair, clutter))
+        out.keep(pair.sample, AmodalFacts::from_pair(pair, clutter))
     }
 
     /// Contacts of rays and of a hand among everything else of the scene.
@@ -275,7 +275,7 @@ impl Producer for AmodalWorker<'_> {
         for (number, reason) in (1..).zip(reasons) {
             scratch.begin(of_body(number), image);
             if let Some((reason, detail)) = reason {
-                let facts = AmodalFacts::of(&scratch.pair, &scratch.clutter);
+                let facts = AmodalFacts::from_pair(&scratch.pair, &scratch.clutter);
                 out.reject(of_body(number), facts, reason, &detail)?;
             } else {
                 scratch.make(shared, image, scene.as_ref().expect("a body is seen"), hands.as_mut(), out)?;

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Rotation3};
 use super::{
     check_occlusion::occlusion,
     settings::{CompletionSettings, Distance, Gate, SceneCamera},
-    spec::{AngleUnit, AnglesSpec, CameraSpec, CompletionSpec, DistanceSpec, Ends, NamedViews, ViewsSpec},
+    spec::{AngleUnit, AnglesSpec, CameraSpec, CompletionSpec, DistanceSpec, Ends, NamedViews, RotationsSpec},
 };
 use crate::{
     products::pair::{Channels, touch::Touch},
@@ -35,7 +35,7 @@ pub(super) fn settings(checker: &mut Checker, spec: &CompletionSpec, folder: &Fi
     let gate = Gate { min_partial_cells: spec.gate.min_partial_cells, min_overlap: spec.gate.min_overlap };
     let settings = CompletionSettings {
         views: views(checker, &spec.views),
-        views_per_object: matches!(&spec.views, ViewsSpec::Even(even) if even.per_object),
+        views_per_object: matches!(&spec.views, RotationsSpec::Even(even) if even.per_object),
         pivot: spec.pivot,
         camera,
         scene,
@@ -55,17 +55,17 @@ pub(super) fn settings(checker: &mut Checker, spec: &CompletionSpec, folder: &Fi
     settings
 }
 
-fn views(checker: &mut Checker, spec: &ViewsSpec) -> ViewSet {
+fn views(checker: &mut Checker, spec: &RotationsSpec) -> ViewSet {
     let in_radians = |angle: f64, unit: Option<AngleUnit>| match unit {
         Some(AngleUnit::Degree) => angle / 180.0 * std::f64::consts::PI,
         _ => angle,
     };
     match spec {
-        ViewsSpec::Named(NamedViews::Standard) => ViewSet::standard(),
-        ViewsSpec::Named(NamedViews::Thesis) => ViewSet::thesis(),
-        ViewsSpec::Named(NamedViews::HeadOn) => ViewSet::head_on(),
-        ViewsSpec::Even(even) => ViewSet::Even { count: even.even },
-        ViewsSpec::Grid(grid) => {
+        RotationsSpec::Named(NamedViews::Standard) => ViewSet::standard(),
+        RotationsSpec::Named(NamedViews::Thesis) => ViewSet::thesis(),
+        RotationsSpec::Named(NamedViews::HeadOn) => ViewSet::head_on(),
+        RotationsSpec::Even(even) => ViewSet::Even { count: even.even },
+        RotationsSpec::Grid(grid) => {
             let angles = |spec: &AnglesSpec| match spec {
                 AnglesSpec::List(angles) => angles.clone(),
                 AnglesSpec::Range(range) => match range.ends {
@@ -81,11 +81,11 @@ fn views(checker: &mut Checker, spec: &ViewsSpec) -> ViewSet {
             }
             ViewSet::RollPitchYaw { roll, pitch, yaw }
         }
-        ViewsSpec::RollPitchYaw(list) => {
+        RotationsSpec::RollPitchYaw(list) => {
             let angles = list.rpy.iter().map(|rpy| rpy.map(|angle| in_radians(angle, list.unit)));
             ViewSet::List(angles.map(|[roll, pitch, yaw]| rotation_from_rpy(roll, pitch, yaw)).collect())
         }
-        ViewsSpec::Quaternions(list) => {
+        RotationsSpec::Quaternions(list) => {
             for (index, quaternion) in list.quaternions_wxyz.iter().enumerate() {
                 let length = quaternion.iter().map(|part| part * part).sum::<f64>().sqrt();
                 if !(length > 1e-6 && length < 1e6) {
@@ -97,7 +97,7 @@ fn views(checker: &mut Checker, spec: &ViewsSpec) -> ViewSet {
                 list.quaternions_wxyz.iter().map(|quaternion| rotation_from_quaternion(*quaternion)).collect(),
             )
         }
-        ViewsSpec::Matrices(list) => {
+        RotationsSpec::Matrices(list) => {
             ViewSet::List(list.matrices.iter().enumerate().map(|(index, rows)| matrix(checker, index, rows)).collect())
         }
     }

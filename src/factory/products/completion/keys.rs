@@ -7,7 +7,7 @@ use super::{
     settings::{CompletionJob, CompletionSettings, Distance},
     spec::{
         AnglesSpec, CameraSpec, CompletionSpec, DistanceRange, DistanceSpec, EvenViews, FitDistance, GridViews,
-        MatrixViews, ViewsSpec,
+        MatrixViews, RotationsSpec,
     },
 };
 use crate::{
@@ -66,11 +66,11 @@ fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec 
         camera: None,
     };
     if let Some(sensor) = sensor {
-        spec.sensor = SensorSpec::of(sensor);
+        spec.sensor = SensorSpec::from_model(sensor);
     }
     spec.occlusion = occlusion.as_ref().map(occlusion_keys);
     (spec.grid.resolution, spec.grid.drop_index_zero) = (*resolution, *drop_index_zero);
-    spec.truth = TruthSpec::of(*truth, *solid_with_surface);
+    spec.truth = TruthSpec::from_truth(*truth, *solid_with_surface);
     (spec.gate.min_partial_cells, spec.gate.min_overlap) = (gate.min_partial_cells, gate.min_overlap);
     channels.write_keys(&mut spec.channels);
     spec.touch.write(touch, folder);
@@ -78,19 +78,19 @@ fn spec(settings: &CompletionSettings, folder: Option<&Path>) -> CompletionSpec 
 }
 
 /// The rotations one by one, or by a rule that a job file can state.
-fn views_spec(views: &ViewSet, per_object: bool) -> ViewsSpec {
+fn views_spec(views: &ViewSet, per_object: bool) -> RotationsSpec {
     match views {
         ViewSet::RollPitchYaw { roll, pitch, yaw } => {
             let [roll, pitch, yaw] = [roll, pitch, yaw].map(|angles| AnglesSpec::List(angles.clone()));
-            ViewsSpec::Grid(GridViews { roll, pitch, yaw, unit: None })
+            RotationsSpec::Grid(GridViews { roll, pitch, yaw, unit: None })
         }
-        ViewSet::Even { count } => ViewsSpec::Even(EvenViews { even: *count, per_object }),
+        ViewSet::Even { count } => RotationsSpec::Even(EvenViews { even: *count, per_object }),
         ViewSet::List(rotations) => {
             let rows = rotations.iter().map(|rotation| {
                 let matrix = rotation.matrix();
                 std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
             });
-            ViewsSpec::Matrices(MatrixViews { matrices: rows.collect() })
+            RotationsSpec::Matrices(MatrixViews { matrices: rows.collect() })
         }
     }
 }

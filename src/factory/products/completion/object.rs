@@ -67,7 +67,7 @@ mod tests {
         // Uniform on SO(3): the traces of R^T Q for a fixed Q average to 0, their squares to 1.
         for reference in [Rotation3::identity(), rotation_from_rpy(0.3, -1.1, 2.0)] {
             let traces = (0..4000_u32).map(|object| {
-                let own = own_rotation(7, ObjectId(Digest::of_parts([&object.to_le_bytes()[..]])));
+                let own = own_rotation(7, ObjectId(Digest::hash_parts([&object.to_le_bytes()[..]])));
                 (own.inverse() * reference).matrix().trace()
             });
             let traces: Vec<f64> = traces.collect();

@@ -29,7 +29,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     product: Product::COMPLETION,
     keys,
     profiles: PROFILES,
-    other_words: &[(
+    key_hints: &[(
         "camera.fovy",
         "give `camera.horizontal_fov` in radians: 2 atan(width / height * tan(fovy / 2)), or a camera of an MJCF file \
          by `camera.scene`",

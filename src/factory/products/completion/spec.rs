@@ -32,7 +32,7 @@ pub struct CompletionSpec {
     #[schemars(length(min = 1))]
     pub objects: Vec<ObjectsSpec>,
     /// Rotations of each object: a named set or a table.
-    pub views: ViewsSpec,
+    pub views: RotationsSpec,
     /// Pivot of an object's rotation, which is at the stated distance.
     #[schemars(extend("examples" = ["box_centre"]))]
     pub pivot: Pivot,
@@ -75,7 +75,7 @@ impl CompletionSpec {
 /// Rotations of each object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
-pub enum ViewsSpec {
+pub enum RotationsSpec {
     /// A named set.
     Named(NamedViews),
     /// Every combination of roll, pitch and yaw, R = Rz(yaw) Ry(pitch) Rx(roll).

@@ -7,8 +7,8 @@ use super::{
     keys::SEARCH_KEYS,
     settings::{Confirm, GraspSettings, Physics},
     spec::{
-        AmplitudesSpec, AnnealingSpec, AntipodalSpec, ConfirmSpec, DepthSpec, EnergySpec, FrameSpec, GraspsSpec,
-        GravitySpec, KeepSpec, MassSpec, PhysicsSpec, PosesSpec, RestingSpec, SamplerSpec, SpaceSpec, SupportSpec,
+        AmplitudesSpec, AnnealingSpec, AntipodalSpec, AxisSpec, ConfirmSpec, EnergySpec, FrameSpec, GraspsSpec,
+        GravitySpec, KeepSpec, MassSpec, PairDepthSpec, PhysicsSpec, RestingSpec, SamplerSpec, SpaceSpec, SupportSpec,
         TriedSpec, UniformSpec,
     },
 };
@@ -64,7 +64,7 @@ fn sampler(checker: &mut Checker, spec: &GraspsSpec) -> Sampler {
             Sampler::Uniform(Uniform {
                 grasps: *grasps,
                 rolls: Rolls(rolls.clone()),
-                upright: *poses == PosesSpec::Upright,
+                upright: *poses == AxisSpec::Upright,
             })
         }
         SamplerSpec::Antipodal => {
@@ -86,7 +86,7 @@ fn pair_hold(checker: &mut Checker, spec: &AntipodalSpec) -> PairHold {
         }
     }
     match (depth, support) {
-        (DepthSpec::Middle, support) => {
+        (PairDepthSpec::Middle, support) => {
             if support == SupportSpec::Table {
                 let because = "with the object half way along its pads, a gripper's tips would be below the table";
                 let remedy = "antipodal.depth = \"middle\"; a table needs \"any\"";
@@ -94,7 +94,7 @@ fn pair_hold(checker: &mut Checker, spec: &AntipodalSpec) -> PairHold {
             }
             PairHold::Middle
         }
-        (DepthSpec::Any, support) => {
+        (PairDepthSpec::Any, support) => {
             if checker.has("keep.advance") {
                 let because = "the hand stays at its drawn depth";
                 checker.contradiction("keep.advance", "antipodal.depth = \"any\"", because);

@@ -5,9 +5,9 @@ use std::path::Path;
 use super::{
     settings::{Confirm, GraspJob, GraspSettings, Physics},
     spec::{
-        AmplitudesSpec, AnnealingSpec, AntipodalSpec, AutoMass, ClampedAmplitudes, ConfirmSpec, DepthSpec, EnergySpec,
-        FrameSpec, GraspsSpec, GravitySpec, KeepSpec, MassSpec, NamedAmplitudes, PhysicsSpec, PosesSpec, RestingSpec,
-        SamplerSpec, SpaceSpec, SupportSpec, TriedSpec, UniformSpec,
+        AmplitudesSpec, AnnealingSpec, AntipodalSpec, AutoMass, AxisSpec, ClampedAmplitudes, ConfirmSpec, EnergySpec,
+        FrameSpec, GraspsSpec, GravitySpec, KeepSpec, MassSpec, NamedAmplitudes, PairDepthSpec, PhysicsSpec,
+        RestingSpec, SamplerSpec, SpaceSpec, SupportSpec, TriedSpec, UniformSpec,
     },
 };
 use crate::sections::{keys_of, without};
@@ -78,7 +78,7 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
     spec.grasps.sampler = match sampler {
         Sampler::Annealing => SamplerSpec::Annealing,
         Sampler::Uniform(uniform) => {
-            let poses = if uniform.upright { PosesSpec::Upright } else { PosesSpec::Any };
+            let poses = if uniform.upright { AxisSpec::Upright } else { AxisSpec::Any };
             spec.uniform = UniformSpec { grasps: uniform.grasps, poses, rolls: uniform.rolls.0.clone() };
             SamplerSpec::Uniform
         }
@@ -86,14 +86,14 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
             let &Antipodal { pairs, friction, best, hold } = antipodal;
             let AntipodalSpec { margin, resting_pose: resting, .. } = spec.antipodal;
             let (depth, support, margin, resting) = match hold {
-                PairHold::Middle => (DepthSpec::Middle, SupportSpec::None, margin, resting),
-                PairHold::Along(Support::Air) => (DepthSpec::Any, SupportSpec::None, margin, resting),
+                PairHold::Middle => (PairDepthSpec::Middle, SupportSpec::None, margin, resting),
+                PairHold::Along(Support::Air) => (PairDepthSpec::Any, SupportSpec::None, margin, resting),
                 PairHold::Along(Support::Table { margin, resting }) => {
                     let resting = match resting {
                         RestingChoice::Drawn => RestingSpec::Sampled,
                         RestingChoice::Likeliest => RestingSpec::MostLikely,
                     };
-                    (DepthSpec::Any, SupportSpec::Table, margin, resting)
+                    (PairDepthSpec::Any, SupportSpec::Table, margin, resting)
                 }
             };
             spec.antipodal = AntipodalSpec { pairs, friction, best, depth, support, margin, resting_pose: resting };

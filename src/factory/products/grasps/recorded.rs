@@ -1,7 +1,7 @@
 //! From the result of a search to a self-contained record.
 
 use super::settings::GraspSettings;
-use format::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunStretch, WRENCH};
+use format::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunInterval, WRENCH};
 use kernel::{
     geom::Pose,
     ids::{ObjectId, SampleId},
@@ -63,16 +63,16 @@ pub(super) fn names(hand: &Hand, id: ObjectId) -> HandNames {
 
 /// The record of a run except for the obstacles of its grasps; `record` is one of the same hand and settings, to be
 /// filled.
-pub(super) fn recorded(run: &grasp::GraspRun, sample: SampleId, hand: &Hand, record: &mut GraspRun) {
+pub(super) fn recorded(run: &grasp::SearchRun, sample: SampleId, hand: &Hand, record: &mut GraspRun) {
     record.sample = sample;
     record.object_from_seed = Pose::from_isometry(run.object_from_seed);
     (record.steps, record.failed, record.tries, record.potentials) = (run.steps, run.failed, run.tries, run.potentials);
     record.course =
-        run.course.map(|stretch| RunStretch { accepted: stretch.accepted, mean_energy: stretch.mean_energy });
+        run.course.map(|stretch| RunInterval { accepted: stretch.accepted, mean_energy: stretch.mean_energy });
     record.grasps = run.grasps.iter().map(|grasp| of_grasp(grasp, hand)).collect();
 }
 
-fn of_grasp(grasp: &grasp::Grasp, hand: &Hand) -> Grasp {
+fn of_grasp(grasp: &grasp::RatedGrasp, hand: &Hand) -> Grasp {
     let joints_before = hand.posture_values(&grasp.posture);
     let base_from_approach = hand.approach_pose(&hand.link_frames(&joints_before));
     let object_from_approach = Pose::from_isometry(grasp.object_from_approach);

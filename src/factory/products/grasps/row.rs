@@ -20,7 +20,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     product: Product::GRASPS,
     keys: schema_of::<GraspsSpec>,
     profiles: PROFILES,
-    other_words: &[("grasps.runs", "`grasps.seeds` sets the number of runs per object")],
+    key_hints: &[("grasps.runs", "`grasps.seeds` sets the number of runs per object")],
     hand_uses: HAND_USES,
     inputs: &[],
     draft,

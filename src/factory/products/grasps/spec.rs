@@ -83,7 +83,7 @@ pub struct UniformSpec {
     pub grasps: u32,
     /// The axis of each run.
     #[schemars(extend("examples" = ["any"]))]
-    pub poses: PosesSpec,
+    pub poses: AxisSpec,
     /// Rolls of the hand about its approach, which the grasps of a run use one after another. At 0 the approach frame's
     /// x axis is at right angles to the axis, to the right along the approach.
     #[schemars(length(min = 1, max = 1000), extend("x-unit" = "rad", "examples" = [[0.0]]))]
@@ -93,7 +93,7 @@ pub struct UniformSpec {
 /// Axis of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum PosesSpec {
+pub enum AxisSpec {
     /// The object's z axis, through the middle of its box; each run at a different height, spread evenly.
     Upright,
     /// Any direction, drawn for each run, through the middle of the box: the object's z axis under any rotation.
@@ -116,7 +116,7 @@ pub struct AntipodalSpec {
     pub best: u32,
     /// Position along the fingers at which the hand holds a pair.
     #[schemars(extend("examples" = ["any"]))]
-    pub depth: DepthSpec,
+    pub depth: PairDepthSpec,
     /// Support of the object while the hand closes.
     #[schemars(extend("examples" = ["table"]))]
     pub support: SupportSpec,
@@ -142,7 +142,7 @@ pub enum RestingSpec {
 /// Position along the fingers at which a hand holds a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum DepthSpec {
+pub enum PairDepthSpec {
     /// Anywhere between the innermost contacts of a gripper's pads, or the middle of the two contacts of another hand,
     /// and 3 mm before the tips; the hand stays there. States are those that, once closed, both pads hold, or two links
     /// that press against each other; no two states are within 2 cm and 15 degrees of each other.

@@ -246,7 +246,7 @@ impl Tries<'_> {
         }
         if draws.chosen_for_variants.unit() < settings.variant_share && outcome.verdict.is_held() {
             for variant in Variant::ALL {
-                trial.variants.push(verdict(&self.one(grasp, &variant.of(&conditions))?.verdict));
+                trial.variants.push(verdict(&self.one(grasp, &variant.apply_to(&conditions))?.verdict));
             }
         }
         trial.is_unconfirmed = trial.agreed() == Some(false);
@@ -312,7 +312,7 @@ impl Tries<'_> {
     fn confirm(&mut self, grasp: &Grasp, trial: &mut GraspTrial, variants: &[Variant]) -> Result<(), HandError> {
         let held = trial.outcome.verdict.is_held();
         for variant in variants {
-            let changed = variant.of(&self.object.conditions);
+            let changed = variant.apply_to(&self.object.conditions);
             let outcome = match variant {
                 Variant::NativeContacts => {
                     let base_from_object = grasp.object_from_base.isometry().inverse();

@@ -12,7 +12,7 @@ use super::{
     trials::Trials,
 };
 use crate::{ProduceError, SampleWriter, objects::prepared, work::Producer};
-use format::{Channel, GraspRun, RunStretch};
+use format::{Channel, GraspRun, RunInterval};
 use kernel::{
     cancel::Cancel,
     contact::ContactSurface,
@@ -21,9 +21,7 @@ use kernel::{
     seed::Stream,
     words::{GraspVerdict, STRETCHES},
 };
-use robot::grasp::{
-    Annealer, Antipodal, GraspRun as GraspSearchRun, GraspSampler, HandPassage, ObjectSearch, Sampler, Uniform, axes,
-};
+use robot::grasp::{Annealer, Antipodal, GraspSampler, HandPassage, ObjectSearch, Sampler, SearchRun, Uniform, axes};
 
 /// Reason why a run makes no sample: no neighbour of the seed was legal.
 const NO_LEGAL_STATE: &str = "no_legal_state";
@@ -73,7 +71,7 @@ impl<'j> GraspWorker<'j> {
             failed: 0,
             tries: 0,
             potentials: 0,
-            course: [RunStretch::default(); STRETCHES],
+            course: [RunInterval::default(); STRETCHES],
             method: method(&job.settings),
             grasps: Vec::new(),
             resting_poses: 0,
@@ -170,7 +168,7 @@ impl Producer for GraspWorker<'_> {
 }
 
 /// Cause and remedy of a run without a legal state, for the ledger.
-fn no_state(run: &GraspSearchRun, hand: &GraspHand) -> String {
+fn no_state(run: &SearchRun, hand: &GraspHand) -> String {
     let own = hand.own_obstacle();
     match &run.losses {
         // These counts have their own causes.

@@ -7,7 +7,9 @@ use crate::products::{
     patches::{Fingertips, corner},
     picked::{BodyPicks, PickedHand, ScenePicks},
 };
-use format::{ForbiddenGrasp, PatchSquare, PickState, SceneHeatmap, SeenGrasp, SeenPoint, projection, window_side};
+use format::{
+    ForbiddenGrasp, PatchSquare, PickState, ProjectedPoint, SceneHeatmap, SeenGrasp, projection, window_side,
+};
 use kernel::geom::{CameraCv, DepthCrop, HandBase, Intrinsics, Pose, World};
 
 /// The hand of a job, and the types that are marked.
@@ -77,8 +79,8 @@ impl SceneGrasps {
                 GraspEnd::Free(free) => {
                     let (camera, points) = (&heatmap.camera, std::iter::once(&grasp.palm).chain(&free.tips));
                     let surface = |[column, row]: [u32; 2]| depth.at(column, row);
-                    let points: Vec<SeenPoint> =
-                        points.map(|point| SeenPoint::new(*point, camera, &camera_from_world, surface)).collect();
+                    let points: Vec<ProjectedPoint> =
+                        points.map(|point| ProjectedPoint::new(*point, camera, &camera_from_world, surface)).collect();
                     let [run, rank, direction] = free.stored;
                     heatmap.grasps.push(SeenGrasp {
                         body,
@@ -145,10 +147,10 @@ fn squares(
     settings: &HeatmapSettings,
     camera: &Intrinsics,
     camera_from_world: &Pose<CameraCv, World>,
-    points: &[SeenPoint],
+    points: &[ProjectedPoint],
 ) -> Option<Vec<PatchSquare>> {
     let placed = |[u, v]: [f64; 2], side| Some([corner(u, side, camera.width)?, corner(v, side, camera.height)?]);
-    let square = |point: &SeenPoint| {
+    let square = |point: &ProjectedPoint| {
         let pixel = point.pixel?;
         let window = settings
             .size

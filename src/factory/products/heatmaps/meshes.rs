@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::{
     ProduceError,
-    products::{surroundings::Surroundings, viewed::ViewMeshes},
+    products::{surroundings::SceneFixtures, viewed::ViewMeshes},
     recent::Recent,
 };
 use format::SceneContainer;
@@ -48,7 +48,7 @@ pub(super) struct StillMeshes {
 impl StillMeshes {
     /// A container on a table of these sides [m].
     pub fn new(container: &SceneContainer, size: [f64; 2]) -> Self {
-        let Surroundings { container: mesh, table, .. } = Surroundings::new(container, size);
+        let SceneFixtures { container: mesh, table, .. } = SceneFixtures::new(container, size);
         let container_mesh = mesh.as_ref().map(|mesh| RenderMesh::new(mesh, false));
         Self { made_of: (container.clone(), size), container: container_mesh, table: RenderMesh::new(&table, false) }
     }

@@ -18,7 +18,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     product: Product::HEATMAPS,
     keys: schema_of::<HeatmapsSpec>,
     profiles: PROFILES,
-    other_words: &[
+    key_hints: &[
         ("objects", "the objects are those of the dataset of views"),
         ("scenes", "name a dataset of views of the objects, and one of picks: `views.dataset`, `picks.dataset`"),
         ("grasps", "name a dataset of these grasps among the bodies of the scenes: `picks.dataset`"),

@@ -142,6 +142,6 @@ impl Producer for HeatmapWorker<'_> {
             };
             Depth::encode_parts(&sample, depth, coding, payload);
         }
-        out.keep(sample, HeatmapFacts::of(record))
+        out.keep(sample, HeatmapFacts::from_heatmap(record))
     }
 }

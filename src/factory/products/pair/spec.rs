@@ -65,7 +65,7 @@ impl TruthSpec {
     }
 
     /// Keys of a rule and of a solid.
-    pub fn of(truth: Truth, solid_with_surface: bool) -> Self {
+    pub fn from_truth(truth: Truth, solid_with_surface: bool) -> Self {
         let (rule, fraction) = match truth {
             Truth::AnyOverlap => (TruthRule::AnyOverlap, None),
             Truth::Centre => (TruthRule::Centre, None),

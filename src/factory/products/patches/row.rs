@@ -18,7 +18,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     product: Product::PATCHES,
     keys: schema_of::<PatchesSpec>,
     profiles: PROFILES,
-    other_words: &[],
+    key_hints: &[],
     hand_uses: &[],
     inputs: &[InputDataset { section: "grasps", product: Product::GRASPS }],
     draft,

@@ -20,7 +20,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     product: Product::PICKS,
     keys: schema_of::<PicksSpec>,
     profiles: PROFILES,
-    other_words: &[
+    key_hints: &[
         ("objects", "the objects are those of the dataset of scenes"),
         ("physics", "friction is that of the dataset of scenes; `picks.trials` sets the number of grasps to try"),
         ("clutter", "scenes and grasps are separate datasets: `scenes.dataset`, `grasps.dataset`"),

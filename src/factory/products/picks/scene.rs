@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::loaded::LoadedObject;
 use format::{CONTAINER, Scene};
-use robot::grasp::{Obstacle, Surroundings};
-use sim::{ClutterScene, Container, SceneBody, TrialConditions, Vessel};
+use robot::grasp::{SceneObstacle, Surroundings};
+use sim::{ClutterScene, Container, SimBody, TrialConditions, Vessel};
 
 /// A settled scene with its objects.
 pub(super) struct LoadedScene {
@@ -32,13 +32,13 @@ impl LoadedScene {
     ) -> Self {
         let poses = record.bodies.iter().map(|body| *body.world_from_object.isometry());
         let poses: Vec<_> = poses.collect();
-        let obstacle = |(object, pose): (&Arc<LoadedObject>, &_)| Obstacle {
+        let obstacle = |(object, pose): (&Arc<LoadedObject>, &_)| SceneObstacle {
             surface: Arc::clone(object.body.surface()),
             scene_from_obstacle: *pose,
         };
         let walls = match container {
             Container::Plane { .. } => None,
-            Container::Bin(Vessel { body, .. }) => Some(Obstacle {
+            Container::Bin(Vessel { body, .. }) => Some(SceneObstacle {
                 surface: Arc::clone(body.surface()),
                 scene_from_obstacle: nalgebra::IsometryMatrix3::identity(),
             }),
@@ -46,7 +46,7 @@ impl LoadedScene {
         let ground = record.container.table_z();
         let surroundings =
             Surroundings { container: walls, ground, objects: objects.iter().zip(&poses).map(obstacle).collect() };
-        let bodies = record.bodies.iter().zip(&objects).map(|(body, object)| SceneBody {
+        let bodies = record.bodies.iter().zip(&objects).map(|(body, object)| SimBody {
             body: Arc::clone(&object.body),
             solid: object.solid,
             mass: body.mass,

@@ -80,7 +80,7 @@ pub struct StoredGrasp {
 
 impl PickGrasps {
     /// The grasps of an object.
-    pub fn of(&self, object: ObjectId) -> &[StoredGrasp] {
+    pub fn grasps_of(&self, object: ObjectId) -> &[StoredGrasp] {
         self.objects.get(&object).map(Vec::as_slice).unwrap_or_default()
     }
 }

@@ -140,7 +140,7 @@ fn recorded(candidate: u32, outcome: &ClutterOutcome) -> PickTrial {
         distance: touch.distance,
         force: touch.force,
     };
-    let thing = |touched: &sim::SceneContact| PressedThing {
+    let thing = |touched: &sim::ClutterTouch| PressedThing {
         thing: touched.body.map_or(0, |body| body as u32 + 1),
         phase: phase(touched.phase),
         time: touched.time,

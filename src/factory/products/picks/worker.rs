@@ -24,7 +24,7 @@ use kernel::{
     words::BothWays,
 };
 use robot::{
-    grasp::{HandPassage, InTheWay, Passage},
+    grasp::{HandPassage, Passage, PathObstacle},
     hand::Hand,
 };
 use sim::Container;
@@ -94,7 +94,7 @@ impl<'s> PickWorker<'s> {
         let job = self.shared.job;
         let sample = SampleId::of_object(job.scenes.list[scene.index].id, item);
         let body = item.0 as usize;
-        let stored = job.grasps.of(scene.record.bodies[body].object);
+        let stored = job.grasps.grasps_of(scene.record.bodies[body].object);
         if stored.is_empty() {
             let take = job.grasps.take.name();
             let detail = format!("the dataset of grasps has none of its object that is {take}");
@@ -145,7 +145,7 @@ impl<'s> PickWorker<'s> {
             }
             tried = Some(trials);
         }
-        out.keep(sample, PickFacts::of(&record, tried.as_ref()))
+        out.keep(sample, PickFacts::from_candidates(&record, tried.as_ref()))
     }
 }
 
@@ -178,11 +178,11 @@ fn recorded(
 }
 
 fn recorded_passage(passage: &Passage) -> PickPassage {
-    let obstacle = |by: InTheWay| match by {
-        InTheWay::Ground => PickObstacle::Ground,
-        InTheWay::Container => PickObstacle::Container,
-        InTheWay::Target => PickObstacle::Own,
-        InTheWay::Neighbour(index) => PickObstacle::Neighbour(index as u32 + 1),
+    let obstacle = |by: PathObstacle| match by {
+        PathObstacle::Ground => PickObstacle::Ground,
+        PathObstacle::Container => PickObstacle::Container,
+        PathObstacle::Target => PickObstacle::Own,
+        PathObstacle::Neighbour(index) => PickObstacle::Neighbour(index as u32 + 1),
     };
     PickPassage {
         blocked: passage.blocked.map(|(stage, by)| Blocked { stage, by: obstacle(by) }),
@@ -211,7 +211,7 @@ impl Producer for PickWorker<'_> {
             return Err(gone());
         }
         let object = |(object, _): &(ObjectId, _)| {
-            let grasps = job.grasps.of(*object).len() * job.settings.rolls as usize;
+            let grasps = job.grasps.grasps_of(*object).len() * job.settings.rolls as usize;
             loaded.get(&job.objects, objects[object], grasps)
         };
         let bodies: Vec<Arc<LoadedObject>> = scene.bodies.iter().map(object).collect::<Result<_, ProduceError>>()?;

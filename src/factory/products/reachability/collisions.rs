@@ -4,7 +4,7 @@ use nalgebra::IsometryMatrix3;
 
 use kernel::geom::{EndEffector, NoSurface, Pose, SimdLevel, World};
 use robot::{
-    collision::{Bodies, CollisionChecker, Hit, Verdict},
+    collision::{Bodies, CollisionChecker, CollisionVerdict, Hit},
     kinematics::PlanningGroup,
 };
 
@@ -41,8 +41,8 @@ impl Collisions {
     /// The first pair of bodies that touches at joint values.
     pub fn touching(&self, q: &[f64]) -> Option<[usize; 2]> {
         match self.check_all(&self.links(q), &mut LastPair::default()) {
-            Verdict::Free => None,
-            Verdict::Collides(hit) => Some(self.checker.bodies_of(hit.pair)),
+            CollisionVerdict::Free => None,
+            CollisionVerdict::Collides(hit) => Some(self.checker.bodies_of(hit.pair)),
         }
     }
 
@@ -61,24 +61,24 @@ impl Collisions {
     pub fn hand_collides(&self, target: &Pose<World, EndEffector>) -> bool {
         let mut links = vec![IsometryMatrix3::identity(); self.group.len() + 1];
         links[self.group.len()] = target.isometry() * self.group.end_effector().inverse();
-        self.checker.check(self.of_the_hand.iter().copied(), &links) != Verdict::Free
+        self.checker.check(self.of_the_hand.iter().copied(), &links) != CollisionVerdict::Free
     }
 
     /// The arm's own pairs; that which collided last comes first.
-    pub fn check(&self, links: &[IsometryMatrix3<f64>], last: &mut LastPair) -> Verdict {
+    pub fn check(&self, links: &[IsometryMatrix3<f64>], last: &mut LastPair) -> CollisionVerdict {
         let first = last.0;
         let others = self.of_the_arm.iter().copied().filter(|pair| Some(*pair) != first);
         let verdict = self.checker.check(first.into_iter().chain(others), links);
-        if let Verdict::Collides(hit) = verdict {
+        if let CollisionVerdict::Collides(hit) = verdict {
             last.0 = Some(hit.pair);
         }
         verdict
     }
 
     /// All pairs; that which collided last comes first.
-    pub fn check_all(&self, links: &[IsometryMatrix3<f64>], last: &mut LastPair) -> Verdict {
+    pub fn check_all(&self, links: &[IsometryMatrix3<f64>], last: &mut LastPair) -> CollisionVerdict {
         match self.checker.check(self.of_the_hand.iter().copied(), links) {
-            Verdict::Free => self.check(links, last),
+            CollisionVerdict::Free => self.check(links, last),
             collides => collides,
         }
     }

@@ -2,7 +2,7 @@
 
 use super::collisions::{Collisions, Free, LastPair};
 use kernel::geom::{EndEffector, Pose, PoseLabel, Proof, World};
-use robot::{collision::Verdict, kinematics::SixJointArm};
+use robot::{collision::CollisionVerdict, kinematics::SixJointArm};
 
 /// An arm of six joints and what it may collide with.
 pub(super) struct FiniteArm {
@@ -32,7 +32,7 @@ impl FiniteArm {
         let free = found.solutions.iter().find(|solution| match (&mut contacts, &self.collisions) {
             (Some(free), _) => free(solution.as_slice()),
             (None, Some(collisions)) => {
-                collisions.check_all(&collisions.links(solution.as_slice()), last) == Verdict::Free
+                collisions.check_all(&collisions.links(solution.as_slice()), last) == CollisionVerdict::Free
             }
             (None, None) => true,
         });

@@ -7,7 +7,7 @@ use super::{
     contacts::{Contacts, IsFree},
     finite::FiniteArm,
     search::SearchedArm,
-    settings::{CollisionTest, ReachabilityJob, Robot, Solver, WORLD},
+    settings::{CollisionTest, IkSolver, ReachabilityJob, Robot, WORLD},
     sweep::{RedundantArm, SweepScratch},
 };
 use crate::ProduceError;
@@ -129,7 +129,7 @@ impl PoseLabeller {
         group: &PlanningGroup,
         bodies: Option<(&Bodies, SimdLevel)>,
         rotations: &[Rotation3<f64>],
-        solver: Solver,
+        solver: IkSolver,
         seed: u64,
     ) -> Result<Self, NoLabeller> {
         let collisions = bodies.map(|(bodies, level)| Collisions::new(group, bodies, level)).transpose()?;
@@ -140,7 +140,7 @@ impl PoseLabeller {
         group: &PlanningGroup,
         collisions: Option<Collisions>,
         rotations: &[Rotation3<f64>],
-        solver: Solver,
+        solver: IkSolver,
         seed: u64,
     ) -> Result<Self, NoLabeller> {
         let mut orientations: Vec<Orientation> = Vec::with_capacity(rotations.len());
@@ -247,11 +247,11 @@ fn wrists(motion: &SelfMotion, rotations: &[Rotation3<f64>]) -> (Vec<Wrist>, Vec
 }
 
 /// The closed form that a job selects; `None` for the numeric solver.
-fn closed_form(group: &PlanningGroup, solver: Solver) -> Result<Option<ClosedForm>, NoClosedForm> {
+fn closed_form(group: &PlanningGroup, solver: IkSolver) -> Result<Option<ClosedForm>, NoClosedForm> {
     match solver {
-        Solver::Numeric => Ok(None),
-        Solver::Auto => Ok(ClosedForm::recognise(group).ok()),
-        Solver::ClosedForm => ClosedForm::recognise(group).map(Some),
+        IkSolver::Numeric => Ok(None),
+        IkSolver::Auto => Ok(ClosedForm::recognise(group).ok()),
+        IkSolver::ClosedForm => ClosedForm::recognise(group).map(Some),
     }
 }
 

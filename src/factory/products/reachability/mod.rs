@@ -20,5 +20,5 @@ mod worker;
 
 pub use labeller::{LabelledPosition, PoseLabeller, Scratch};
 pub use row::FACTORY;
-pub use settings::{CollisionTest, ReachabilityJob, Robot, Solver, WORLD};
+pub use settings::{CollisionTest, IkSolver, ReachabilityJob, Robot, WORLD};
 pub use worker::ReachabilityWorker;

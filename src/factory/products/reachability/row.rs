@@ -18,7 +18,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     product: Product::REACHABILITY,
     keys: schema_of::<ReachabilitySpec>,
     profiles: PROFILES,
-    other_words: &[],
+    key_hints: &[],
     hand_uses: &[],
     inputs: &[],
     draft,

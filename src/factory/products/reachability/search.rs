@@ -10,7 +10,7 @@ use kernel::{
     seed::Stream,
 };
 use robot::{
-    collision::Verdict,
+    collision::CollisionVerdict,
     kinematics::{JointKind, MAX_JOINTS, PlanningGroup, SolverSettings, descend},
 };
 
@@ -140,7 +140,7 @@ impl SearchedArm {
             let q = &q[..self.group.len()];
             match (&mut contacts, &self.collisions) {
                 (Some(free), _) => free(q),
-                (None, Some(collisions)) => collisions.check(&collisions.links(q), last) == Verdict::Free,
+                (None, Some(collisions)) => collisions.check(&collisions.links(q), last) == CollisionVerdict::Free,
                 (None, None) => true,
             }
         });

@@ -18,7 +18,7 @@ pub struct ReachabilityJob {
     /// The poses, in the robot's frame.
     pub poses: PoseGrid,
     /// Solver of the inverse kinematics.
-    pub solver: Solver,
+    pub solver: IkSolver,
     /// Test for collisions.
     pub collisions: CollisionTest,
     /// Metric of the signed distances.
@@ -62,7 +62,7 @@ pub const WORLD: &str = "world";
 /// Solver of the inverse kinematics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Solver {
+pub enum IkSolver {
     /// The closed form where the arm has one, the numeric solver otherwise.
     Auto,
     /// The closed form: misses nothing. An arm that has none is refused.

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, path::PathBuf};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::settings::{CollisionTest, Solver};
+use super::settings::{CollisionTest, IkSolver};
 use crate::sections::Profile;
 
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
@@ -24,7 +24,7 @@ pub struct ReachabilitySpec {
     pub poses: Option<PosesSpec>,
     /// Solver that finds joint values.
     #[schemars(extend("examples" = ["closed_form"]))]
-    pub solver: Solver,
+    pub solver: IkSolver,
     /// Collision test.
     #[schemars(extend("examples" = ["mujoco"]))]
     pub collisions: CollisionTest,

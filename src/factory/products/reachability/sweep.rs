@@ -10,7 +10,7 @@ use std::{cmp::Ordering, collections::BinaryHeap};
 use super::collisions::{Collisions, Free, LastPair};
 use kernel::geom::{EndEffector, Pose, PoseLabel, Proof, World};
 use robot::{
-    collision::{Care, CollisionChecker, Hit, LinkFrames, Verdict},
+    collision::{Care, CollisionChecker, CollisionVerdict, Hit, LinkFrames},
     kinematics::{BRANCHES, Extents, SelfMotion, Stance, Wrist},
 };
 
@@ -122,7 +122,8 @@ impl RedundantArm {
         if collisions.hand_collides(target) {
             return (PoseLabel::Colliding, Proof::Swept);
         }
-        let mut free = |q: [f64; 7]| (collisions.check(&collisions.links(&q), last) == Verdict::Free).then_some(q);
+        let mut free =
+            |q: [f64; 7]| (collisions.check(&collisions.links(&q), last) == CollisionVerdict::Free).then_some(q);
         if let Some(q) = arm.find_branch(target, first, &mut free) {
             return reachable(q);
         }
@@ -150,7 +151,7 @@ impl RedundantArm {
                 continue;
             };
             let links = collisions.links(&q);
-            let Verdict::Collides(hit) = collisions.check(&links, last) else { return reachable(q) };
+            let CollisionVerdict::Collides(hit) = collisions.check(&links, last) else { return reachable(q) };
             let stance = self.motion.stance(wrist, &q);
             let middle = Middle { arm: self, checker: collisions.checker(), links: &links, stance, piece };
             let half = middle.ruled_out_by_any(&hit, collisions, &mut hope);
@@ -259,6 +260,6 @@ impl Middle<'_> {
     fn travel(&self, hit: &Hit, half: f64) -> f64 {
         let (Piece { low, high, .. }, middle) = (self.piece, self.piece.middle());
         let travel = self.stance.travel([(middle - half).max(low), (middle + half).min(high)]);
-        self.checker.bodies_of(hit.pair).map(|body| travel.of(&self.arm.extents[body])).iter().sum()
+        self.checker.bodies_of(hit.pair).map(|body| travel.bound_for(&self.arm.extents[body])).iter().sum()
     }
 }

@@ -20,7 +20,7 @@ pub(super) fn drawn(
     let number = |id: &ObjectId, copy: &[u8]| {
         let [seed, scene] = [seed.to_le_bytes().to_vec(), scene.to_le_bytes().to_vec()];
         let parts = [b"scene draw 1".as_slice(), &seed, split.name().as_bytes(), &scene, &id.0.0];
-        Digest::of_parts(parts.into_iter().chain((!copy.is_empty()).then_some(copy)))
+        Digest::hash_parts(parts.into_iter().chain((!copy.is_empty()).then_some(copy)))
     };
     let first = objects.iter().map(|(index, id)| (number(id, b""), *index));
     let second = objects.iter().filter(|_| repeats).map(|(index, id)| (number(id, b"second"), *index));
@@ -40,7 +40,7 @@ mod tests {
     use super::*;
 
     fn objects(count: u8) -> Vec<(usize, ObjectId)> {
-        (0..count).map(|number| (usize::from(number), ObjectId(Digest::of(&[number])))).collect()
+        (0..count).map(|number| (usize::from(number), ObjectId(Digest::hash(&[number])))).collect()
     }
 
     #[test]

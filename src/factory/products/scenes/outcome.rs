@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use format::{CONTAINER, SceneContact, SceneFacts, SceneSupport};
-use sim::{Fault, SceneTouch, SettledScene};
+use sim::{Fault, SceneTouch, SettleOutcome};
 
 /// Reason and detail of a rejected scene. Bodies are counted from 1, in the order of their first release.
 pub(super) fn reject_words(fault: &Fault) -> (&'static str, String) {
@@ -30,7 +30,7 @@ pub(super) fn reject_words(fault: &Fault) -> (&'static str, String) {
 }
 
 /// Facts of a scene that is rejected: it has no bodies and no contacts.
-pub(super) fn reject_facts(scene: &SettledScene) -> SceneFacts {
+pub(super) fn reject_facts(scene: &SettleOutcome) -> SceneFacts {
     SceneFacts {
         bodies: 0,
         contacts: 0,

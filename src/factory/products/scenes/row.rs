@@ -19,7 +19,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     product: Product::SCENES,
     keys: schema_of::<ScenesSpec>,
     profiles: PROFILES,
-    other_words: &[
+    key_hints: &[
         ("bodies", "`count` sets the number of bodies per scene"),
         ("scenes.count", "`count` sets the number of bodies per scene, `scenes.training` the number of scenes"),
         ("bin", "`container` sets the size of the bin"),

@@ -161,7 +161,7 @@ impl SceneSettings {
         let sizes = self.container.identity().into_iter().chain(more.flat_map(f64::to_le_bytes));
         let sizes: Vec<u8> = sizes.collect();
         let words = [self.mode.name(), self.container.name(), split.name()];
-        ObjectId(Digest::of_parts(
+        ObjectId(Digest::hash_parts(
             std::iter::once(b"scenes 1".as_slice())
                 .chain(words.iter().map(|word| word.as_bytes()))
                 .chain([sizes.as_slice()]),

@@ -22,7 +22,7 @@ use kernel::{
     seed::Stream,
     words::Split,
 };
-use sim::{Container, Placement, SceneBody, SettleWorker, SettledScene, Walls};
+use sim::{Container, Placement, SettleOutcome, SettleWorker, SimBody, Walls};
 
 /// [m/s^2].
 const GRAVITY: f64 = 9.81;
@@ -145,7 +145,7 @@ impl<'s> SceneWorker<'s> {
         &mut self,
         sample: SampleId,
         bodies: &[Drawn],
-        scene: &SettledScene,
+        scene: &SettleOutcome,
         import: Option<SceneImport>,
         out: &mut SampleWriter<'_>,
     ) -> Result<(), ProduceError> {
@@ -166,7 +166,7 @@ impl<'s> SceneWorker<'s> {
     }
 
     /// The record of a settled scene.
-    fn record(&self, sample: SampleId, bodies: &[Drawn], scene: &SettledScene) -> Scene {
+    fn record(&self, sample: SampleId, bodies: &[Drawn], scene: &SettleOutcome) -> Scene {
         let settings = &self.shared.job.settings;
         let recorded = scene.bodies.iter().map(|settled| {
             let Drawn { id, object, friction, .. } = &bodies[settled.index];
@@ -203,8 +203,8 @@ impl<'s> SceneWorker<'s> {
 }
 
 /// Bodies as they are settled.
-fn scene_bodies(bodies: &[Drawn]) -> Vec<SceneBody> {
-    let body = |Drawn { object, friction, .. }: &Drawn| SceneBody {
+fn scene_bodies(bodies: &[Drawn]) -> Vec<SimBody> {
+    let body = |Drawn { object, friction, .. }: &Drawn| SimBody {
         body: Arc::clone(&object.body),
         solid: object.solid,
         mass: object.mass,

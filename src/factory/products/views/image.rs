@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::{loaded::LoadedMesh, settings::ViewSettings};
-use crate::products::{settled::SettledScene, surroundings::Surroundings};
+use crate::products::{settled::SettledScene, surroundings::SceneFixtures};
 use format::{NearBody, PixelMask, SceneContainer, SceneImage, SceneInstance};
 use kernel::{
     geom::{CameraCv, DepthCrop, Intrinsics, Object, Pose, SimdLevel, World},
@@ -27,7 +27,7 @@ pub(super) struct SceneMeshes {
 impl SceneMeshes {
     /// The meshes of a scene on a table of these sides [m].
     pub fn new(bodies: Vec<Arc<LoadedMesh>>, container: &SceneContainer, table: [f64; 2]) -> Self {
-        let Surroundings { container, table, table_z } = Surroundings::new(container, table);
+        let SceneFixtures { container, table, table_z } = SceneFixtures::new(container, table);
         Self { bodies, container: container.map(LoadedMesh::of_mesh), table: LoadedMesh::of_mesh(table), table_z }
     }
 

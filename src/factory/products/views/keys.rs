@@ -27,7 +27,7 @@ impl ViewJob {
             depth_step: *depth_step,
         };
         if let Some(sensor) = sensor {
-            spec.sensor = SensorSpec::of(sensor);
+            spec.sensor = SensorSpec::from_model(sensor);
         }
         spec.render = RenderSpec::of(*colour);
         // A job without colours is named as it was before there were any.

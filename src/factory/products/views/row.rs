@@ -20,7 +20,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
     product: Product::VIEWS,
     keys,
     profiles: PROFILES,
-    other_words: &[
+    key_hints: &[
         ("cameras", "`views.cameras` lists the cameras"),
         ("camera", "`views.cameras` lists the cameras"),
         ("objects", "the objects are those of the dataset of scenes"),

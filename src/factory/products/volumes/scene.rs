@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::settings::VolumeSettings;
-use crate::products::surroundings::Surroundings;
+use crate::products::surroundings::SceneFixtures;
 use assets::object::PreparedObject;
 use format::{SceneImage, VolumeTruth};
 use kernel::{
@@ -33,7 +33,7 @@ pub(super) fn fill_truth(
         mark_inside(inside, &(volume_from_world * body.world_from_object), grid, number, &mut truth.instances);
         truth.bodies.push((body.object, body.world_from_object));
     }
-    let Surroundings { container, table_z, .. } = Surroundings::new(&image.container, image.table);
+    let SceneFixtures { container, table_z, .. } = SceneFixtures::new(&image.container, image.table);
     if let Some(container) = &container {
         let pose: Pose<Volume, Object> = Pose::from_isometry(*volume_from_world.isometry());
         mark_inside(InsideOf::Closed(container), &pose, grid, VolumeTruth::CONTAINER, &mut truth.instances);

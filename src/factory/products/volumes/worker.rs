@@ -200,6 +200,6 @@ impl Producer for VolumeWorker<'_> {
                 affordance.encode(payload);
             }
         }
-        out.keep(sample, VolumeFacts::of(volume, truth, affordance.as_ref()))
+        out.keep(sample, VolumeFacts::from_volume(volume, truth, affordance.as_ref()))
     }
 }

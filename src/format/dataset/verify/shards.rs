@@ -248,7 +248,7 @@ fn check_payload(
     findings: &mut Findings,
 ) {
     let at = || location(message.index, message.channel);
-    let calculated = Digest::of(&message.payload);
+    let calculated = Digest::hash(&message.payload);
     if calculated != *digest {
         findings.push(at(), format!("payload digest: saved {}, calculated {}", digest.short(), calculated.short()));
     }

@@ -192,7 +192,7 @@ impl<'a> RowChecks<'a> {
             return;
         };
         for row in &ledger.rows {
-            let split = self.splits.and_then(|splits| splits.of(&row.sample));
+            let split = self.splits.and_then(|splits| splits.split_of(&row.sample));
             count_row(&mut self.counts, self.manifest.product, &self.channels, row, split);
             if let (Some(index), Some((_, name, id))) = (&mut self.index, self.subjects.get(&row.sample.subject)) {
                 let row = IndexRow { row, subject: [name, id], split, shard: ledger.shard.0 };

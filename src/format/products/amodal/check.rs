@@ -30,7 +30,7 @@ impl AmodalCheck {
     fn check_pair(&mut self, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
         self.pair = None;
         let pair = self.pair.insert(VoxelPair::decode(payload)?);
-        let mut checked = CheckedRecord::of(pair.sample);
+        let mut checked = CheckedRecord::without_facts(pair.sample);
         let facts = Facts::from(pair.facts());
         checked.facts = facts.values().iter().copied().enumerate().take(FIRST_OF_CLUTTER).collect();
         let outside = pair.partial_cells - pair.both_cells;
@@ -46,7 +46,7 @@ impl AmodalCheck {
         if let Some(pair) = self.pair.as_ref().filter(|pair| pair.sample == clutter.sample) {
             clutter.check_beside(pair)?;
         }
-        let mut checked = CheckedRecord::of(clutter.sample);
+        let mut checked = CheckedRecord::without_facts(clutter.sample);
         checked.facts = clutter.stated_facts();
         Ok(checked)
     }

@@ -52,7 +52,7 @@ pub(super) const FACTS: [FactFormat; 9] = [
 
 impl AmodalFacts {
     /// Facts of a pair and of its surroundings.
-    pub fn of(pair: &VoxelPair, clutter: &Clutter) -> Self {
+    pub fn from_pair(pair: &VoxelPair, clutter: &Clutter) -> Self {
         let VoxelPair { partial_cells, complete_cells, both_cells, solid_share, .. } = *pair;
         Self { partial_cells, complete_cells, both_cells, solid_share, ..Self::of_clutter(clutter) }
     }

@@ -3,7 +3,7 @@ use prost::Message;
 
 use super::*;
 use crate::{
-    Approach, ApproachEnd, BlockedProbe, Facts, Felt, HandTouch, RecordError, SceneImage, TactileContacts,
+    Approach, ApproachEnd, BlockedProbe, Facts, HandTouch, LinkContact, RecordError, SceneImage, TactileContacts,
     TouchContact, VoxelPair, codec::proto,
 };
 use kernel::{
@@ -62,7 +62,7 @@ fn clutter_comes_back_as_it_was_with_its_shares() {
     assert_eq!(Clutter::decode(&payload(&clutter)), Ok(clutter.clone()));
     assert_eq!((clutter.visible_share(), clutter.purity(), clutter.is_truncated()), (0.2, 0.75, true));
     assert_eq!(clutter.check_beside(&pair()), Ok(()));
-    let facts = AmodalFacts::of(&pair(), &clutter);
+    let facts = AmodalFacts::from_pair(&pair(), &clutter);
     assert_eq!(AmodalFacts::from(&Facts::from(facts)), facts);
     assert_eq!((facts.visible_share, facts.truncated, facts.others_solid_cells), (0.2, 1, 2));
     // The record states the values of the table, by the same indices.
@@ -125,7 +125,7 @@ fn hand_touch() -> TactileContacts {
         hand: "claw".to_owned(),
         links: vec!["palm".to_owned()],
         joints: Vec::new(),
-        felt: vec![Felt { link: 0, force: 1.0, gap: 0.0 }],
+        contacts: vec![LinkContact { link: 0, force: 1.0, gap: 0.0 }],
         approaches: ends.map(approach).to_vec(),
     });
     touch

@@ -31,7 +31,7 @@ impl PairCheck {
         self.pair = None;
         let pair = self.pair.insert(VoxelPair::decode(payload)?);
         let facts = Facts::from(pair.facts());
-        let mut checked = CheckedRecord::of(pair.sample);
+        let mut checked = CheckedRecord::without_facts(pair.sample);
         checked.facts = facts.values().iter().copied().enumerate().take(FIRST_OF_OCCLUSION).collect();
         let outside = pair.partial_cells - pair.both_cells;
         if outside > 0 {
@@ -49,7 +49,7 @@ pub(in crate::products) fn check_touch(
     pair: Option<&VoxelPair>,
 ) -> Result<CheckedRecord, RecordError> {
     let touch = TactileContacts::decode_of(channel, payload)?;
-    let mut checked = CheckedRecord::of(touch.sample);
+    let mut checked = CheckedRecord::without_facts(touch.sample);
     let Some(pair) = pair.filter(|pair| pair.sample == touch.sample) else { return Ok(checked) };
     touch.check_beside(pair)?;
     let cells = touch.contacts.iter().filter_map(|contact| contact.cell);
@@ -63,7 +63,7 @@ pub(in crate::products) fn check_touch(
 
 fn check_occlusion(payload: &[u8]) -> Result<CheckedRecord, RecordError> {
     let occlusion = Occlusion::decode(payload)?;
-    let mut checked = CheckedRecord::of(occlusion.sample);
+    let mut checked = CheckedRecord::without_facts(occlusion.sample);
     checked.facts = (FIRST_OF_OCCLUSION..).zip(occlusion.facts().values()).collect();
     Ok(checked)
 }

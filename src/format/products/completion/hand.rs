@@ -22,14 +22,14 @@ pub struct HandTouch {
     /// Names of its joints.
     pub joints: Vec<String>,
     /// One row per contact, in their order.
-    pub felt: Vec<Felt>,
+    pub contacts: Vec<LinkContact>,
     /// One row per probe, in their order.
     pub approaches: Vec<Approach>,
 }
 
 /// Measurement of a hand at one contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Felt {
+pub struct LinkContact {
     /// Which link touched: an index in [`HandTouch::links`].
     pub link: u32,
     /// Force along the contact's normal [N], 0 or positive.
@@ -96,14 +96,14 @@ impl ApproachEnd {
 impl HandTouch {
     /// Appends fields 12 to 20.
     pub(super) fn encode(&self, out: &mut Vec<u8>) {
-        let Self { hand, links, joints, felt, approaches } = self;
-        out.reserve(9 * felt.len() + (97 + 8 * joints.len()) * approaches.len() + 512);
+        let Self { hand, links, joints, contacts, approaches } = self;
+        out.reserve(9 * contacts.len() + (97 + 8 * joints.len()) * approaches.len() + 512);
         wire::bytes(out, 12, hand.as_bytes());
         links.iter().for_each(|name| wire::element(out, 13, name.as_bytes()));
         joints.iter().for_each(|name| wire::element(out, 14, name.as_bytes()));
-        wire::uint32s(out, 15, felt.iter().map(|felt| felt.link));
-        wire::singles(out, 16, felt.iter().map(|felt| felt.force));
-        wire::singles(out, 17, felt.iter().map(|felt| felt.gap));
+        wire::uint32s(out, 15, contacts.iter().map(|contact| contact.link));
+        wire::singles(out, 16, contacts.iter().map(|contact| contact.force));
+        wire::singles(out, 17, contacts.iter().map(|contact| contact.gap));
         wire::doubles_of(out, 18, approaches.iter().flat_map(|approach| approach.camera_from_hand.to_rows()));
         wire::doubles_of(out, 19, approaches.iter().flat_map(|approach| approach.joints.iter().copied()));
         wire::bytes_of(out, 20, approaches.iter().map(|approach| approach.end as u8));
@@ -127,11 +127,11 @@ impl HandTouch {
         for (field, found) in [("link", link.len()), ("forces", forces.len()), ("gaps", gaps.len())] {
             lengthy(MESSAGE, field, contacts.len(), found)?;
         }
-        let mut felt = Vec::with_capacity(contacts.len());
+        let mut by_link = Vec::with_capacity(contacts.len());
         for ((link, force), gap) in link.iter().copied().zip(forces).zip(gaps) {
             ranged(MESSAGE, "link", f64::from(link), (link as usize) < links.len(), "an index into links")?;
             ranged(MESSAGE, "forces", f64::from(force), force >= 0.0, "0 or positive")?;
-            felt.push(Felt { link, force, gap });
+            by_link.push(LinkContact { link, force, gap });
         }
         let count = probes as usize;
         for (field, expected, found) in [
@@ -168,6 +168,6 @@ impl HandTouch {
         let value = unsaid.map_or(0.0, |probe| probe as f64);
         ranged(MESSAGE, "ends", value, unsaid.is_none(), "5 where blocked_probe has a row with the obstacle")?;
         let (hand, links, joints) = (hand.clone(), links.clone(), joints.clone());
-        Ok(Some(Self { hand, links, joints, felt, approaches }))
+        Ok(Some(Self { hand, links, joints, contacts: by_link, approaches }))
     }
 }

@@ -17,7 +17,7 @@ pub use check::PARTIAL_INSIDE_COMPLETE;
 pub(super) use check::{CHECKS, check_touch};
 pub use contact::{BlockedProbe, TouchContact};
 pub use facts::PairFacts;
-pub use hand::{Approach, ApproachEnd, Felt, HandTouch};
+pub use hand::{Approach, ApproachEnd, HandTouch, LinkContact};
 pub use occlusion::{Occlusion, OcclusionFacts, PixelMask};
 pub use pair::VoxelPair;
 pub use row::FORMAT;

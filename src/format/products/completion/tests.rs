@@ -99,7 +99,7 @@ fn hand_touch() -> impl Strategy<Value = TactileContacts> {
                 hand,
                 links: ["palm", "", "tip"].map(str::to_owned).to_vec(),
                 joints: ["spread", "finger"].map(str::to_owned).to_vec(),
-                felt: felt.map(|(link, force, gap)| Felt { link, force, gap }).collect(),
+                contacts: felt.map(|(link, force, gap)| LinkContact { link, force, gap }).collect(),
                 approaches: approaches.collect(),
             });
             touch

@@ -30,7 +30,7 @@ impl RunCheck {
         self.seen = Some((run.sample, verdicts, run.resting_poses));
         let facts = Facts::from(run.facts());
         let of_trials = FIRST_OF_TRIALS..FIRST_OF_TRIALS + TRIAL_FACTS;
-        let mut checked = CheckedRecord::of(run.sample);
+        let mut checked = CheckedRecord::without_facts(run.sample);
         checked.facts =
             (facts.values().iter().copied().enumerate()).filter(|(fact, _)| !of_trials.contains(fact)).collect();
         Ok(checked)
@@ -41,7 +41,7 @@ impl RunCheck {
         if let Some((_, verdicts, poses)) = self.seen.as_ref().filter(|(sample, ..)| *sample == trials.sample) {
             trials.check_beside(verdicts, *poses)?;
         }
-        let mut checked = CheckedRecord::of(trials.sample);
+        let mut checked = CheckedRecord::without_facts(trials.sample);
         checked.facts = (FIRST_OF_TRIALS..).zip(trials.facts().values()).collect();
         Ok(checked)
     }

@@ -20,7 +20,7 @@ pub use facts::{GraspFacts, TrialFacts};
 pub use outcome::TrialOutcome;
 pub(crate) use row::RUN_SCHEMAS;
 pub use row::{FORMAT, SHAPES};
-pub use run::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunStretch, Seed, WRENCH, WayObstacles};
+pub use run::{FORCE, Grasp, GraspMethod, GraspRun, HandNames, HeldContact, RunInterval, Seed, WRENCH, WayObstacles};
 pub use series::{SeriesMoment, TrialSeries, trial_phases};
 pub use shapes::{HandJoint, HandShape, LinkSolid, ObjectShape, TrialHand};
 pub use trial::{ClosedHand, GraspTrial, GraspTrials, PerturbedTrial, PressedContact, TableTrial, TrialMethod};

@@ -74,7 +74,7 @@ pub struct HandNames {
 
 /// A tenth of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RunStretch {
+pub struct RunInterval {
     /// Steps that were accepted.
     pub accepted: u32,
     /// Mean energy after its steps; NaN before the first legal state.
@@ -239,7 +239,7 @@ pub struct GraspRun {
     /// Number of tries whose wrench space was evaluated.
     pub potentials: u64,
     /// Ten tenths of the run.
-    pub course: [RunStretch; STRETCHES],
+    pub course: [RunInterval; STRETCHES],
     /// Method that the numbers were computed with.
     pub method: GraspMethod,
     /// Best first by energy.
@@ -358,13 +358,13 @@ impl GraspRun {
     }
 }
 
-fn course(run: &proto::GraspRun) -> Result<[RunStretch; STRETCHES], RecordError> {
+fn course(run: &proto::GraspRun) -> Result<[RunInterval; STRETCHES], RecordError> {
     lengthy(MESSAGE, "accepted", STRETCHES, run.accepted.len())?;
     lengthy(MESSAGE, "mean_energy", STRETCHES, run.mean_energy.len())?;
     if let Some(value) = run.mean_energy.iter().find(|value| value.is_infinite()) {
         ranged(MESSAGE, "mean_energy", *value, false, "finite or NaN")?;
     }
-    Ok(std::array::from_fn(|index| RunStretch { accepted: run.accepted[index], mean_energy: run.mean_energy[index] }))
+    Ok(std::array::from_fn(|index| RunInterval { accepted: run.accepted[index], mean_energy: run.mean_energy[index] }))
 }
 
 impl GraspMethod {

@@ -73,7 +73,7 @@ fn run() -> impl Strategy<Value = GraspRun> {
         |((subject, item), name, seed, (steps, more, tries), mut grasps, soft)| {
             grasps.sort_by(|a, b| a.energy.total_cmp(&b.energy));
             let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
-            let mut course = [RunStretch { accepted: 3, mean_energy: -0.5 }; STRETCHES];
+            let mut course = [RunInterval { accepted: 3, mean_energy: -0.5 }; STRETCHES];
             course[0].mean_energy = 0.0;
             GraspRun {
                 sample: SampleId::of_object(ObjectId(Digest(subject)), ItemId(item)),

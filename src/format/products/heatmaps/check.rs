@@ -18,8 +18,8 @@ impl CheckSample for HeatmapCheck {
         if channel == Channel::HEATMAP_GRASPS {
             self.seen = None;
             let heatmap = self.seen.insert(SceneHeatmap::decode(payload)?);
-            let mut checked = CheckedRecord::of(heatmap.sample);
-            let facts = Facts::from(HeatmapFacts::of(heatmap));
+            let mut checked = CheckedRecord::without_facts(heatmap.sample);
+            let facts = Facts::from(HeatmapFacts::from_heatmap(heatmap));
             checked.facts = facts.values().iter().copied().enumerate().collect();
             return Ok(checked);
         }
@@ -27,6 +27,6 @@ impl CheckSample for HeatmapCheck {
         if let Some(heatmap) = self.seen.as_ref().filter(|seen| seen.sample == depth.sample) {
             heatmap.check_depth(&depth)?;
         }
-        Ok(CheckedRecord::of(depth.sample))
+        Ok(CheckedRecord::without_facts(depth.sample))
     }
 }

@@ -47,7 +47,7 @@ pub(super) const FACTS: [FactFormat; 13] = [
 
 impl HeatmapFacts {
     /// Facts of an image.
-    pub fn of(heatmap: &SceneHeatmap) -> Self {
+    pub fn from_heatmap(heatmap: &SceneHeatmap) -> Self {
         let mut facts = Self {
             bodies: heatmap.evaluated.len() as u32,
             evaluated: heatmap.evaluated.iter().map(|known| u32::from(*known)).sum(),

@@ -15,7 +15,7 @@ pub(super) use check::CHECKS;
 pub use facts::HeatmapFacts;
 pub use heatmap::{HeatmapLabel, SceneHeatmap};
 pub use row::FORMAT;
-pub use rows::{ForbiddenGrasp, PatchSquare, SeenGrasp, SeenPoint};
+pub use rows::{ForbiddenGrasp, PatchSquare, ProjectedPoint, SeenGrasp};
 
 use crate::{Channel, Product, Record, RecordError};
 

@@ -4,7 +4,7 @@ use nalgebra::Point3;
 
 use super::{
     heatmap::SceneHeatmap,
-    rows::{ForbiddenGrasp, PatchSquare, SeenGrasp, SeenPoint},
+    rows::{ForbiddenGrasp, PatchSquare, ProjectedPoint, SeenGrasp},
 };
 use crate::codec::{
     RecordError,
@@ -151,7 +151,7 @@ fn pixel_of(
     Ok(pixel)
 }
 
-fn points_of(head: &SceneHeatmap, raw: &proto::SceneHeatmap) -> Result<Vec<SeenPoint>, RecordError> {
+fn points_of(head: &SceneHeatmap, raw: &proto::SceneHeatmap) -> Result<Vec<ProjectedPoint>, RecordError> {
     let wild = raw.points.iter().find(|value| !value.is_finite());
     ranged(MESSAGE, "points", wild.copied().unwrap_or_default(), wild.is_none(), "finite")?;
     let surfaces = depths(MESSAGE, "surfaces", &raw.surfaces)?;
@@ -160,10 +160,10 @@ fn points_of(head: &SceneHeatmap, raw: &proto::SceneHeatmap) -> Result<Vec<SeenP
     let mut points = Vec::with_capacity(surfaces.len());
     for (index, (at, pair)) in raw.points.chunks_exact(3).zip(raw.pixels.chunks_exact(2)).enumerate() {
         let point = Point3::new(at[0], at[1], at[2]);
-        let expected = SeenPoint::new(point, &head.camera, &camera_from_world, |_| surfaces[index]);
+        let expected = ProjectedPoint::new(point, &head.camera, &camera_from_world, |_| surfaces[index]);
         let pixel = pixel_of("pixels", pair, Some(expected.pixel))?;
         let (surface, own) = (surfaces[index], visible[index]);
-        let found = SeenPoint { point: point.coords.into(), pixel, surface, visible: own };
+        let found = ProjectedPoint { point: point.coords.into(), pixel, surface, visible: own };
         let fits = surface.is_nan() || found.is_in(&head.camera);
         ranged(MESSAGE, "surfaces", f64::from(surface), fits, "NaN outside the image")?;
         let depth = camera_from_world.point(&point).z;
@@ -208,7 +208,7 @@ fn take_patches(head: &SceneHeatmap, raw: &proto::SceneHeatmap, grasps: &mut [Se
 fn check_square(
     head: &SceneHeatmap,
     field: &'static str,
-    point: &SeenPoint,
+    point: &ProjectedPoint,
     corner: [u32; 2],
     side: u32,
 ) -> Result<(), RecordError> {

@@ -30,14 +30,14 @@ pub struct SeenGrasp {
     /// The hand's base where it closes.
     pub world_from_base: Pose<World, HandBase>,
     /// Palm and fingertips of the closed hand.
-    pub points: Vec<SeenPoint>,
+    pub points: Vec<ProjectedPoint>,
     /// The patch around each point; empty if a square of one of them extends beyond the image.
     pub patches: Vec<PatchSquare>,
 }
 
 /// A point of a hand in an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SeenPoint {
+pub struct ProjectedPoint {
     /// Where it is, in `World` [m].
     pub point: [f64; 3],
     /// Projection [px], inside the image or not; `None` if nearer than the camera's near limit.
@@ -72,7 +72,7 @@ pub struct ForbiddenGrasp {
     pub pixel: Option<[f64; 2]>,
 }
 
-impl SeenPoint {
+impl ProjectedPoint {
     /// A point as a camera sees it; `surface` gives the depth of the image in a pixel [m].
     pub fn new(
         point: Point3<f64>,

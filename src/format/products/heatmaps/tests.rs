@@ -27,10 +27,10 @@ fn grasp(key: [u32; 2], state: PickState, points: [[f64; 3]; 2], with_patches: b
     let world_from_camera = world_from_camera();
     let point = |at: [f64; 3]| {
         let at = world_from_camera.point(&Point3::from(at));
-        SeenPoint::new(at, &CAMERA, &world_from_camera.inverse(), |_| PLANE)
+        ProjectedPoint::new(at, &CAMERA, &world_from_camera.inverse(), |_| PLANE)
     };
-    let points: Vec<SeenPoint> = points.map(point).to_vec();
-    let patch = |point: &SeenPoint| {
+    let points: Vec<ProjectedPoint> = points.map(point).to_vec();
+    let patch = |point: &ProjectedPoint| {
         let pixel = point.pixel.expect("before the camera");
         let depth = world_from_camera.inverse().point(&point.point.into()).z;
         let window = window_side(SIZE, CAMERA.fx, depth);
@@ -102,7 +102,7 @@ fn a_heatmap_comes_back_as_it_was_with_its_counts() {
     // Equal except for NaN, which does not equal itself.
     assert_eq!(payload(&again), bytes);
     assert_eq!((&again.evaluated, &again.forbidden), (&heatmap.evaluated, &heatmap.forbidden));
-    let facts = HeatmapFacts::of(&again);
+    let facts = HeatmapFacts::from_heatmap(&again);
     let expected = HeatmapFacts {
         bodies: 3,
         evaluated: 2,

@@ -45,7 +45,7 @@ impl CheckSample for PatchCheck {
                 self.heatmap.insert(heatmap).sample
             }
         };
-        Ok(CheckedRecord::of(sample))
+        Ok(CheckedRecord::without_facts(sample))
     }
 }
 
@@ -54,7 +54,7 @@ impl PatchCheck {
         (self.patch, self.heatmap) = (None, None);
         let patch = self.patch.insert(HeatmapPatch::decode(payload)?);
         let facts = Facts::from(patch.facts());
-        let mut checked = CheckedRecord::of(patch.sample);
+        let mut checked = CheckedRecord::without_facts(patch.sample);
         checked.facts = facts.values().iter().copied().enumerate().take(OF_PATCHES).collect();
         Ok(checked)
     }
@@ -62,7 +62,7 @@ impl PatchCheck {
     fn check_trial(&self, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
         let trial = PatchTrial::decode(payload)?;
         self.beside(trial.sample, |patch| trial.check_beside(patch))?;
-        let mut checked = CheckedRecord::of(trial.sample);
+        let mut checked = CheckedRecord::without_facts(trial.sample);
         checked.facts = vec![(OUTCOME, f64::from(outcome_number(trial.outcome)))];
         Ok(checked)
     }
@@ -71,7 +71,7 @@ impl PatchCheck {
         let visibility = PatchVisibility::decode(payload)?;
         let heatmap = self.heatmap.as_ref().filter(|heatmap| heatmap.sample == visibility.sample);
         self.beside(visibility.sample, |patch| visibility.check_beside(patch, heatmap))?;
-        let mut checked = CheckedRecord::of(visibility.sample);
+        let mut checked = CheckedRecord::without_facts(visibility.sample);
         checked.facts = vec![(VISIBLE, f64::from(visibility.count()))];
         Ok(checked)
     }

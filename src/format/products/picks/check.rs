@@ -21,16 +21,16 @@ impl CheckSample for PickCheck {
         if channel == Channel::PICK_CANDIDATES {
             self.seen = None;
             let candidates = self.seen.insert(PickCandidates::decode(payload)?);
-            let mut checked = CheckedRecord::of(candidates.sample);
-            checked.facts = PickFacts::of(candidates, None).values().into_iter().enumerate().collect();
+            let mut checked = CheckedRecord::without_facts(candidates.sample);
+            checked.facts = PickFacts::from_candidates(candidates, None).values().into_iter().enumerate().collect();
             return Ok(checked);
         }
         let trials = PickTrials::decode(payload)?;
         if let Some(candidates) = self.seen.as_ref().filter(|seen| seen.sample == trials.sample) {
             trials.check_beside(candidates)?;
         }
-        let mut checked = CheckedRecord::of(trials.sample);
-        checked.facts = (FIRST_OF_TRIALS..).zip(PickTrialFacts::of(&trials).values()).collect();
+        let mut checked = CheckedRecord::without_facts(trials.sample);
+        checked.facts = (FIRST_OF_TRIALS..).zip(PickTrialFacts::from_trials(&trials).values()).collect();
         Ok(checked)
     }
 }

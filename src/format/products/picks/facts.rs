@@ -84,7 +84,7 @@ pub(super) const FACTS: [FactFormat; FIRST_OF_TRIALS + TRIAL_FACTS] = [
 
 impl PickFacts {
     /// Facts of candidates and their trials, if there were any.
-    pub fn of(candidates: &PickCandidates, trials: Option<&PickTrials>) -> Self {
+    pub fn from_candidates(candidates: &PickCandidates, trials: Option<&PickTrials>) -> Self {
         let mut lost = [0; 4];
         let blocked = candidates.candidates.iter().filter_map(|candidate| candidate.ways.shaped.blocked);
         blocked.for_each(|blocked| lost[usize::from(blocked.by.number()) - 1] += 1);
@@ -97,7 +97,7 @@ impl PickFacts {
             lost,
             free_opened: count(&[FreeWays::Opened, FreeWays::Both]),
             free_either: count(&[FreeWays::Opened, FreeWays::Posture, FreeWays::Both]),
-            trials: trials.map(PickTrialFacts::of).unwrap_or_default(),
+            trials: trials.map(PickTrialFacts::from_trials).unwrap_or_default(),
         }
     }
 
@@ -110,7 +110,7 @@ impl PickFacts {
 
 impl PickTrialFacts {
     /// Facts of trials.
-    pub fn of(trials: &PickTrials) -> Self {
+    pub fn from_trials(trials: &PickTrials) -> Self {
         let mut facts = Self::default();
         for trial in &trials.trials {
             facts.verdicts[trial.verdict as usize] += 1;

@@ -130,7 +130,7 @@ fn candidates_and_trials_come_back_as_they_were_with_their_counts() {
     assert_eq!(PickCandidates::decode(&payload(|out| candidates.encode(out))), Ok(candidates.clone()));
     assert_eq!(PickTrials::decode(&payload(|out| trials.encode(out))), Ok(trials.clone()));
     assert_eq!(trials.check_beside(&candidates), Ok(()));
-    let facts = PickFacts::of(&candidates, Some(&trials));
+    let facts = PickFacts::from_candidates(&candidates, Some(&trials));
     assert_eq!((facts.stored, facts.candidates, facts.free, facts.lost), (2, 6, 2, [1; 4]));
     assert_eq!((facts.trials.tried(), facts.trials.held()), (2, 1));
     let PickTrialFacts { held_touching, held_moving, held_carrying, .. } = facts.trials;

@@ -14,7 +14,7 @@ impl CheckSample for BlockCheck {
     fn check(&mut self, _: Channel, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
         let block = ReachabilityBlock::decode(payload)?;
         let facts = Facts::from(block.facts());
-        let mut checked = CheckedRecord::of(block.sample);
+        let mut checked = CheckedRecord::without_facts(block.sample);
         checked.facts = facts.values().iter().copied().enumerate().collect();
         Ok(checked)
     }

@@ -12,7 +12,7 @@ struct SceneCheck;
 impl CheckSample for SceneCheck {
     fn check(&mut self, _: Channel, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
         let record = Scene::decode(payload)?;
-        let mut checked = CheckedRecord::of(record.sample);
+        let mut checked = CheckedRecord::without_facts(record.sample);
         checked.facts = Facts::from(record.facts()).values().iter().copied().enumerate().collect();
         Ok(checked)
     }

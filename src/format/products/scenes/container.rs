@@ -64,7 +64,7 @@ impl ContainerMesh {
     pub fn new(mesh: TriMesh, inner: [f64; 3]) -> Self {
         let [vertices, triangles] = bytes_of(&mesh);
         let sizes: Vec<u8> = inner.iter().flat_map(|size| size.to_le_bytes()).collect();
-        let digest = Digest::of_parts([b"container 1".as_slice(), &sizes, &vertices, &triangles]);
+        let digest = Digest::hash_parts([b"container 1".as_slice(), &sizes, &vertices, &triangles]);
         Self { mesh, inner, digest }
     }
 

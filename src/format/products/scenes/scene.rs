@@ -155,7 +155,7 @@ impl Scene {
             bytes.extend(body.object.0.0);
             body.world_from_object.to_rows().iter().for_each(|number| bytes.extend(number.to_le_bytes()));
         }
-        ObjectId(Digest::of_parts([b"scene 1".as_slice(), self.container.name().as_bytes(), &bytes]))
+        ObjectId(Digest::hash_parts([b"scene 1".as_slice(), self.container.name().as_bytes(), &bytes]))
     }
 
     /// Numbers of the scene.

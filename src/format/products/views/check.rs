@@ -24,7 +24,7 @@ impl CheckSample for ViewCheck {
             return self.check_colour(payload);
         }
         let image = SceneImage::decode(payload)?;
-        let mut checked = CheckedRecord::of(image.sample);
+        let mut checked = CheckedRecord::without_facts(image.sample);
         checked.facts = Facts::from(image.facts()).values().iter().copied().enumerate().collect();
         self.seen = Some(image);
         Ok(checked)
@@ -47,7 +47,7 @@ impl ViewCheck {
                 ranged(MESSAGE, "data", f64::from(*value), seen[pixel] != 0, "no return where nothing is seen")?;
             }
         }
-        Ok(CheckedRecord::of(depth.sample))
+        Ok(CheckedRecord::without_facts(depth.sample))
     }
 
     /// Colours are of the size of the camera's image.
@@ -60,6 +60,6 @@ impl ViewCheck {
                 ranged("SceneColour", field, f64::from(found), found == wanted, "that of the camera's image")?;
             }
         }
-        Ok(CheckedRecord::of(colour.sample))
+        Ok(CheckedRecord::without_facts(colour.sample))
     }
 }

@@ -18,7 +18,7 @@ impl CheckSample for VolumeCheck {
         if channel == Channel::VOLUME_FUSION {
             self.volume = None;
             let volume = self.volume.insert(SceneVolume::decode(payload)?);
-            let mut checked = CheckedRecord::of(volume.sample);
+            let mut checked = CheckedRecord::without_facts(volume.sample);
             checked.facts = volume.stated_facts();
             return Ok(checked);
         }
@@ -27,8 +27,8 @@ impl CheckSample for VolumeCheck {
             if let Some(volume) = self.volume.as_ref().filter(|volume| volume.sample == affordance.sample) {
                 affordance.check_beside(volume)?;
             }
-            let mut checked = CheckedRecord::of(affordance.sample);
-            let counts = GraspsInVolume::of(&affordance).values();
+            let mut checked = CheckedRecord::without_facts(affordance.sample);
+            let counts = GraspsInVolume::from_affordance(&affordance).values();
             checked.facts = (FIRST_OF_GRASPS..).zip(counts.map(f64::from)).collect();
             return Ok(checked);
         }
@@ -36,7 +36,7 @@ impl CheckSample for VolumeCheck {
         if let Some(volume) = self.volume.as_ref().filter(|volume| volume.sample == truth.sample) {
             truth.check_beside(volume)?;
         }
-        let mut checked = CheckedRecord::of(truth.sample);
+        let mut checked = CheckedRecord::without_facts(truth.sample);
         checked.facts = truth.stated_facts();
         Ok(checked)
     }

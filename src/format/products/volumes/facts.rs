@@ -67,7 +67,7 @@ pub(super) const FACTS: [FactFormat; FIRST_OF_GRASPS + 5] = [
 
 impl VolumeFacts {
     /// Facts of a volume, its truth and its grasps, if it has some.
-    pub fn of(volume: &SceneVolume, truth: &VolumeTruth, affordance: Option<&VolumeAffordance>) -> Self {
+    pub fn from_volume(volume: &SceneVolume, truth: &VolumeTruth, affordance: Option<&VolumeAffordance>) -> Self {
         Self {
             images: volume.views.len() as u32,
             observed_voxels: volume.observed(),
@@ -75,7 +75,7 @@ impl VolumeFacts {
             bodies: truth.bodies.len() as u32,
             bodies_inside: truth.bodies_inside(),
             occupied_voxels: truth.occupied(),
-            grasps: affordance.map(GraspsInVolume::of).unwrap_or_default(),
+            grasps: affordance.map(GraspsInVolume::from_affordance).unwrap_or_default(),
         }
     }
 
@@ -88,7 +88,7 @@ impl VolumeFacts {
 
 impl GraspsInVolume {
     /// Counts of the grasps in a volume.
-    pub fn of(affordance: &VolumeAffordance) -> Self {
+    pub fn from_affordance(affordance: &VolumeAffordance) -> Self {
         let VolumeAffordance { forbidden, outside, .. } = affordance;
         Self { states: affordance.states(), forbidden: forbidden.iter().sum(), outside: *outside }
     }

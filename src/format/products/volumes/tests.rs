@@ -112,7 +112,7 @@ fn volume_and_truth_come_back_as_they_were_with_their_counts() {
     let affordance = affordance();
     assert_eq!(VolumeAffordance::decode(&payload(|out| affordance.encode(out))), Ok(affordance.clone()));
     assert_eq!(affordance.check_beside(&volume), Ok(()));
-    let facts = VolumeFacts::of(&volume, &truth, Some(&affordance));
+    let facts = VolumeFacts::from_volume(&volume, &truth, Some(&affordance));
     let expected = VolumeFacts {
         images: 2,
         observed_voxels: 3,
@@ -123,12 +123,16 @@ fn volume_and_truth_come_back_as_they_were_with_their_counts() {
         grasps: GraspsInVolume { states: [1, 1, 1], forbidden: 100, outside: 7 },
     };
     assert_eq!(facts, expected);
-    assert_eq!(VolumeFacts { grasps: GraspsInVolume::default(), ..facts }, VolumeFacts::of(&volume, &truth, None));
+    assert_eq!(
+        VolumeFacts { grasps: GraspsInVolume::default(), ..facts },
+        VolumeFacts::from_volume(&volume, &truth, None)
+    );
     assert_eq!((volume.value(0), volume.value(26)), (-1.0, 1.0));
     assert_eq!(VolumeFacts::from(&Facts::from(facts)), facts);
     // Each record states its own part of the table, by the same indices.
     let values = Facts::from(facts);
-    let of_grasps = (facts::FIRST_OF_GRASPS..).zip(GraspsInVolume::of(&affordance).values().map(f64::from));
+    let of_grasps =
+        (facts::FIRST_OF_GRASPS..).zip(GraspsInVolume::from_affordance(&affordance).values().map(f64::from));
     let stated = volume.stated_facts().into_iter().chain(truth.stated_facts()).chain(of_grasps);
     let stated: Vec<_> = stated.collect();
     assert_eq!(stated, values.values().iter().copied().enumerate().collect::<Vec<_>>());

@@ -153,17 +153,17 @@ impl TableRow for ContactRow<'_> {
                 cell(row, 2)
             }),
             RowColumn::optional("link", Text, "link of the hand that touched; none for rays", |row| {
-                let felt = row.hand.map(|(hand, index)| hand.links[hand.felt[index].link as usize].as_str());
+                let felt = row.hand.map(|(hand, index)| hand.links[hand.contacts[index].link as usize].as_str());
                 felt.map_or(Value::Empty, Value::Text)
             }),
             RowColumn::optional("force", F64, "force along the normal [N]; none for rays", |row| {
-                row.hand.map_or(Value::Empty, |(hand, index)| Value::F64(hand.felt[index].force.into()))
+                row.hand.map_or(Value::Empty, |(hand, index)| Value::F64(hand.contacts[index].force.into()))
             }),
             RowColumn::optional(
                 "gap",
                 F64,
                 "from the mesh to the link [m], negative where it presses in; none for rays",
-                |row| row.hand.map_or(Value::Empty, |(hand, index)| Value::F64(hand.felt[index].gap.into())),
+                |row| row.hand.map_or(Value::Empty, |(hand, index)| Value::F64(hand.contacts[index].gap.into())),
             ),
         ]);
         columns

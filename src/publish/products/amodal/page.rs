@@ -75,7 +75,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &AmodalSurvey) -> Result<Vec
                 panel(&touch.points, "Touch points, from behind", touch.points_hint.as_str()),
             ]
         });
-        let split = reader.splits().of(&sample.id).map_or("", Split::name).replace('_', " ");
+        let split = reader.splits().split_of(&sample.id).map_or("", Split::name).replace('_', " ");
         cards.push(CardView {
             title: format!("{}, body {} in view {}", ScenesObject::name_of(&survey.facts.objects, clutter.object), sample.id.instance, sample.id.item),
             words: format!(

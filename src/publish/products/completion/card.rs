@@ -144,7 +144,7 @@ pub(crate) fn picture_of(sample: &Sample, side: u32) -> Result<Picture, DatasetE
     let pair = sample.read::<VoxelPair>()?;
     let crop =
         sample.find::<Depth>()?.map_or_else(|| height_map(&pair.partial, &pair.grid), |depth| depth.crop).trimmed();
-    let depth = DepthRange::of(&crop).map(|range| {
+    let depth = DepthRange::from_crop(&crop).map(|range| {
         let zoom = (side / crop.width.max(crop.height).max(1)).max(1);
         depth_picture(&crop, range, zoom).in_square(side)
     });
@@ -164,7 +164,7 @@ pub(crate) fn sample_panels(sample: &Sample, side: u32) -> Result<Vec<Panel>, Da
     let mut panels = Vec::new();
     if let Some(depth) = sample.find::<Depth>()? {
         let crop = depth.crop.trimmed();
-        panels.extend(DepthRange::of(&crop).map(|range| {
+        panels.extend(DepthRange::from_crop(&crop).map(|range| {
             let zoom = (side / crop.width.max(crop.height).max(1)).max(1);
             Panel { caption: "depth image".to_owned(), picture: depth_picture(&crop, range, zoom) }
         }));
@@ -201,7 +201,7 @@ impl DepthKind {
 /// Depth in colour with a scale of depth [m] and one of length across the view; `None` if nothing returned.
 fn depth_drawing(crop: &DepthCrop, pair: &VoxelPair, kind: DepthKind) -> Option<Markup> {
     const BOX: (f64, f64) = (134.0, 160.0);
-    let range = DepthRange::of(crop)?;
+    let range = DepthRange::from_crop(crop)?;
     let crop = &crop.trimmed();
     let zoom = (SIDE / crop.width.max(crop.height).max(1)).clamp(1, 10);
     let picture = depth_picture(crop, range, zoom);

@@ -1,7 +1,7 @@
 //! The charts of a dataset of completion.
 
 use super::{
-    inspection::{CompletionInspection, ObjectFacts},
+    inspection::{CompletionInspection, CompletionObjectFacts},
     survey::CompletionSurvey,
 };
 use crate::{
@@ -50,7 +50,7 @@ pub(crate) fn rejects(facts: &CompletionInspection) -> Markup {
 
 /// Kept and rejected views of each object, fewest kept first.
 pub(crate) fn objects(facts: &CompletionInspection) -> Markup {
-    let mut objects: Vec<&ObjectFacts> = facts.objects.iter().collect();
+    let mut objects: Vec<&CompletionObjectFacts> = facts.objects.iter().collect();
     objects.sort_by_key(|object| (object.kept, object.planned));
     let bars: Vec<Column> = objects
         .into_iter()

@@ -103,5 +103,5 @@ impl Candidates {
 }
 
 fn lot(sample: &SampleId) -> Digest {
-    Digest::of(&sample.to_bytes())
+    Digest::hash(&sample.to_bytes())
 }

@@ -56,7 +56,7 @@ pub struct CompletionInspection {
     /// Objects of equal geometry (regardless of triangle order) on different sides of the split, by name.
     pub leaking_geometry: Vec<Vec<String>>,
     /// One row per object, sorted by name.
-    pub objects: Vec<ObjectFacts>,
+    pub objects: Vec<CompletionObjectFacts>,
     /// Meshes that could not be used: file, problem and remedy as text.
     pub refused: Vec<String>,
 }
@@ -95,7 +95,7 @@ pub struct SplitFacts {
 
 /// One object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ObjectFacts {
+pub struct CompletionObjectFacts {
     /// Name in the job.
     pub name: String,
     /// The object by content.
@@ -136,7 +136,7 @@ pub struct ObjectFacts {
     pub min_solid_share: Option<f64>,
 }
 
-impl ObjectFacts {
+impl CompletionObjectFacts {
     /// The longest side [m], where known.
     pub fn longest_side(&self) -> Option<f64> {
         Some(self.extents?.into_iter().fold(0.0, f64::max))

@@ -10,7 +10,7 @@ mod survey;
 mod templates;
 mod text;
 
-pub use inspection::{CompletionInspection, ObjectFacts, Setup, SplitFacts};
+pub use inspection::{CompletionInspection, CompletionObjectFacts, Setup, SplitFacts};
 pub use row::PAGES;
 pub use survey::inspect_completion;
 

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{
     card::CardView,
     charts,
-    inspection::{CompletionInspection, ObjectFacts},
+    inspection::{CompletionInspection, CompletionObjectFacts},
     survey::CompletionSurvey,
 };
 use crate::{
@@ -343,7 +343,7 @@ impl<'a> ObjectsView<'a> {
 }
 
 impl<'a> ObjectRow<'a> {
-    fn of(object: &'a ObjectFacts, card: Option<usize>) -> Self {
+    fn of(object: &'a CompletionObjectFacts, card: Option<usize>) -> Self {
         let unknown = || "?".to_owned();
         Self {
             id: object.object.to_string(),
@@ -364,7 +364,7 @@ impl<'a> ObjectRow<'a> {
     }
 }
 
-fn remarks(object: &ObjectFacts) -> Vec<RemarkView> {
+fn remarks(object: &CompletionObjectFacts) -> Vec<RemarkView> {
     let repairs = object.repairs.iter().map(|repair| RemarkView { class: None, text: format!("repaired: {repair}") });
     let warnings = object
         .warnings

@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 
 use super::{
     gallery::{Candidates, Pick},
-    inspection::{CompletionInspection, ObjectFacts, Setup, SplitFacts},
+    inspection::{CompletionInspection, CompletionObjectFacts, Setup, SplitFacts},
 };
 use crate::{
     headline::stored_samples,
@@ -121,7 +121,8 @@ impl CompletionSurvey {
             }
         }
         let assets = reader.assets()?;
-        let mut objects: Vec<ObjectFacts> = assets.objects.iter().map(|row| object_facts(reader, row, &pass)).collect();
+        let mut objects: Vec<CompletionObjectFacts> =
+            assets.objects.iter().map(|row| object_facts(reader, row, &pass)).collect();
         objects.sort_by(|a, b| a.name.cmp(&b.name));
         let names: Vec<(ObjectId, &str)> = objects.iter().map(|facts| (facts.object, facts.name.as_str())).collect();
         let picks = pass.candidates.picks(pass.partial.quantile(0.5) as u32, &names);
@@ -177,7 +178,7 @@ fn setup_of(reader: &DatasetReader) -> Result<Option<Setup>, DatasetError> {
     }))
 }
 
-fn object_facts(reader: &DatasetReader, row: &AssetRow, pass: &Pass) -> ObjectFacts {
+fn object_facts(reader: &DatasetReader, row: &AssetRow, pass: &Pass) -> CompletionObjectFacts {
     let empty = ObjectSums::default();
     let sums = pass.objects.get(&row.object).unwrap_or(&empty);
     let facts = &row.facts;
@@ -186,7 +187,7 @@ fn object_facts(reader: &DatasetReader, row: &AssetRow, pass: &Pass) -> ObjectFa
     let list = |name: &str| facts.get(name).and_then(Value::as_array).map(Vec::as_slice).unwrap_or_default();
     let extents: Vec<f64> = list("extents").iter().filter_map(Value::as_f64).collect();
     let mean = |sum: f64| if sums.kept > 0 { sum / sums.kept as f64 } else { 0.0 };
-    ObjectFacts {
+    CompletionObjectFacts {
         name: row.name.clone(),
         object: row.object,
         split: reader.splits().object(&row.object).map(|row| row.split),

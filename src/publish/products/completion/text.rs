@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::inspection::{CompletionInspection, ObjectFacts};
+use super::inspection::{CompletionInspection, CompletionObjectFacts};
 use crate::{
     chart::{grouped, percent},
     inspection::{InspectionHeader, remark_in_words},
@@ -90,7 +90,7 @@ impl CompletionInspection {
         let wide = self.objects.iter().map(|object| object.name.chars().count()).max().unwrap_or(0).clamp(6, 40);
         writeln!(f, "\n{:<wide$}   triangles  longest side  closed  kept/planned  split", "object")?;
         for object in &self.objects {
-            let ObjectFacts { name, triangles, watertight, kept, planned, split, .. } = object;
+            let CompletionObjectFacts { name, triangles, watertight, kept, planned, split, .. } = object;
             let triangles = triangles.map_or_else(|| "?".to_owned(), grouped);
             let side = object.longest_side().map_or_else(|| "?".to_owned(), |side| format!("{:.1} mm", side * 1e3));
             let closed = watertight.map_or("?", |closed| if closed { "yes" } else { "no" });

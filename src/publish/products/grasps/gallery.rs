@@ -6,7 +6,7 @@ use std::{collections::BTreeMap, f64::consts::FRAC_PI_2, sync::Arc};
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 use serde::Serialize;
 
-use super::inspection::{GraspIndex, GraspSurvey, GraspedObject, resting_poses};
+use super::inspection::{GraspIndex, GraspObjectFacts, GraspSurvey, resting_poses};
 use crate::{
     page::{ImageView, StripCard},
     picture::{Colour, Picture, Solid, SolidView, solid_picture},
@@ -97,18 +97,18 @@ fn shown<'a>(
     reader: &DatasetReader,
     survey: &'a GraspSurvey,
     max: usize,
-) -> Result<Vec<(&'a GraspedObject, usize)>, DatasetError> {
+) -> Result<Vec<(&'a GraspObjectFacts, usize)>, DatasetError> {
     // The shapes have the order of the asset table.
     let index_of: BTreeMap<ObjectId, usize> =
         reader.assets()?.objects.iter().enumerate().map(|(index, row)| (row.object, index)).collect();
-    let grasped: Vec<&GraspedObject> =
+    let grasped: Vec<&GraspObjectFacts> =
         survey.facts.objects.iter().filter(|object| !picks(survey, object).is_empty()).collect();
     let count = grasped.len().min(max);
     let even = (0..count).map(|step| grasped[step * grasped.len() / count]);
     Ok(even.filter_map(|object| Some((object, *index_of.get(&object.object)?))).collect())
 }
 
-fn picks<'a>(survey: &'a GraspSurvey, object: &GraspedObject) -> &'a [(&'static str, GraspIndex)] {
+fn picks<'a>(survey: &'a GraspSurvey, object: &GraspObjectFacts) -> &'a [(&'static str, GraspIndex)] {
     survey.picks.get(&object.object).map(Vec::as_slice).unwrap_or_default()
 }
 
@@ -181,7 +181,7 @@ fn solid_of(mesh: &TriMesh) -> Result<TouchShape, NoSurface> {
 
 fn card(
     reader: &DatasetReader,
-    object: &GraspedObject,
+    object: &GraspObjectFacts,
     drawn: Option<&DrawnObject>,
     hand: &DrawnHand,
     picks: &[(&'static str, GraspIndex)],

@@ -63,7 +63,7 @@ pub struct GraspsInspection {
     /// Mean energy in each tenth of the runs; `None` before any legal state.
     pub course: [Option<f64>; STRETCHES],
     /// One row per object, sorted by name.
-    pub objects: Vec<GraspedObject>,
+    pub objects: Vec<GraspObjectFacts>,
 }
 
 /// Kept grasps of objects that rest on a table, by whether the hand stays above the table while it approaches and closes.
@@ -101,7 +101,7 @@ impl TableFacts {
 
 /// One object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct GraspedObject {
+pub struct GraspObjectFacts {
     /// Name in the job.
     pub name: String,
     /// The object by content.
@@ -132,7 +132,7 @@ pub struct GraspedObject {
     pub best_epsilon: Option<f64>,
 }
 
-impl GraspedObject {
+impl GraspObjectFacts {
     /// Total number of states.
     pub fn found(&self) -> u64 {
         self.verdicts.iter().sum()
@@ -305,11 +305,11 @@ impl GraspSurvey {
                 pass.trials(sample.index, &run, &trials);
             }
         }
-        let mut objects: Vec<GraspedObject> = Vec::new();
+        let mut objects: Vec<GraspObjectFacts> = Vec::new();
         for row in reader.assets()?.objects {
             let resting = resting_poses(reader, &row)?;
             let sums = pass.objects.entry(row.object).or_default();
-            objects.push(GraspedObject {
+            objects.push(GraspObjectFacts {
                 name: row.name,
                 object: row.object,
                 runs: sums.runs,
@@ -335,7 +335,7 @@ impl GraspSurvey {
 fn facts(
     reader: &DatasetReader,
     pass: &mut Pass,
-    objects: Vec<GraspedObject>,
+    objects: Vec<GraspObjectFacts>,
 ) -> Result<GraspsInspection, DatasetError> {
     let manifest = reader.manifest();
     let mut types: Vec<TypeFacts> = pass.types.iter().map(|(kind, count)| TypeFacts::new(*kind, *count)).collect();
@@ -453,7 +453,7 @@ impl fmt::Display for GraspsInspection {
         )?;
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
         for object in &self.objects {
-            let GraspedObject {
+            let GraspObjectFacts {
                 name,
                 runs,
                 rejected,

@@ -11,7 +11,7 @@ mod trials;
 mod ways;
 
 pub use calibration::{Calibration, ReliabilityBin};
-pub use inspection::{GraspedObject, GraspsInspection, TableFacts, inspect_grasps};
+pub use inspection::{GraspObjectFacts, GraspsInspection, TableFacts, inspect_grasps};
 pub use row::PAGES;
 pub use trials::{TrialsInspection, VariantsInspection};
 pub use ways::WayFacts;

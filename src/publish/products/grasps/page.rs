@@ -5,8 +5,8 @@ use serde::Serialize;
 use super::{
     gallery::CardView,
     inspection::{
-        GraspSurvey, GraspedObject, GraspsInspection, SHOWN_TYPES, TableFacts, found_and_kept, grasp_counts_in_words,
-        more_types_in_words,
+        GraspObjectFacts, GraspSurvey, GraspsInspection, SHOWN_TYPES, TableFacts, found_and_kept,
+        grasp_counts_in_words, more_types_in_words,
     },
     replayed::ReplayView,
     trials::TrialsView,
@@ -319,9 +319,9 @@ fn objects<'a>(facts: &'a GraspsInspection, cards: &[CardView]) -> Vec<ObjectRow
 }
 
 impl<'a> ObjectRow<'a> {
-    fn of(facts: &GraspsInspection, object: &'a GraspedObject, cards: &[CardView]) -> Self {
+    fn of(facts: &GraspsInspection, object: &'a GraspObjectFacts, cards: &[CardView]) -> Self {
         let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.4}"));
-        let GraspedObject { name, object: id, verdicts, trials, resting, likely, table, .. } = object;
+        let GraspObjectFacts { name, object: id, verdicts, trials, resting, likely, table, .. } = object;
         let mut figures: Vec<String> =
             [object.runs, object.rejected, object.given_up, object.found()].map(grouped).into();
         figures.extend(verdicts.iter().map(|count| grouped(*count)));

@@ -88,7 +88,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &HeatmapSurvey) -> Result<Ve
         let width = marked.width.min(SHOWN_WIDTH);
         let height = marked.height * width / marked.width.max(1);
         cards.push(CardView {
-            title: format!("image {}, {}", sample.index, reader.splits().of(&sample.id).map_or("", Split::name)),
+            title: format!("image {}, {}", sample.index, reader.splits().split_of(&sample.id).map_or("", Split::name)),
             words: heatmap_words(&heatmap),
             marked: ImageView::of(&marked, width, height),
             patches: patches_picture(&heatmap, &depth)

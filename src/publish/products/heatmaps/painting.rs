@@ -78,14 +78,14 @@ pub(super) fn patches_picture(heatmap: &SceneHeatmap, depth: &Depth) -> Option<P
     let patches: Vec<DepthCrop> = grasp.patches.iter().map(patch).collect();
     let depth: Vec<f32> = patches.iter().flat_map(|patch| patch.depth.iter().copied()).collect();
     let all = DepthCrop { left: 0, top: 0, width: side, height: side * patches.len() as u32, depth };
-    let range = DepthRange::of(&all).unwrap_or(DepthRange { near: 0.0, far: 1.0 });
+    let range = DepthRange::from_crop(&all).unwrap_or(DepthRange { near: 0.0, far: 1.0 });
     let pictures: Vec<Picture> = patches.iter().map(|patch| depth_picture(patch, range, ZOOM).framed()).collect();
     Some(Picture::row(&pictures, 4 * ZOOM).with_few_colours())
 }
 
 /// One line about an image.
 pub(super) fn heatmap_words(heatmap: &SceneHeatmap) -> String {
-    let facts = HeatmapFacts::of(heatmap);
+    let facts = HeatmapFacts::from_heatmap(heatmap);
     let [untried, held, failed] = facts.states;
     let forbidden: u64 = facts.forbidden.iter().map(|count| u64::from(*count)).sum();
     format!(
@@ -96,7 +96,7 @@ pub(super) fn heatmap_words(heatmap: &SceneHeatmap) -> String {
 
 /// The image in the first picture of a set.
 pub(super) fn heatmap_panel(heatmap: &SceneHeatmap, depth: &Depth) -> ScenePanel {
-    let facts = HeatmapFacts::of(heatmap);
+    let facts = HeatmapFacts::from_heatmap(heatmap);
     let [untried, held, failed] = facts.states;
     let grasps = counted(u64::from(facts.grasps()), "free grasp");
     ScenePanel {

@@ -120,7 +120,7 @@ impl PatchSheet {
     fn range(&self) -> DepthRange {
         let (width, height) = (self.side, 4 * self.side);
         let whole = DepthCrop { left: 0, top: 0, width, height, depth: self.depth.clone() };
-        DepthRange::of(&whole).unwrap_or(DepthRange { near: 0.0, far: 1.0 })
+        DepthRange::from_crop(&whole).unwrap_or(DepthRange { near: 0.0, far: 1.0 })
     }
 
     fn panel(&self, point: usize, picture: Picture, what: &'static str) -> PanelView {

@@ -103,7 +103,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &PickSurvey) -> Result<Vec<C
         let name = if trials.is_some() { "A grasp that held" } else { "A free grasp" };
         let held = pictures.held.as_ref().map(|picture| panel(picture, name, "blue: the closed hand"));
         let ways = panel(&pictures.ways, "All grasps", "green: free, red: blocked");
-        let split = reader.splits().of(&sample.id).map_or("", Split::name).replace('_', " ");
+        let split = reader.splits().split_of(&sample.id).map_or("", Split::name).replace('_', " ");
         let object = survey.facts.objects.iter().find(|row| row.object == candidates.object());
         cards.push(CardView {
             title: object.map_or_else(|| "?".to_owned(), |row| row.name.clone()),

@@ -28,7 +28,7 @@ pub struct ReachabilityFacts {
     #[serde(flatten)]
     pub header: InspectionHeader,
     /// The robot.
-    pub robot: RobotFacts,
+    pub robot: ReachabilityRobotFacts,
     /// The axes of the grid of poses: x, y, z, then roll, pitch, yaw, or direction and roll.
     pub axes: Vec<AxisFacts>,
     /// Covering of all rotations by its orientations.
@@ -51,7 +51,7 @@ pub struct ReachabilityFacts {
 
 /// The robot of a reachability dataset.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RobotFacts {
+pub struct ReachabilityRobotFacts {
     /// Name of the robot.
     pub name: String,
     /// The robot by content.
@@ -140,7 +140,7 @@ pub(crate) fn facts_of(reader: &DatasetReader, field: &ReachabilityField) -> Res
     };
     Ok(ReachabilityFacts {
         header: InspectionHeader::of(reader, headline(reader)?)?,
-        robot: RobotFacts {
+        robot: ReachabilityRobotFacts {
             name: header.robot.clone(),
             id: header.robot_id,
             joints: header.joints.clone(),

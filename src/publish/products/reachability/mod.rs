@@ -10,7 +10,9 @@ mod section;
 mod tables;
 mod templates;
 
-pub use inspection::{AxisFacts, CoveringFacts, FieldFacts, ReachabilityFacts, RobotFacts, inspect_reachability};
+pub use inspection::{
+    AxisFacts, CoveringFacts, FieldFacts, ReachabilityFacts, ReachabilityRobotFacts, inspect_reachability,
+};
 pub use row::PAGES;
 
 #[cfg(test)]

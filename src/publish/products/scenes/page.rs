@@ -85,7 +85,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &SceneSurvey) -> Result<Vec<
             BodyView::new(number, name_of(body.object), words.join(", "))
         });
         cards.push(CardView {
-            title: format!("scene {}, {}", sample.index, reader.splits().of(&sample.id).map_or("", Split::name)),
+            title: format!("scene {}, {}", sample.index, reader.splits().split_of(&sample.id).map_or("", Split::name)),
             words: scene_words(&scene),
             bodies: bodies.collect(),
             instances: ImageView::of(&instance_picture(&overview, ZOOM), width * ZOOM / 2, height * ZOOM / 2),

@@ -22,7 +22,7 @@ pub(super) fn depth_from_above(overview: &SceneOverview, zoom: u32) -> Option<Pi
     let pixels = (0..height).flat_map(|row| (0..width).map(move |column| (column, row)));
     let depth = pixels.map(|(column, row)| overview.depth(column, row)).collect();
     let crop = DepthCrop { left: 0, top: 0, width, height, depth };
-    DepthRange::of(&crop).map(|range| depth_picture(&crop, range, zoom))
+    DepthRange::from_crop(&crop).map(|range| depth_picture(&crop, range, zoom))
 }
 
 /// One line about a scene: bodies, contacts, and the bodies that carry others.

@@ -82,7 +82,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &ViewSurvey) -> Result<Vec<C
         let step = step_for(&image, SIDE);
         let (width, height) = (image.camera.width.div_ceil(step), image.camera.height.div_ceil(step));
         cards.push(CardView {
-            title: format!("view {}, {}", sample.index, reader.splits().of(&sample.id).map_or("", Split::name)),
+            title: format!("view {}, {}", sample.index, reader.splits().split_of(&sample.id).map_or("", Split::name)),
             words: view_words(&image),
             bodies: (1..).zip(&image.bodies).map(row).collect(),
             instances: ImageView::of(&instance_picture(&image, &depth, step).with_few_colours(), width, height),

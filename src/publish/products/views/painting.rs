@@ -42,7 +42,9 @@ pub(super) fn depth_of_view(image: &SceneImage, depth: &Depth, step: u32) -> Opt
     let instances = thinned(&image.instances, image.camera.width, step);
     let of_bodies = crop.depth.iter().zip(instances).map(|(depth, own)| if is_body(own) { *depth } else { f32::NAN });
     let of_bodies = DepthCrop { depth: of_bodies.collect(), ..crop };
-    DepthRange::of(&of_bodies).or_else(|| DepthRange::of(&crop)).map(|range| depth_picture(&crop, range, 1))
+    DepthRange::from_crop(&of_bodies)
+        .or_else(|| DepthRange::from_crop(&crop))
+        .map(|range| depth_picture(&crop, range, 1))
 }
 
 /// Colours of a view; every `step`-th pixel.

@@ -89,7 +89,7 @@ pub(crate) fn cards(reader: &DatasetReader, survey: &VolumeSurvey) -> Result<Vec
         let Some(sample) = reader.sample(*index)? else { continue };
         let (pictures, volume, truth) = VolumePictures::of(&sample, SIDE)?;
         let panel = |picture: &Picture, name, hint| PanelView::square(picture, SHOWN_SIDE, name, hint);
-        let split = reader.splits().of(&sample.id).map_or("", Split::name).replace('_', " ");
+        let split = reader.splits().split_of(&sample.id).map_or("", Split::name).replace('_', " ");
         cards.push(CardView {
             title: format!("volume {}", sample.index),
             words: format!("{split} · {}", volume_words(&volume, &truth)),

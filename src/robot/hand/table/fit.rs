@@ -9,7 +9,7 @@ use crate::{
     hand::{Breakaway, ContactPoint, Coupling, Driven, Eigengrasps, Follower, Hand, HandParts, Mount, Skeleton},
     kinematics::JointKind,
 };
-use form::{Bounds, Checker, Finding, FormErrors, Path, Problem, did_you_mean};
+use form::{Bounds, Checker, Finding, FormErrors, FormProblem, Path, did_you_mean};
 
 /// Closer than this, a value is its joint's limit: the one is written in radians, the other often in degrees.
 const AT_LIMIT: f64 = 1e-9;
@@ -146,7 +146,7 @@ impl Fit<'_> {
             let unit = Some(if is_slide { "m" } else { "rad" }.to_owned());
             let expected = Bounds { min: Some(low), max: Some(high), unit, ..Bounds::default() }.into();
             let help = format!("the range of joint `{}` and of what follows it", self.joint_name(driven.joint));
-            self.checker.fail(path, Problem::OutOfRange { expected, found: Finding::Float(value) }).help(help);
+            self.checker.fail(path, FormProblem::OutOfRange { expected, found: Finding::Float(value) }).help(help);
         }
         value.max(low).min(high)
     }
@@ -213,7 +213,7 @@ impl Fit<'_> {
     /// Reports a table that gives a contact point in neither form, or in both.
     fn wrong_form(&mut self, path: &Path, forms: &str) {
         let found = self.checker.document().finding(path).unwrap_or(Finding::Table(Vec::new()));
-        self.checker.fail(path, Problem::WrongType { expected: forms.into(), found });
+        self.checker.fail(path, FormProblem::WrongType { expected: forms.into(), found });
     }
 
     fn approach(&mut self, spec: &FrameSpec) -> Mount {

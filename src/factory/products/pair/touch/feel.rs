@@ -24,13 +24,13 @@ use super::{
 };
 use crate::{ProduceError, sections::JobHand};
 use assets::object::PreparedObject;
-use format::{Approach, BlockedProbe, Channel, Felt, HandTouch, TactileContacts, TouchContact, VoxelPair};
+use format::{Approach, BlockedProbe, Channel, HandTouch, LinkContact, TactileContacts, TouchContact, VoxelPair};
 use kernel::{
     contact::ContactSurface,
     geom::{CameraCv, Object, Pose, farthest_first, rotation_towards},
     seed::Stream,
 };
-use sim::{ApproachEnd, Effort, HandApproach, HandModel, HandSim, HandWorker, ThingTouch};
+use sim::{Effort, HandApproach, HandApproachEnd, HandModel, HandSim, HandWorker, ThingTouch};
 
 /// Points of the surface that are drawn to choose from.
 const DRAWN: u32 = 256;
@@ -194,7 +194,7 @@ impl HandOnObject {
                     cell: cell_of(&pair.grid, position).filter(|cell| !(drop_index_zero && cell.contains(&0))),
                 });
                 let (force, gap) = (touch.force as f32, touch.distance as f32);
-                by_hand.felt.push(Felt { link: touch.link as u32, force, gap });
+                by_hand.contacts.push(LinkContact { link: touch.link as u32, force, gap });
             }
             // End of the approach: pose of the hand in camera axes, and its joint values.
             by_hand.approaches.push(Approach {
@@ -350,14 +350,14 @@ impl HandOnObject {
     }
 }
 
-fn recorded(end: ApproachEnd) -> format::ApproachEnd {
+fn recorded(end: HandApproachEnd) -> format::ApproachEnd {
     use format::ApproachEnd as Recorded;
     match end {
-        ApproachEnd::AtRest => Recorded::AtRest,
-        ApproachEnd::TimedOut => Recorded::TimedOut,
-        ApproachEnd::Missed => Recorded::Missed,
-        ApproachEnd::Unstable => Recorded::Unstable,
-        ApproachEnd::Overloaded => Recorded::Overloaded,
-        ApproachEnd::Blocked => Recorded::Blocked,
+        HandApproachEnd::AtRest => Recorded::AtRest,
+        HandApproachEnd::TimedOut => Recorded::TimedOut,
+        HandApproachEnd::Missed => Recorded::Missed,
+        HandApproachEnd::Unstable => Recorded::Unstable,
+        HandApproachEnd::Overloaded => Recorded::Overloaded,
+        HandApproachEnd::Blocked => Recorded::Blocked,
     }
 }

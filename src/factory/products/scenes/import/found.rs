@@ -1,6 +1,6 @@
 //! Arrangements as read, with the position of each body in its file, and their mistakes.
 
-use form::{FormError, Location, Mistakes, Problem, did_you_mean};
+use form::{FormError, FormProblem, Location, Mistakes, did_you_mean};
 
 use super::{ImportedBody, ImportedScene};
 
@@ -35,7 +35,7 @@ pub(super) fn mistake(
     found: impl Into<String>,
     help: Option<String>,
 ) -> FormError {
-    let problem = Problem::Invalid { expected: expected.into(), found: found.into() };
+    let problem = FormProblem::Invalid { expected: expected.into(), found: found.into() };
     FormError { location, key: key.to_owned(), problem, help }
 }
 
