@@ -46,9 +46,12 @@ pub struct PictureArgs {
     /// Do not search for a plane: all points belong to objects.
     #[arg(long)]
     pub no_plane: bool,
-    /// Largest distance between neighbouring points of one object.
-    #[arg(long, value_name = "METRES", default_value_t = 0.02, value_parser = positive)]
-    pub gap: f64,
+    /// Largest distance between neighbouring points of one object. Default: 0.012, or 0.02 with --concavity off.
+    #[arg(long, value_name = "METRES", value_parser = positive)]
+    pub gap: Option<f64>,
+    /// Smallest angle of a concave edge between two touching objects, below 180; `off` separates objects by distance alone.
+    #[arg(long, value_name = "DEGREES|off", default_value = "30", value_parser = concavity)]
+    pub concavity: Concavity,
     /// Height above the plane up to which points belong to the plane.
     #[arg(long, value_name = "METRES", default_value_t = 0.008, value_parser = positive)]
     pub min_height: f64,
@@ -56,6 +59,10 @@ pub struct PictureArgs {
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..))]
     pub min_points: u32,
 }
+
+/// Smallest angle of a concave edge that separates objects [degree]; `None` to separate them by distance alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Concavity(pub Option<f64>);
 
 /// Coordinate of the first pixel's centre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -90,6 +97,16 @@ impl From<ImageName> for RosImage {
 fn depth_scale(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number: &f64| is_depth_scale(*number));
     number.ok_or_else(|| "give metres per unit, from 1e-7 to 10, such as 0.001".to_owned())
+}
+
+/// An angle of concave edges; half a turn separates nothing by its edges.
+fn concavity(text: &str) -> Result<Concavity, String> {
+    if text == "off" {
+        return Ok(Concavity(None));
+    }
+    let angle = text.parse().ok().filter(|angle: &f64| *angle > 0.0 && *angle <= 180.0);
+    let angle = angle.ok_or_else(|| "give an angle in degrees above 0 and up to 180, or off".to_owned())?;
+    Ok(Concavity((angle < 180.0).then_some(angle)))
 }
 
 /// A number above 0.

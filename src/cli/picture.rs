@@ -11,7 +11,8 @@ use super::{
 use kernel::{ids::Digest, words::Show};
 use perception::{
     CENTRE_AT_HALF, CENTRE_AT_ZERO, CameraDescription, CameraRule, ClusterRule, DepthFrame, FrameRule, LabelImage,
-    LabelledFrame, MAX_OBJECTS, Plane, PlaneChoice, PlaneRule, Rectification, SceneRule, SegmentedScene, read_frame,
+    LabelledFrame, MAX_OBJECTS, PartitionRule, Plane, PlaneChoice, PlaneRule, Rectification, SceneRule, SegmentedScene,
+    read_frame,
 };
 
 /// Frame of every number in `scene.json`.
@@ -158,12 +159,14 @@ fn scene_rule(arguments: &PictureArgs) -> Result<SceneRule, Failure> {
         None if arguments.no_plane => PlaneChoice::Without,
         None => PlaneChoice::Find(PlaneRule::default()),
     };
+    let partition = arguments.concavity.0.map(|concavity| PartitionRule { concavity });
+    let default_gap = if partition.is_some() { PartitionRule::GAP } else { ClusterRule::default().tolerance };
     let clusters = ClusterRule {
-        tolerance: arguments.gap,
+        tolerance: arguments.gap.unwrap_or(default_gap),
         min_height: arguments.min_height,
         min_points: arguments.min_points as usize,
     };
-    Ok(SceneRule { plane, clusters })
+    Ok(SceneRule { plane, clusters, partition })
 }
 
 fn given_plane(text: &str) -> Result<Plane, Failure> {

@@ -58,11 +58,13 @@ pub(crate) fn clusters_of(
 ) -> Vec<Cluster> {
     let is_above = |point: &Point3<f64>| plane.is_none_or(|plane| plane.height(point) > rule.min_height);
     let above: Vec<(u32, Point3<f64>)> = points.iter().filter(|(_, point)| is_above(point)).copied().collect();
-    let mut clusters: Vec<Cluster> = joined(&above, rule.tolerance)
-        .into_iter()
-        .filter(|pixels| pixels.len() >= rule.min_points)
-        .map(|pixels| Cluster::of_pixels(frame, pixels))
-        .collect();
+    largest_first(frame, joined(&above, rule.tolerance), rule.min_points)
+}
+
+/// Clusters of the sets of pixels with at least so many, the largest first, then the one whose first pixel is.
+pub(crate) fn largest_first(frame: &DepthFrame, sets: Vec<Vec<u32>>, min_points: usize) -> Vec<Cluster> {
+    let large = sets.into_iter().filter(|pixels| !pixels.is_empty() && pixels.len() >= min_points);
+    let mut clusters: Vec<Cluster> = large.map(|pixels| Cluster::of_pixels(frame, pixels)).collect();
     clusters.sort_by(|a, b| b.pixels.len().cmp(&a.pixels.len()).then(a.pixels[0].cmp(&b.pixels[0])));
     clusters
 }

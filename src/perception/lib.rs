@@ -1,8 +1,8 @@
 //! From a depth picture to objects on a table, and to a network's input (thesis, section 4.3).
 //!
-//! [`read_frame`] reads a picture and [`SegmentedScene`] segments it: [`find_plane`] finds the support plane, and [`find_clusters`] the
-//! objects on it; [`visible_sheet`] is the visible surface of an object, and [`NetworkInput`] contains its grids. Every number is
-//! of class `exact`.
+//! [`read_frame`] reads a picture and [`SegmentedScene`] segments it: [`find_plane`] finds the support plane, and [`find_parts`]
+//! the objects on it, also where they touch ([`find_clusters`] by distance alone); [`visible_sheet`] is the visible surface of an
+//! object, and [`NetworkInput`] contains its grids. Every number is of class `exact`.
 
 // Tests compare with what the C library computes.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
@@ -13,6 +13,7 @@ mod frame;
 mod input;
 mod labels;
 mod outline;
+mod partition;
 mod plane;
 mod read;
 mod rectification;
@@ -32,6 +33,7 @@ pub use frame::{DepthFrame, LabelledFrame};
 pub use input::{InputError, NetworkInput, without_outliers};
 pub use labels::{LabelExtent, LabelImage, MAX_OBJECTS, PLANE_LABEL};
 pub use outline::{cluster_colour, draw_outlines, outline_pixels};
+pub use partition::{PartitionRule, find_parts};
 pub use plane::{Plane, PlaneRule, find_plane};
 pub use read::{FrameError, FrameProblem, FrameRule, read_frame, read_mask};
 pub use rectification::Rectification;

@@ -6,6 +6,7 @@ use crate::{
     clusters::{Cluster, ClusterRule, clusters_of},
     frame::DepthFrame,
     labels::LabelImage,
+    partition::{PartitionRule, parts_of},
     plane::{Plane, PlaneRule, plane_of},
     sheet::visible_sheet,
 };
@@ -28,11 +29,14 @@ pub struct SceneRule {
     pub plane: PlaneChoice,
     /// Objects on it.
     pub clusters: ClusterRule,
+    /// Cut between objects that touch; `None` for the clusters by distance alone.
+    pub partition: Option<PartitionRule>,
 }
 
 impl Default for SceneRule {
     fn default() -> Self {
-        Self { plane: PlaneChoice::Find(PlaneRule::default()), clusters: ClusterRule::default() }
+        let clusters = ClusterRule { tolerance: PartitionRule::GAP, ..ClusterRule::default() };
+        Self { plane: PlaneChoice::Find(PlaneRule::default()), clusters, partition: Some(PartitionRule::default()) }
     }
 }
 
@@ -70,7 +74,11 @@ impl SegmentedScene {
             PlaneChoice::Given(plane) => Some(plane),
             PlaneChoice::Without => None,
         };
-        let clusters = clusters_of(&frame, &points, plane.as_ref(), &rule.clusters);
+        assert!(rule.clusters.tolerance > 0.0, "a tolerance");
+        let clusters = match &rule.partition {
+            Some(partition) => parts_of(&frame, &points, plane.as_ref(), &rule.clusters, partition),
+            None => clusters_of(&frame, &points, plane.as_ref(), &rule.clusters),
+        };
         Self { frame, plane, clusters }
     }
 

@@ -1,6 +1,6 @@
 //! Real Kinect frames from others, against labels of every point.
 //!
-//! Ten frames of the Object Segmentation Database (Richtsfeld et al.), from the Point Cloud Library's data. Their
+//! The 45 frames for learning of the Object Segmentation Database (Richtsfeld et al.), from the Point Cloud Library's data. Their
 //! labels are 1 for the table and ten times an object's number for the rest, plus a number for each separately visible
 //! part.
 #![expect(clippy::print_stdout, reason = "figures for the log")]
@@ -9,14 +9,14 @@ use std::{env, path::Path};
 
 use graspmill::{
     geom::SimdLevel,
-    perception::{
-        ClusterRule, FrameRule, NetworkInput, PlaneRule, SegmentationScore, find_clusters, find_plane, read_frame,
-        visible_sheet,
-    },
+    perception::{FrameRule, NetworkInput, SceneRule, SegmentationScore, SegmentedScene, read_frame, visible_sheet},
 };
 
-const FRAMES: [u32; 10] = [2, 8, 14, 18, 22, 26, 30, 34, 38, 42];
-const TABLE: u32 = 1;
+const FRAMES: std::ops::Range<u32> = 0..45;
+/// Smallest label of an object.
+const OBJECT: u32 = 20;
+/// Intersection over union of an object that is found: an F-score of 0.75.
+const FOUND: f64 = 0.6;
 
 /// The folder of samples, or a loud note that it is missing.
 fn samples() -> Option<String> {
@@ -40,18 +40,19 @@ fn objects_on_tables_are_found_as_people_labelled_them() {
         for (value, wanted) in [(camera.fx, 525.0), (camera.fy, 525.0), (camera.cx, 320.0), (camera.cy, 240.0)] {
             assert!((value - wanted).abs() < 0.05, "frame {number}: {camera:?}");
         }
-        let plane = find_plane(&frame, &PlaneRule::default()).expect("a table");
-        let clusters = find_clusters(&frame, Some(&plane), &ClusterRule::default());
+        let SegmentedScene { frame, plane, clusters } = SegmentedScene::segment(frame, &SceneRule::default());
+        let plane = plane.expect("a table");
         let labels = read.labels.expect("labels");
-        let objects_of: Vec<u32> = labels.iter().map(|label| if *label == TABLE { 0 } else { label / 10 }).collect();
+        let objects_of: Vec<u32> = labels.iter().map(|label| if *label < OBJECT { 0 } else { label / 10 }).collect();
         let score = SegmentationScore::new(&clusters, &objects_of, |pixel| !frame.depth[pixel].is_nan());
+        let found_here = score.objects.iter().filter(|object| object.iou >= FOUND).count();
         println!(
             "frame {number}: precision {:.3}, recall {:.3}, F {:.3}; {} objects, {} found, {} merged, {} split, {} spurious",
             score.precision,
             score.recall,
             score.f_score,
             score.objects.len(),
-            score.found,
+            found_here,
             score.merged,
             score.split,
             score.spurious
@@ -59,7 +60,7 @@ fn objects_on_tables_are_found_as_people_labelled_them() {
         assert!(score.precision > 0.99 && score.recall > 0.9, "frame {number}: {score:?}");
         assert_eq!(score.spurious, 0, "frame {number}");
         objects += score.objects.len();
-        found += score.found;
+        found += found_here;
         merged += score.merged;
         split += score.split;
         // Every cluster has a sheet and the grids of a network's input.
@@ -70,7 +71,7 @@ fn objects_on_tables_are_found_as_people_labelled_them() {
         }
     }
     println!("{found} of {objects} objects found, {merged} merged, {split} split");
-    assert!(5 * found >= 4 * objects, "{found} of {objects}");
+    assert!(10 * found >= 9 * objects && 25 * merged <= objects, "{found} of {objects}, {merged} merged");
 }
 
 #[test]
@@ -83,6 +84,5 @@ fn a_cloud_with_another_camera_axis_is_refused() {
     // Mirrored, it is what its camera saw.
     let frame = read_frame(&path, &FrameRule { is_flipped: true, ..FrameRule::default() }).expect("a cloud").frame;
     assert!((frame.camera.fx - 525.0).abs() < 0.5 && (frame.camera.fy - 525.0).abs() < 0.5, "{:?}", frame.camera);
-    let plane = find_plane(&frame, &PlaneRule::default()).expect("a table");
-    assert!(find_clusters(&frame, Some(&plane), &ClusterRule::default()).len() >= 3);
+    assert!(SegmentedScene::segment(frame, &SceneRule::default()).clusters.len() >= 3);
 }

@@ -16,7 +16,7 @@ pub use infer::{
 pub use measure::{Baseline, SeenCells, SeenPoint};
 pub use perception::{
     CameraDescription, CameraError, CameraRule, Cluster, ClusterRule, DepthFrame, Distortion, FrameError, FrameRule,
-    LabelImage, Plane, PlaneChoice, PlaneRule, Refusal, RosImage, SceneRule, SegmentedScene, read_frame,
+    LabelImage, PartitionRule, Plane, PlaneChoice, PlaneRule, Refusal, RosImage, SceneRule, SegmentedScene, read_frame,
 };
 pub use surface::{LaplacianRule, LooseBodies, NeighbourWeights};
 
