@@ -10,7 +10,7 @@ use perception::{RosImage, is_depth_scale};
 use runtime::completion::{Detail, LaplacianRule, NeighbourWeights};
 
 /// Depth picture, its camera, and settings of the segmentation.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct PictureArgs {
     /// Depth picture: 16-bit PNG, NPY, or an organised cloud (PCD, PLY). `complete` also accepts a dataset folder.
     pub depth: PathBuf,
@@ -270,6 +270,9 @@ impl MeshFormat {
 pub struct SegmentArgs {
     #[command(flatten)]
     pub picture: PictureArgs,
+    /// Further pictures with the same camera and settings: the files of each go to a subfolder named as the picture.
+    #[arg(value_name = "MORE")]
+    pub more: Vec<PathBuf>,
     /// Folder for surfaces, pictures, labels and `scene.json`; must be new or empty.
     #[arg(short, long, value_name = "DIR", value_parser = local_path())]
     pub out: PathBuf,

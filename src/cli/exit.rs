@@ -54,6 +54,17 @@ impl Failure {
         Self::from(without_manifest(folder))
     }
 
+    /// The error with its causes. Many messages already include their cause, before the remedy.
+    pub fn text(&self) -> String {
+        let mut text = self.error.to_string();
+        for cause in self.error.chain().skip(1).map(ToString::to_string) {
+            if !text.contains(&cause) {
+                text = format!("{text}: {cause}");
+            }
+        }
+        text
+    }
+
     /// Maps a missing or invalid input file to 2 and a disk failure to 74.
     pub fn of_input(error: impl Into<anyhow::Error>) -> Self {
         let error = error.into();

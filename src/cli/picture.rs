@@ -66,6 +66,12 @@ pub struct PlaneRow {
 }
 
 impl SegmentedPicture {
+    /// Refuses settings that fit no picture.
+    pub fn check_settings(arguments: &PictureArgs) -> Result<(), Failure> {
+        arguments.intrinsics.as_deref().map(|text| camera(text, arguments)).transpose()?;
+        scene_rule(arguments).map(|_| ())
+    }
+
     /// Reads and segments the picture.
     pub fn open(arguments: &PictureArgs) -> Result<Self, Failure> {
         let camera = arguments.intrinsics.as_deref().map(|text| camera(text, arguments)).transpose()?;

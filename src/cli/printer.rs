@@ -99,13 +99,7 @@ impl Printer {
 
     /// Prints an error with its causes to stderr.
     pub fn error(&self, failure: &Failure) {
-        let mut text = format!("graspmill: {}", failure.error);
-        for cause in failure.error.chain().skip(1).map(ToString::to_string) {
-            // Many messages already include their cause, before the remedy.
-            if !text.contains(&cause) {
-                text = format!("{text}: {cause}");
-            }
-        }
+        let text = format!("graspmill: {}", failure.text());
         let text = cut(text);
         self.show(&text);
         self.log(Level::Error, &text);

@@ -1,11 +1,17 @@
 //! `graspmill segment`: the table in a depth picture, and the objects on it.
 
-use std::{fmt::Write as _, io::Write as _, path::Path, time::Instant};
+use std::{
+    collections::BTreeMap,
+    fmt::Write as _,
+    io::Write as _,
+    path::{Path, PathBuf},
+    time::Instant,
+};
 
 use serde::Serialize;
 
 use super::{
-    completion_args::SegmentArgs,
+    completion_args::{PictureArgs, SegmentArgs},
     exit::{Exit, Failure},
     picture::{FRAME, PictureRow, PlaneRow, SegmentedPicture, milliseconds_since},
     printer::Printer,
@@ -14,6 +20,9 @@ use format::dataset::NewFolder;
 use kernel::{files::Folder, words::Show};
 use perception::{Cluster, DepthFrame, PLANE_LABEL, Refusal, draw_outlines};
 use surface::write_ply;
+
+/// Summary of several pictures.
+const FRAMES_FILE: &str = "frames.json";
 
 /// Content of `scene.json`.
 #[derive(Serialize)]
@@ -59,23 +68,116 @@ struct Times {
     surfaces: f64,
 }
 
+/// Content of `frames.json`: several pictures in one call.
+#[derive(Serialize)]
+struct FramesReport {
+    format: &'static str,
+    frames: Vec<FrameRow>,
+}
+
+/// A picture of several.
+#[derive(Serialize)]
+struct FrameRow {
+    /// Path of the file as given.
+    file: String,
+    /// Subfolder of its files; `None` for a refused picture.
+    folder: Option<String>,
+    objects: usize,
+    /// Objects that cannot be completed.
+    refused_objects: usize,
+    /// Reason why the picture was refused.
+    refusal: Option<String>,
+}
+
 /// `graspmill segment`.
 pub fn segment(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failure> {
+    if !arguments.more.is_empty() {
+        return segment_several(arguments, printer);
+    }
     let picture = SegmentedPicture::open(&arguments.picture)?;
+    let folder = NewFolder::begin(&arguments.out)?;
+    let report = write_scene(&picture, folder.folder())?;
+    let out = folder.publish()?;
+    if arguments.json {
+        printer.json(&report)?;
+    } else {
+        printer.result(&text(&report, &picture.plane_text(&arguments.picture), &out));
+    }
+    Ok(if report.is_whole() { Exit::Complete } else { Exit::Refused })
+}
+
+/// Segments each picture into a subfolder. A picture that cannot be read is refused, and the others are written.
+fn segment_several(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failure> {
+    SegmentedPicture::check_settings(&arguments.picture)?;
+    let files: Vec<&PathBuf> = std::iter::once(&arguments.picture.depth).chain(&arguments.more).collect();
+    let names = subfolder_names(&files)?;
+    let folder = NewFolder::begin(&arguments.out)?;
+    let (mut frames, mut is_whole) = (Vec::new(), true);
+    for (file, name) in files.into_iter().zip(names) {
+        let settings = PictureArgs { depth: file.clone(), ..arguments.picture.clone() };
+        let file = file.shown().to_string();
+        let picture = match SegmentedPicture::open(&settings) {
+            Ok(picture) => picture,
+            Err(failure) if failure.exit == Exit::BadSpec => {
+                let refusal = Some(failure.text());
+                frames.push(FrameRow { file, folder: None, objects: 0, refused_objects: 0, refusal });
+                is_whole = false;
+                continue;
+            }
+            Err(failure) => return Err(failure),
+        };
+        let inner = folder.folder().subfolder(&name);
+        let created = inner.create();
+        created.map_err(|error| anyhow::Error::new(error).context(inner.path().shown().to_string()))?;
+        let report = write_scene(&picture, &inner)?;
+        is_whole &= report.is_whole();
+        let refused_objects = report.objects.iter().filter(|object| object.refusal.is_some()).count();
+        let objects = report.objects.len();
+        frames.push(FrameRow { file, folder: Some(name), objects, refused_objects, refusal: None });
+    }
+    let report = FramesReport { format: "graspmill frames 1", frames };
+    write(folder.folder(), FRAMES_FILE, (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
+    let out = folder.publish()?;
+    if arguments.json {
+        printer.json(&report)?;
+    } else {
+        printer.result(&frames_text(&report, &out));
+    }
+    Ok(if is_whole { Exit::Complete } else { Exit::Refused })
+}
+
+/// Subfolder of each picture: the name of its file without the ending.
+fn subfolder_names(files: &[&PathBuf]) -> Result<Vec<String>, Failure> {
+    let mut taken: BTreeMap<String, String> = BTreeMap::from([(FRAMES_FILE.to_owned(), FRAMES_FILE.to_owned())]);
+    let name_of = |file: &&PathBuf| {
+        let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        match taken.insert(name.clone(), file.shown().to_string()) {
+            None => Ok(name),
+            Some(other) => {
+                let remedy = "rename one of them, or segment them in two calls";
+                let message = format!("{other}, {}: both would be written to {name}; {remedy}", file.shown());
+                Err(Failure::message(Exit::BadSpec, message))
+            }
+        }
+    };
+    files.iter().map(name_of).collect()
+}
+
+/// Writes everything about a picture into its folder.
+fn write_scene(picture: &SegmentedPicture, folder: &Folder) -> Result<SceneReport, Failure> {
     let scene = &picture.scene;
     let began = Instant::now();
     let sheets = scene.sheets();
     let surfaces = milliseconds_since(began);
     let labels = picture.labels();
     let extents = labels.extents();
-    let folder = NewFolder::begin(&arguments.out)?;
     let mut objects = Vec::new();
     for (number, (cluster, sheet)) in (1..PLANE_LABEL).zip(scene.clusters.iter().zip(&sheets)) {
         let name = format!("object-{number}");
         let file = (!sheet.triangles.is_empty()).then(|| format!("{name}.ply"));
         if let Some(file) = &file {
             let comments = [format!("frame: {FRAME}"), "the visible surface, open at its rim".to_owned()];
-            write(folder.folder(), file, &write_ply(sheet, &comments))?;
+            write(folder, file, &write_ply(sheet, &comments))?;
         }
         let centre = mean_point(&scene.frame, cluster);
         let extent = extents.get(&number);
@@ -93,8 +195,8 @@ pub fn segment(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failu
             refusal: Refusal::from_cluster(cluster, sheet).map(|refusal| refusal.to_string()),
         });
     }
-    write(folder.folder(), "outlines.png", &draw_outlines(&scene.frame, &scene.clusters))?;
-    write(folder.folder(), "labels.png", &labels.to_png())?;
+    write(folder, "outlines.png", &draw_outlines(&scene.frame, &scene.clusters))?;
+    write(folder, "labels.png", &labels.to_png())?;
     let report = SceneReport {
         format: "graspmill scene 1",
         frame: FRAME,
@@ -106,15 +208,15 @@ pub fn segment(arguments: &SegmentArgs, printer: &Printer) -> Result<Exit, Failu
         table_label: PLANE_LABEL,
         milliseconds: Times { read: picture.read, segment: picture.segment, surfaces },
     };
-    write(folder.folder(), "scene.json", (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
-    let out = folder.publish()?;
-    if arguments.json {
-        printer.json(&report)?;
-    } else {
-        printer.result(&text(&report, &picture.plane_text(&arguments.picture), &out));
+    write(folder, "scene.json", (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
+    Ok(report)
+}
+
+impl SceneReport {
+    /// Whether there are objects, and all can be completed.
+    fn is_whole(&self) -> bool {
+        self.objects.iter().all(|object| object.refusal.is_none()) && !self.objects.is_empty()
     }
-    let is_whole = report.objects.iter().all(|object| object.refusal.is_none()) && !report.objects.is_empty();
-    Ok(if is_whole { Exit::Complete } else { Exit::Refused })
 }
 
 /// Writes a file into a new folder.
@@ -126,6 +228,18 @@ pub fn write(folder: &Folder, name: &str, content: &[u8]) -> Result<(), Failure>
 fn mean_point(frame: &DepthFrame, cluster: &Cluster) -> [f64; 3] {
     let sum = cluster.pixels.iter().map(|pixel| frame.point(*pixel).coords).sum::<nalgebra::Vector3<f64>>();
     (sum / cluster.pixels.len().max(1) as f64).into()
+}
+
+fn frames_text(report: &FramesReport, out: &Path) -> String {
+    let mut text = String::new();
+    for FrameRow { file, folder, objects, refused_objects, refusal } in &report.frames {
+        _ = match (folder, refusal) {
+            (Some(folder), _) => writeln!(text, "{folder}: {objects} objects, {refused_objects} of them refused"),
+            (None, refusal) => writeln!(text, "{file}: refused: {}", refusal.as_deref().unwrap_or_default()),
+        };
+    }
+    _ = write!(text, "{}: a subfolder per picture, {FRAMES_FILE}", out.shown());
+    text
 }
 
 fn text(report: &SceneReport, plane: &str, out: &Path) -> String {

@@ -171,6 +171,48 @@ fn an_object_at_the_border_is_refused_and_its_surface_written() {
     }
 }
 
+#[test]
+fn several_pictures_get_a_subfolder_each_and_the_rest_is_refused() {
+    let workspace = Workspace::new();
+    let [one, out] = ["one", "frames"].map(|name| workspace.path(name));
+    segment(PICTURE, &one).option("--intrinsics", CAMERA_FILE).succeed();
+    let second = workspace.write("second.png", fs::read(repository_path(PICTURE)).expect("a picture"));
+    let dark = workspace.write("dark.png", png_of(&[f32::NAN; 320 * 240], &CAMERA));
+    let several = |more: &[&Path], out: &Path| {
+        segment(PICTURE, out)
+            .args(more.iter().map(|path| path.display().to_string()))
+            .option("--intrinsics", CAMERA_FILE)
+    };
+    let said = several(&[&dark, &second], &out).expect_code(3).stdout;
+    assert!(said.contains("dark.png: refused: ") && said.contains("second: 5 objects"), "{said}");
+    assert_eq!(list_names(&out), ["frames.json", "second", "table"]);
+    for name in list_names(&one).into_iter().filter(|name| name != "scene.json") {
+        for folder in ["second", "table"] {
+            let file = out.join(folder).join(&name);
+            assert!(
+                fs::read(&file).expect("a file") == fs::read(one.join(&name)).expect("a file"),
+                "{}",
+                file.display()
+            );
+        }
+    }
+    let frames = read_json(out.join("frames.json"))["frames"].clone();
+    let facts = |index: usize| (frames[index]["folder"].clone(), frames[index]["objects"].clone());
+    assert_eq!(
+        [0, 1, 2].map(facts),
+        [(json!("table"), json!(5)), (Value::Null, json!(0)), (json!("second"), json!(5))]
+    );
+    assert!(frames[1]["refusal"].as_str().expect("a reason").contains("no pixel has a depth"), "{frames}");
+    // All whole: 0. Wrong settings, and two pictures of one name: 2, and nothing is written.
+    several(&[&second], &workspace.path("whole")).succeed();
+    let none = workspace.path("none");
+    let said = several(&[&second], &none).option("--plane", "0,0,0,1").expect_code(2).stderr;
+    assert!(said.contains("--plane 0,0,0,1"), "{said}");
+    let same = workspace.write("other/table.png", fs::read(repository_path(PICTURE)).expect("a picture"));
+    let said = several(&[&same], &none).expect_code(2).stderr;
+    assert!(said.contains("both would be written to table; rename one of them") && !none.exists(), "{said}");
+}
+
 /// A mesh of `write_ply`, read by its own rules: little-endian, triangles alone.
 pub fn read_ply(path: &Path) -> TriMesh {
     let bytes = fs::read(path).expect("a file");
