@@ -3,9 +3,9 @@
 use graspmill::format::{
     Channel, Cloud, Clutter, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape,
     Occlusion, PatchColour, PatchHeatmap, PatchImageColour, PatchMetric, PatchTable, PatchTrial, PatchVisibility,
-    PickCandidates, PickTrials, ReachabilityBlock, ReachabilityField, Scene, SceneColour, SceneHeatmap, SceneImage,
-    SceneOverview, SceneVolume, TactileContacts, Tsdf, Visibility, VolumeAffordance, VolumeTruth, VoxelPair,
-    check_record, checks_of,
+    PickCandidates, PickSampling, PickTrials, ReachabilityBlock, ReachabilityField, Scene, SceneColour, SceneHeatmap,
+    SceneImage, SceneOverview, SceneVolume, TactileContacts, Tsdf, Visibility, VolumeAffordance, VolumeTruth,
+    VoxelPair, check_record, checks_of,
 };
 
 use super::channels;
@@ -85,6 +85,7 @@ pub fn records(input: &[u8]) {
         }
         Channel::PICK_CANDIDATES => again(payload, |bytes| PickCandidates::decode(bytes).ok(), PickCandidates::encode),
         Channel::PICK_TRIALS => again(payload, |bytes| PickTrials::decode(bytes).ok(), PickTrials::encode),
+        Channel::PICK_SAMPLING => again(payload, |bytes| PickSampling::decode(bytes).ok(), PickSampling::encode),
         Channel::HEATMAP_GRASPS => again(payload, |bytes| SceneHeatmap::decode(bytes).ok(), SceneHeatmap::encode),
         Channel::CLUTTER => again(payload, |bytes| Clutter::decode(bytes).ok(), Clutter::encode),
         other => panic!("{other:?} has no record here"),

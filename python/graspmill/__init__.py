@@ -38,7 +38,16 @@ from .grasps import (
 from .heatmaps import PICK_STATES, HeatmapSample
 from .index import Index
 from .patches import Heatmap, ImageColour, PatchSample
-from .picks import PICK_OBSTACLES, PICK_PHASES, PICK_STAGES, PICK_VERDICTS, PickSample, PickTrial
+from .picks import (
+    PICK_OBSTACLES,
+    PICK_PHASES,
+    PICK_SCHEMES,
+    PICK_STAGES,
+    PICK_VERDICTS,
+    PickSample,
+    PickSampling,
+    PickTrial,
+)
 from .reachability import LABELS, PROOFS, ReachabilitySample
 from .samples import Sample
 from .scenes import Overview, SceneContacts, SceneSample
@@ -82,6 +91,7 @@ __all__ = [
     "PATH_STAGES",
     "PICK_OBSTACLES",
     "PICK_PHASES",
+    "PICK_SCHEMES",
     "PICK_STAGES",
     "PICK_STATES",
     "PICK_VERDICTS",
@@ -90,6 +100,7 @@ __all__ = [
     "PairBatch",
     "PatchSample",
     "PickSample",
+    "PickSampling",
     "PickTrial",
     "ReachabilityField",
     "ReachabilitySample",

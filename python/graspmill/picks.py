@@ -33,6 +33,58 @@ PICK_VERDICTS = (
 """Verdicts on trials among neighbours, by their numbers."""
 PICK_PHASES = ("approach", "closing", "lift", "hold")
 """Phases of a trial among neighbours, by their numbers."""
+PICK_SCHEMES = ("area", "thickness", "cells")
+"""Draws of the first point of a sampled grasp, by the numbers of ``PickSampling.schemes``: uniform over the area, over the octaves of
+the body's thickness, over the cells of a grid of 20 mm."""
+
+
+@dataclass(frozen=True, eq=False)
+class PickSampling:
+    """Sampling of the grasps of a body in its scene. ``poses`` is the sum of all counts from ``unopposed`` to ``free``; dicts have
+    the obstacles as keys: ground, container, own object, neighbour."""
+
+    friction: float
+    """Coefficient of friction of the cone in which the second point of a pair lies."""
+    half_angle: float
+    """Largest angle between the approach and straight down [rad]."""
+    budget: int
+    """Poses, at most."""
+    poses: int
+    """Poses drawn."""
+    unopposed: int
+    """Poses without an opposite point within the friction cones."""
+    too_wide: int
+    """Poses whose points are farther apart than the hand opens."""
+    tilted: int
+    """Poses without an approach within the half angle of straight down."""
+    too_low: int
+    """Poses whose fingertips are below the floor before they are past the points."""
+    rejected: dict[str, int]
+    """Poses that a yes-or-no test rejects, by obstacle."""
+    alike: int
+    """Poses like a free grasp that was found before; they are not tested."""
+    blocked: dict[str, int]
+    """Poses whose exact path is blocked, by obstacle."""
+    free: int
+    """Free grasps, unlike each other."""
+    palm_only: bool
+    """Whether no grasp is free and a pose was rejected for the palm alone."""
+    schemes: npt.NDArray[np.uint8]
+    """(candidates,) draw of the first point: an index into ``PICK_SCHEMES``."""
+    points: Floats
+    """(candidates, 2, 3) m, in the object's frame: the points between the pads."""
+    openings: Floats
+    """(candidates,) m between the opened pads."""
+    depths: Floats
+    """(candidates,) m of the fingertips past the points along the approach."""
+
+    @property
+    def blocked_by(self) -> str | None:
+        """Obstacle of most poses at the last stage that one reached; ``None`` with a free grasp, or if no pose met an obstacle."""
+        for counts in (self.blocked, self.rejected):
+            if not self.free and any(counts.values()):
+                return max(counts, key=lambda name: counts[name])
+        return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,10 +278,43 @@ class PickSample(Sample):
         links = [str(name) for name in message["links"]]
         return [_trial(trial, links) for trial in message["trials"]]
 
+    @content
+    def sampling(self) -> PickSampling:
+        """Sampling of the grasps in the scene; needs the channel of sampling, which datasets of stored grasps do not have."""
+        message = self.message("sampling")
+        count = len(self.runs)
+        points = message["points"].reshape(-1, 2, 3)
+        expect_lengths(count, points=points, openings=message["openings"], depths=message["depths"])
+        return PickSampling(
+            friction=float(message["friction"]),
+            half_angle=float(message["half_angle"]),
+            budget=int(message["budget"]),
+            poses=int(message["poses"]),
+            unopposed=int(message["unopposed"]),
+            too_wide=int(message["too_wide"]),
+            tilted=int(message["tilted"]),
+            too_low=int(message["too_low"]),
+            rejected=_by_obstacle(message["rejected"]),
+            alike=int(message["alike"]),
+            blocked=_by_obstacle(message["blocked"]),
+            free=int(message["free"]),
+            palm_only=bool(message["palm_only"]),
+            schemes=as_array(message["schemes"], "u1", count),
+            points=points,
+            openings=message["openings"],
+            depths=message["depths"],
+        )
+
     def _per_candidate(self, name: str, kind: type) -> npt.NDArray[Any]:
         found: npt.NDArray[Any] = np.asarray(self.message("grasps")[name], kind)
         expect_lengths(len(self.runs), **{name: found})
         return found
+
+
+def _by_obstacle(counts: Any) -> dict[str, int]:
+    found = np.asarray(counts).tolist()
+    expect_lengths(len(PICK_OBSTACLES) - 1, counts=found)
+    return dict(zip(PICK_OBSTACLES[1:], found))
 
 
 def _trial(message: Any, links: list[str]) -> PickTrial:

@@ -43,9 +43,9 @@ pub use products::{
         pixel_in_image, projection, trial_value, window_pixel, window_side,
     },
     picks::{
-        AwakeBodies, AwakeNeighbour, Blocked, PickCandidate, PickCandidates, PickFacts, PickObstacle, PickPassage,
-        PickPhase, PickProtocol, PickState, PickTrial, PickTrialFacts, PickTrials, PickVerdict, PressedThing,
-        TakenGrasps,
+        AwakeBodies, AwakeNeighbour, Blocked, DrawnPick, PickCandidate, PickCandidates, PickFacts, PickObstacle,
+        PickPassage, PickPhase, PickPoses, PickProtocol, PickSampling, PickSamplingFacts, PickScheme, PickState,
+        PickTrial, PickTrialFacts, PickTrials, PickVerdict, PressedThing, TakenGrasps,
     },
     reachability::{BlockFacts, FieldHeader, ReachabilityBlock, ReachabilityField},
     scenes::{

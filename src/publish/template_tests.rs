@@ -321,9 +321,13 @@ fn picks_page(name: &str, is_full: bool) -> Page {
     let trials = json!({
         "tried": 8, "verdicts": { "held": 5, "let_go": 3 }, "held": 5, "held_touching": 2, "held_moving": 1, "held_carrying": 1,
     });
+    let poses = json!({
+        "poses": 900, "lost": [["without an opposite point", 500], ["rejected by container", 300]], "alike": 91, "free": 9,
+        "too_wide": 1, "palm_only": 1, "blocked_by": [0, 1, 0, 0],
+    });
     let rest = json!({
         "hand": name, "scenes": 3, "samples": 5, "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
-        "rejected": if is_full { json!({ name: 1 }) } else { json!({}) },
+        "rejected": if is_full { json!({ name: 1 }) } else { json!({}) }, "poses": is_full.then_some(poses),
         "bodies_with_free": 3, "candidates": if is_full { 90 } else { 0 }, "free": 9, "lost": [40, 20, 1, 20],
         "free_opened": [3, 10], "trials": is_full.then_some(trials),
         "objects": [{

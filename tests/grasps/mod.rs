@@ -2,6 +2,7 @@
 
 mod annealing;
 mod datasets;
+mod in_scene;
 mod kept_trials;
 mod passage;
 mod patch_marks;

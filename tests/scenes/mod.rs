@@ -10,6 +10,7 @@ mod imported;
 mod modes;
 mod pick_trials;
 mod picks;
+mod scene_picks;
 mod segmenting;
 mod sets;
 mod tables;

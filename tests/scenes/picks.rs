@@ -298,7 +298,7 @@ fn every_row_follows_from_the_stored_scene_and_grasp() {
             let end = candidate.ways.shaped.blocked.map_or("free", |blocked| PickObstacle::NAMES[by_index(blocked.by)]);
             *seen.entry(end).or_insert(0) += 1;
         }
-        let facts = PickFacts::from_candidates(&record, None);
+        let facts = PickFacts::from_candidates(&record, None, None);
         assert_eq!(facts.free + facts.lost.iter().sum::<u32>(), facts.candidates);
         assert!(facts.free_either >= facts.free.max(facts.free_opened), "{facts:?}");
         assert!(facts.free_either <= facts.free + facts.free_opened, "{facts:?}");

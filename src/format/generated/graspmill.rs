@@ -907,6 +907,65 @@ pub struct PatchColour {
     #[prost(bytes = "vec", tag = "3")]
     pub rgb: ::prost::alloc::vec::Vec<u8>,
 }
+/// Topic /picks/sampling, where grasps are sampled in the scene. How the poses of one body were drawn, and how many were lost to each
+/// reason; poses is the sum of all counts from unopposed to free. Obstacles come in the order ground, container, own object, neighbour.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct PickSampling {
+    /// that of the PickCandidates
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// coefficient of friction of the cone in which the second point of a pair lies
+    #[prost(double, tag = "2")]
+    pub friction: f64,
+    /// rad, largest angle between the approach and straight down
+    #[prost(double, tag = "3")]
+    pub half_angle: f64,
+    /// poses at most
+    #[prost(uint32, tag = "4")]
+    pub budget: u32,
+    /// poses drawn
+    #[prost(uint32, tag = "5")]
+    pub poses: u32,
+    /// without an opposite point within the friction cones
+    #[prost(uint32, tag = "6")]
+    pub unopposed: u32,
+    /// wider than the hand opens
+    #[prost(uint32, tag = "7")]
+    pub too_wide: u32,
+    /// without a roll within the half angle
+    #[prost(uint32, tag = "8")]
+    pub tilted: u32,
+    /// fingertips below the floor before they are past the pair
+    #[prost(uint32, tag = "9")]
+    pub too_low: u32,
+    /// (4) by a yes-or-no test against each obstacle
+    #[prost(uint32, repeated, tag = "10")]
+    pub rejected: ::prost::alloc::vec::Vec<u32>,
+    /// like a free grasp that was found before, not tested
+    #[prost(uint32, tag = "11")]
+    pub alike: u32,
+    /// (4) by each obstacle on the exact path
+    #[prost(uint32, repeated, tag = "12")]
+    pub blocked: ::prost::alloc::vec::Vec<u32>,
+    /// free and unlike each other
+    #[prost(uint32, tag = "13")]
+    pub free: u32,
+    /// 1 if no grasp is free and a pose was rejected for the palm alone, else 0
+    #[prost(uint32, tag = "14")]
+    pub palm_only: u32,
+    /// u8 per candidate, draw of its first point: 0 area, 1 thickness, 2 cells
+    #[prost(bytes = "vec", tag = "15")]
+    pub schemes: ::prost::alloc::vec::Vec<u8>,
+    /// (candidates, 6) m, in Object: the two points between the pads
+    #[prost(double, repeated, tag = "16")]
+    pub points: ::prost::alloc::vec::Vec<f64>,
+    /// per candidate: m, distance between the opened pads
+    #[prost(double, repeated, tag = "17")]
+    pub openings: ::prost::alloc::vec::Vec<f64>,
+    /// per candidate: m, distance of the fingertips past the points along the approach
+    #[prost(double, repeated, tag = "18")]
+    pub depths: ::prost::alloc::vec::Vec<f64>,
+}
 /// Topic /picks/grasps. Grasps of one body of a settled scene, and whether the hand reaches them and closes without touching
 /// anything else. SampleId.subject is the digest of the scene, SampleId.item the number of the body minus one. Bodies are numbered from 1,
 /// in the order of the scene. Lengths in m. Candidates are sorted by run, rank and direction.
@@ -932,10 +991,10 @@ pub struct PickCandidates {
     /// BLAKE3 of its description and table, 32 bytes
     #[prost(bytes = "vec", tag = "7")]
     pub hand_digest: ::prost::alloc::vec::Vec<u8>,
-    /// which stored grasps are taken: tried, held, kept, closed
+    /// which stored grasps are taken: tried, held, kept, closed; or sampled in the scene
     #[prost(string, tag = "8")]
     pub take: ::prost::alloc::string::String,
-    /// grasps of the body's object that are
+    /// grasps of the body's object that are; 0 where they are sampled
     #[prost(uint32, tag = "9")]
     pub stored: u32,
     /// directions about its closing line in which each is evaluated; 1 without such a line
@@ -944,10 +1003,10 @@ pub struct PickCandidates {
     /// distance that the hand keeps from everything except the body
     #[prost(double, tag = "11")]
     pub margin: f64,
-    /// per candidate: number of the run of its stored grasp
+    /// per candidate: number of the run of its stored grasp; 0 of a sampled one
     #[prost(uint32, repeated, tag = "12")]
     pub runs: ::prost::alloc::vec::Vec<u32>,
-    /// per candidate: index of the grasp in GraspRun.grasps
+    /// per candidate: index of the grasp in GraspRun.grasps; of a sampled one its pose in drawn order
     #[prost(uint32, repeated, tag = "13")]
     pub ranks: ::prost::alloc::vec::Vec<u32>,
     /// per candidate: number of its direction; 0 is the stored grasp

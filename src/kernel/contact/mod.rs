@@ -11,6 +11,7 @@
 mod bodies;
 mod crossing;
 mod distance_grid;
+mod meets;
 mod nearest;
 mod piece;
 mod points;

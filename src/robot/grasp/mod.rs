@@ -11,6 +11,7 @@ mod energy;
 mod field;
 mod found;
 mod frame;
+mod in_scene;
 mod kind;
 mod links;
 mod meeting;
@@ -37,6 +38,10 @@ pub use anneal::Annealer;
 pub use closing::TOUCHES;
 pub use field::DistanceField;
 pub use found::{Energies, GraspContact, PairLosses, Quality, RatedGrasp, SearchInterval, SearchRun};
+pub use in_scene::{
+    OpenBox, PointScheme, PoseCounts, RejectedPose, SampledGrasp, SampledGrasps, SceneSampler, SceneSampling,
+    SceneTarget, SurfacePoints,
+};
 pub use kind::{KindDigits, camera_axes, kind_in_frame, wrist_roll};
 pub use object::ObjectSearch;
 pub use opposition::has_opposition;

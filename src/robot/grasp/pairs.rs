@@ -53,7 +53,7 @@ impl Ray {
 }
 
 /// Cosine of half the angle of a friction cone.
-fn min_cos(friction: f64) -> f64 {
+pub(super) fn min_cos(friction: f64) -> f64 {
     1.0 / (1.0 + friction * friction).sqrt()
 }
 

@@ -8,8 +8,8 @@ use std::{
 
 use super::{
     grasps_reader::{InvalidPickGrasps, read_pick_grasps},
-    settings::{PickGrasps, PickSettings},
-    spec::{PickSpec, PicksSpec},
+    settings::{PickGrasps, PickSettings, PickSource, ScenePoses},
+    spec::{PickGraspsSpec, PickSpec, PicksSpec, SamplerSpec},
 };
 use crate::{
     products::{
@@ -29,6 +29,9 @@ const GRASPS: InputSection = InputSection {
            datasets/clutter-grasps-quick`",
 };
 
+const NO_PADS: &str = "name a dataset of grasps of this hand (`grasps.dataset`), which are transferred, or a gripper whose two \
+                       pads slide towards each other (`hand.model`)";
+
 const MAKE_TRIALS: &str = "make a dataset with trials (a section `[physics]` in the job for grasps), or use the kept \
                            ones: `picks.grasps = \"kept\"`";
 
@@ -41,8 +44,7 @@ pub(super) struct Checked {
     pub scenes: FoundScenes,
     pub rolling: f64,
     pub keys: ObjectKeys,
-    pub grasps_folder: PathBuf,
-    pub grasps: PickGrasps,
+    pub source: PickSource,
     pub hand: JobHand,
     pub settings: PickSettings,
 }
@@ -50,16 +52,30 @@ pub(super) struct Checked {
 /// The job; `None` when something is wrong, which is reported.
 pub(super) fn checked(checker: &mut Checker, spec: &PicksSpec, folder: &FilePath) -> Option<Checked> {
     let hand = hand(checker, spec, folder);
-    let settings = hand.as_ref().and_then(|(_, has_line)| settings(checker, &spec.picks, *has_line));
+    let sampler = sampler(spec);
+    let settings = hand.as_ref().and_then(|(hand, has_line)| settings(checker, spec, sampler, (hand, *has_line)));
     let scenes_folder = SCENES.folder(checker, spec.scenes.dataset.as_ref(), folder);
-    let grasps_folder = GRASPS.folder(checker, spec.grasps.dataset.as_ref(), folder);
+    let grasps_folder = match sampler {
+        SamplerSpec::Scene => None,
+        SamplerSpec::Transferred => GRASPS.folder(checker, spec.grasps.dataset.as_ref(), folder),
+    };
     let scenes = found_scenes(checker, &spec.scenes, scenes_folder.as_ref()?);
     let rolling = scenes.as_ref().and_then(|scenes| rolling_friction(checker, scenes));
     let keys = scenes.as_ref().and_then(|scenes| object_keys(checker, scenes));
-    let (scenes_folder, grasps_folder, scenes) = (scenes_folder?, grasps_folder?, scenes?);
-    let grasps = grasps(checker, spec, &grasps_folder, &scenes)?;
+    let (scenes_folder, scenes) = (scenes_folder?, scenes?);
+    let source = match sampler {
+        SamplerSpec::Scene => {
+            let PickSpec { poses, half_angle_deg, cone_friction, .. } = spec.picks;
+            PickSource::Scene(ScenePoses { poses, half_angle_deg, cone_friction })
+        }
+        SamplerSpec::Transferred => {
+            let folder = grasps_folder?;
+            let grasps = grasps(checker, spec, &folder, &scenes)?;
+            PickSource::Transferred { folder, grasps }
+        }
+    };
     let (hand, _) = hand?;
-    if hand.id != grasps.hand {
+    if let Some((_, grasps)) = source.transferred().filter(|(_, grasps)| grasps.hand != hand.id) {
         let expected = format!("the hand of the grasps, of content {}", grasps.hand.0.short());
         let seen = format!("{} of content {}", hand.name, hand.id.0.short());
         let report = checker.invalid("hand.model", expected, seen);
@@ -67,7 +83,35 @@ pub(super) fn checked(checker: &mut Checker, spec: &PicksSpec, folder: &FilePath
         return None;
     }
     let (rolling, keys, settings) = (rolling?, keys?, settings?);
-    Some(Checked { scenes_folder, scenes, rolling, keys, grasps_folder, grasps, hand, settings })
+    Some(Checked { scenes_folder, scenes, rolling, keys, source, hand, settings })
+}
+
+/// The sampler of a job: where it names none, a dataset of grasps decides.
+fn sampler(spec: &PicksSpec) -> SamplerSpec {
+    let default = if spec.grasps.dataset.is_some() { SamplerSpec::Transferred } else { SamplerSpec::Scene };
+    spec.picks.sampler.unwrap_or(default)
+}
+
+/// Whether a job whose grasps are sampled in the scene has a hand with two pads, and no key of stored grasps; mistakes are reported.
+fn can_sample(checker: &mut Checker, spec: &PicksSpec, (hand, has_line): (&JobHand, bool)) -> bool {
+    let PicksSpec { grasps: PickGraspsSpec { dataset, root, trials_root }, picks, .. } = spec;
+    let stored = [
+        ("grasps.dataset", dataset.is_some()),
+        ("grasps.root", root.is_some()),
+        ("grasps.trials_root", trials_root.is_some()),
+        ("picks.grasps", picks.grasps.is_some()),
+        ("picks.rolls", picks.rolls.is_some()),
+    ];
+    let named = stored.into_iter().find(|(_, is_named)| *is_named);
+    if let Some((key, _)) = named {
+        let report = checker.invalid(key, "no key of stored grasps with `sampler = \"scene\"`", "one");
+        report.help(format!("remove `{key}` from the job, or name a dataset with `sampler = \"transferred\"`"));
+    }
+    if !has_line {
+        let expected = "\"transferred\" for a hand without two pads that slide towards each other";
+        checker.invalid("picks.sampler", expected, format!("\"scene\" with {}", hand.name)).help(NO_PADS);
+    }
+    named.is_none() && has_line
 }
 
 /// The hand, and whether it has a closing line.
@@ -81,8 +125,17 @@ fn hand(checker: &mut Checker, spec: &PicksSpec, folder: &FilePath) -> Option<(J
     Some((hand, has_line.get()))
 }
 
-fn settings(checker: &mut Checker, spec: &PickSpec, has_line: bool) -> Option<PickSettings> {
-    let &PickSpec { grasps: _, rolls, candidates, margin, trials, movable } = spec;
+fn settings(
+    checker: &mut Checker,
+    spec: &PicksSpec,
+    sampler: SamplerSpec,
+    (hand, has_line): (&JobHand, bool),
+) -> Option<PickSettings> {
+    let PickSpec { rolls, candidates, margin, trials, movable, .. } = spec.picks;
+    if sampler == SamplerSpec::Scene {
+        let is_fine = can_sample(checker, spec, (hand, has_line));
+        return is_fine.then_some(PickSettings { rolls: 1, candidates, margin, trials, awake: movable.into() });
+    }
     if let Some(rolls) = rolls.filter(|rolls| *rolls > 1 && !has_line) {
         let expected = "1 for a hand without two pads that slide towards each other";
         let report = checker.invalid("picks.rolls", expected, rolls.to_string());

@@ -79,6 +79,8 @@ fn is_taken(take: TakenGrasps, rank: u32, grasp: &Grasp, tried: Option<&GraspTri
         TakenGrasps::Held => trial().is_some_and(|trial| trial.label() == GraspLabel::Held),
         TakenGrasps::Kept => grasp.verdict == GraspVerdict::Kept,
         TakenGrasps::Closed => grasp.verdict.is_closed(),
+        // No stored grasp is a sampled one.
+        TakenGrasps::Sampled => false,
     }
 }
 

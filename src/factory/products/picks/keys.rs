@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::{
-    settings::{PickJob, PickSettings},
-    spec::{PickSpec, PicksSpec},
+    settings::{PickJob, PickSettings, PickSource},
+    spec::{PickSpec, PicksSpec, SamplerSpec, TakeSpec},
 };
 use crate::sections::{keys_of, relative_to, with_slashes, without};
 
@@ -17,13 +17,26 @@ impl PickJob {
         let mut spec = PicksSpec::standard();
         spec.scenes.dataset = named(&self.scenes_folder);
         spec.scenes.root = Some(self.scenes.root.hex());
-        spec.grasps.dataset = named(&self.grasps_folder);
-        spec.grasps.root = Some(self.grasps.root.hex());
-        spec.grasps.trials_root = self.grasps.trials.map(|root| root.hex());
         spec.hand = Some(self.hand.spec(folder));
-        let grasps = Some(self.grasps.take.into());
-        spec.picks = PickSpec { grasps, rolls: Some(rolls), candidates, margin, trials, movable: awake.into() };
+        spec.picks = PickSpec { candidates, margin, trials, movable: awake.into(), ..spec.picks };
         let mut idle = vec!["shards"];
+        match &self.source {
+            PickSource::Transferred { folder, grasps } => {
+                spec.grasps.dataset = named(folder);
+                spec.grasps.root = Some(grasps.root.hex());
+                spec.grasps.trials_root = grasps.trials.map(|root| root.hex());
+                (spec.picks.grasps, spec.picks.rolls) = (TakeSpec::of(grasps.take), Some(rolls));
+                // A dataset of grasps decides the sampler.
+                idle.extend(["picks.poses", "picks.half_angle_deg", "picks.cone_friction"]);
+            }
+            PickSource::Scene(scene) => {
+                spec.picks.sampler = Some(SamplerSpec::Scene);
+                spec.picks.poses = scene.poses;
+                spec.picks.half_angle_deg = scene.half_angle_deg;
+                spec.picks.cone_friction = scene.cone_friction;
+                idle.push("grasps");
+            }
+        }
         if folder.is_none() {
             idle.push("hand.model");
         }

@@ -10,11 +10,12 @@ use crate::{
 };
 use kernel::{
     contact::{ContactBody, Sampled},
-    geom::MassProperties,
+    geom::{MassProperties, SimdLevel},
+    ids::ObjectId,
 };
 use nalgebra::IsometryMatrix3;
 use robot::{
-    grasp::{ClosingGrasp, HandPassage},
+    grasp::{ClosingGrasp, HandPassage, SurfacePoints},
     hand::Hand,
 };
 
@@ -29,6 +30,8 @@ pub(super) struct LoadedObject {
     pub solid: MassProperties,
     /// The hand closed on the object, for each stored grasp and direction; made when it is first needed.
     closed: Vec<OnceLock<ClosedGrasp>>,
+    /// Points at which pads can touch; made when a grasp is first sampled.
+    points: OnceLock<SurfacePoints>,
 }
 
 /// A hand that has closed on an object alone: a matter of the object and not of the scene.
@@ -48,7 +51,11 @@ impl ClosedGrasp {
         object_from_base: &IsometryMatrix3<f64>,
         posture: &[f64],
     ) -> Self {
-        let grasp = passage.close(object.body.surface(), object_from_base, posture);
+        Self::from_closed(hand, passage.close(object.body.surface(), object_from_base, posture))
+    }
+
+    /// A hand that has closed.
+    pub fn from_closed(hand: &Hand, grasp: ClosingGrasp) -> Self {
         let mut joints = vec![0.0; hand.tree().len()];
         hand.joint_values(grasp.closed(), &mut joints);
         Self { grasp, joints }
@@ -85,7 +92,13 @@ impl LoadedObject {
             body: Arc::new(ContactBody::new(prepared.mesh(), Arc::clone(surface), Sampled::Everywhere)),
             solid: *solid,
             closed: (0..grasps).map(|_| OnceLock::new()).collect(),
+            points: OnceLock::new(),
         })
+    }
+
+    /// Points of the object at which a pair is no wider than a hand opens [m].
+    pub fn points(&self, object: ObjectId, widest: f64, level: SimdLevel) -> &SurfacePoints {
+        self.points.get_or_init(|| SurfacePoints::new(self.body.surface(), &object.0.0, widest, level))
     }
 
     /// The hand closed in one of the grasps.

@@ -24,6 +24,7 @@ pub static FACTORY: ProductFactory = ProductFactory {
         ("objects", "the objects are those of the dataset of scenes"),
         ("physics", "friction is that of the dataset of scenes; `picks.trials` sets the number of grasps to try"),
         ("clutter", "scenes and grasps are separate datasets: `scenes.dataset`, `grasps.dataset`"),
+        ("sampling", "grasps are sampled by the keys of `[picks]`: `picks.sampler`, `picks.poses`"),
     ],
     hand_uses: &[],
     inputs: &[
@@ -37,7 +38,7 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobConte
     let (spec, mut checker) = checker.value_of::<PicksSpec>(keys)?;
     let checked = check::checked(&mut checker, &spec, folder);
     checker.finish()?;
-    let check::Checked { scenes_folder, scenes, rolling, keys, grasps_folder, grasps, hand, settings } =
+    let check::Checked { scenes_folder, scenes, rolling, keys, source, hand, settings } =
         checked.expect("mistakes were reported");
     let objects = draft_objects(&keys, &scenes, &scenes_folder, context)?;
     Ok(DraftWork::of_objects(objects, ShardSamples::or_share(spec.shards.samples, 8..=64), move |objects, _| PickJob {
@@ -45,8 +46,7 @@ fn draft(keys: &toml::Table, checker: Checker, folder: &Path, context: &JobConte
         scenes,
         rolling,
         objects,
-        grasps_folder,
-        grasps,
+        source,
         hand,
         settings,
     }))

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::loaded::LoadedObject;
-use format::{CONTAINER, Scene};
-use robot::grasp::{SceneObstacle, Surroundings};
+use format::{CONTAINER, Scene, SceneContainer};
+use robot::grasp::{OpenBox, SceneObstacle, Surroundings};
 use sim::{ClutterScene, Container, SimBody, TrialConditions, Vessel};
 
 /// A settled scene with its objects.
@@ -60,6 +60,24 @@ impl LoadedScene {
             torsion: TrialConditions::TORSION,
         };
         Self { index, record, objects, surroundings, clutter }
+    }
+
+    /// The container where it is an open box.
+    pub fn open_box(&self) -> Option<OpenBox> {
+        match self.record.container {
+            SceneContainer::Bin { inner, wall, .. } => {
+                Some(OpenBox { scene_from_box: self.record.container.world_from_container(), inner, wall })
+            }
+            SceneContainer::Plane { .. } | SceneContainer::Mesh { .. } => None,
+        }
+    }
+
+    /// Height below which no fingertip can be among the bodies [m]: the floor of an upright bin, else the plane below everything.
+    pub fn floor(&self) -> f64 {
+        match self.record.container {
+            SceneContainer::Bin { tilt_deg: 0.0, .. } => 0.0,
+            _ => self.surroundings.ground,
+        }
     }
 
     /// Whether each body touches another one, or touches a body that does, in addition to the one itself.

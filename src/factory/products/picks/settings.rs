@@ -1,6 +1,9 @@
 //! A job for picks, checked, with everything that it takes from the datasets of scenes and grasps but contacts and meshes.
 
-use std::{collections::BTreeMap, path::PathBuf};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
 use crate::{
     products::settled::FoundScenes,
@@ -23,20 +26,43 @@ pub struct PickJob {
     pub rolling: f64,
     /// Objects of the scenes, by their own job.
     pub objects: JobObjects,
-    /// The folder of the dataset of grasps.
-    pub grasps_folder: PathBuf,
-    /// Grasps of that dataset.
-    pub grasps: PickGrasps,
+    /// Source of the grasps.
+    pub source: PickSource,
     /// The hand.
     pub hand: JobHand,
     /// Everything else.
     pub settings: PickSettings,
 }
 
+/// Source of the grasps that are evaluated.
+#[derive(Clone, Debug, PartialEq)]
+pub enum PickSource {
+    /// Grasps of lone objects, transferred to the scene.
+    Transferred {
+        /// The folder of the dataset of grasps.
+        folder: PathBuf,
+        /// Grasps of that dataset.
+        grasps: PickGrasps,
+    },
+    /// Grasps sampled among the obstacles of the scene.
+    Scene(ScenePoses),
+}
+
+/// Settings of grasps that are sampled in the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScenePoses {
+    /// Poses of a body, at most.
+    pub poses: u32,
+    /// Largest angle between the approach and straight down [degree].
+    pub half_angle_deg: f64,
+    /// Coefficient of friction of the cone in which the second point of a pair lies.
+    pub cone_friction: f64,
+}
+
 /// Settings of picks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PickSettings {
-    /// Directions in which each stored grasp is evaluated.
+    /// Directions in which each stored grasp is evaluated; 1 where grasps are sampled.
     pub rolls: u32,
     /// Grasps of each body that are evaluated, at most.
     pub candidates: u32,
@@ -76,6 +102,21 @@ pub struct StoredGrasp {
     pub posture: Vec<f64>,
     /// The mean of the points at which the closed hand touches, in `Object` [m].
     pub middle: [f64; 3],
+}
+
+impl PickSource {
+    /// Stored grasps, with the folder of their dataset; `None` where grasps are sampled in the scene.
+    pub fn transferred(&self) -> Option<(&Path, &PickGrasps)> {
+        match self {
+            Self::Transferred { folder, grasps } => Some((folder, grasps)),
+            Self::Scene(_) => None,
+        }
+    }
+
+    /// Stored grasps of an object; none where grasps are sampled in the scene.
+    pub fn stored(&self, object: ObjectId) -> &[StoredGrasp] {
+        self.transferred().map(|(_, grasps)| grasps.grasps_of(object)).unwrap_or_default()
+    }
 }
 
 impl PickGrasps {

@@ -11,15 +11,15 @@ use format::{AwakeBodies, TakenGrasps};
 /// Defaults of the profile `standard`, and the ones that `thesis` changes.
 pub const PROFILES: [&str; 2] = [include_str!("profiles/standard.toml"), include_str!("profiles/thesis.toml")];
 
-/// A job that evaluates stored grasps in settled scenes: which are reachable without touching anything else, and
-/// whether some of them succeed among the neighbours.
+/// A job that evaluates grasps in settled scenes, sampled there or stored ones of the lone objects: which are reachable without
+/// touching anything else, and whether some of them succeed among the neighbours.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PicksSpec {
     /// The scenes, a finished dataset.
     pub scenes: ScenesSourceSpec,
-    /// The grasps, a finished dataset.
+    /// Stored grasps, a finished dataset; without one, grasps are sampled in the scene.
     pub grasps: PickGraspsSpec,
-    /// The hand of these grasps.
+    /// The hand; that of the stored grasps, where they are used.
     // Without an `Option` a mistake in it would hide those of the other keys.
     #[schemars(required)]
     pub hand: Option<HandSpec>,
@@ -41,7 +41,7 @@ impl PicksSpec {
 #[serde(deny_unknown_fields)]
 pub struct PickGraspsSpec {
     /// The folder of a finished dataset of grasps of the scenes' objects; relative to the job file.
-    #[schemars(required, extend("examples" = ["../datasets/clutter-grasps-quick"]))]
+    #[schemars(extend("examples" = ["../datasets/clutter-grasps-quick"]))]
     pub dataset: Option<PathBuf>,
     /// The digest of its exact numbers (64 hexadecimal digits); a resolved job pins it.
     #[schemars(regex(pattern = "^[0-9a-f]{64}$"))]
@@ -55,6 +55,9 @@ pub struct PickGraspsSpec {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PickSpec {
+    /// Source of the grasps. Default: `transferred` if `grasps.dataset` names a dataset, otherwise `scene`.
+    #[schemars(extend("examples" = ["scene"]))]
+    pub sampler: Option<SamplerSpec>,
     /// Stored grasps to use. Default: `held` if the dataset of grasps has trials, otherwise `kept`.
     #[schemars(extend("examples" = ["held"]))]
     pub grasps: Option<TakeSpec>,
@@ -63,8 +66,9 @@ pub struct PickSpec {
     /// slide towards each other, and 1, only the stored grasp, for every other hand.
     #[schemars(range(min = 1, max = 360), extend("x-unit" = "directions", "examples" = [16]))]
     pub rolls: Option<u32>,
-    /// Largest number of grasps to evaluate per body, drawn without replacement from its stored grasps and their
-    /// directions.
+    /// Largest number of grasps to store per body. Stored grasps are drawn without replacement from all grasps of the object and
+    /// their directions. With `sampler = "scene"`, sampling ends with so many free grasps that are unlike each other; in the room
+    /// that is left, the first blocked ones are stored.
     #[schemars(range(min = 1, max = 100_000), extend("x-unit" = "grasps"))]
     pub candidates: u32,
     /// Smallest distance of the hand from everything except the body that it grasps.
@@ -75,6 +79,27 @@ pub struct PickSpec {
     pub trials: u32,
     /// Bodies that can move in a trial.
     pub movable: MovableSpec,
+    /// With `sampler = "scene"`: largest number of poses to draw per body.
+    #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "poses"))]
+    pub poses: u32,
+    /// With `sampler = "scene"`: largest angle between the approach and straight down.
+    #[schemars(range(min = 1, max = 90), extend("x-unit" = "degree"))]
+    pub half_angle_deg: f64,
+    /// With `sampler = "scene"`: coefficient of friction of the cone in which the second of two opposite points lies. Trials have the
+    /// friction of the scene's bodies.
+    #[schemars(range(min = 0.01, max = 2))]
+    pub cone_friction: f64,
+}
+
+/// Source of the grasps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SamplerSpec {
+    /// Sampled on each body in its scene, with container and neighbours as obstacles; for hands whose two pads slide towards each
+    /// other.
+    Scene,
+    /// Stored grasps of the lone objects, transferred to the scene.
+    Transferred,
 }
 
 /// Choice of stored grasps.
@@ -102,13 +127,15 @@ impl From<TakeSpec> for TakenGrasps {
     }
 }
 
-impl From<TakenGrasps> for TakeSpec {
-    fn from(take: TakenGrasps) -> Self {
+impl TakeSpec {
+    /// The key of a choice of stored grasps; `None` where grasps are sampled.
+    pub(super) fn of(take: TakenGrasps) -> Option<Self> {
         match take {
-            TakenGrasps::Tried => Self::Tried,
-            TakenGrasps::Held => Self::Held,
-            TakenGrasps::Kept => Self::Kept,
-            TakenGrasps::Closed => Self::Closed,
+            TakenGrasps::Tried => Some(Self::Tried),
+            TakenGrasps::Held => Some(Self::Held),
+            TakenGrasps::Kept => Some(Self::Kept),
+            TakenGrasps::Closed => Some(Self::Closed),
+            TakenGrasps::Sampled => None,
         }
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{
     loaded::LoadedObjects,
-    settings::PickJob,
+    settings::{PickJob, PickSource},
     worker::{PickWorker, Shared},
 };
 use crate::{
@@ -72,20 +72,27 @@ impl Work for PickJob {
         }
         let scenes = DatasetReader::open(&Folder::at(&self.scenes_folder))?;
         let loaded = LoadedObjects::default();
-        Ok(Box::new(OpenPicks(Shared { job: self, seed: opening.seed, scenes, hand, containers, objects, loaded })))
+        let Opening { seed, level, .. } = opening;
+        Ok(Box::new(OpenPicks(Shared { job: self, seed, level, scenes, hand, containers, objects, loaded })))
     }
 
     fn remarks(&self) -> Vec<String> {
         let bodies: u32 = self.scenes.list.iter().map(bodies).sum();
-        let stored: usize = self.grasps.objects.values().map(Vec::len).sum();
-        let (take, rolls) = (self.grasps.take.name(), self.settings.rolls);
-        let mut remarks = vec![
-            format!("{bodies} bodies of {} scenes", self.scenes.list.len()),
-            format!("{stored} stored grasps that are {take}, each in {rolls} directions"),
-            format!("root of the scenes {}", self.scenes.root),
-            format!("root of the grasps {}", self.grasps.root),
-        ];
-        remarks.extend(self.grasps.trials.map(|root| format!("root of their trials {root}")));
+        let mut remarks = vec![format!("{bodies} bodies of {} scenes", self.scenes.list.len())];
+        let of_scenes = format!("root of the scenes {}", self.scenes.root);
+        match &self.source {
+            PickSource::Transferred { grasps, .. } => {
+                let stored: usize = grasps.objects.values().map(Vec::len).sum();
+                let (take, rolls) = (grasps.take.name(), self.settings.rolls);
+                remarks.push(format!("{stored} stored grasps that are {take}, each in {rolls} directions"));
+                remarks.extend([of_scenes, format!("root of the grasps {}", grasps.root)]);
+                remarks.extend(grasps.trials.map(|root| format!("root of their trials {root}")));
+            }
+            PickSource::Scene(scene) => {
+                remarks.push(format!("grasps sampled in the scene, from {} poses of each body at most", scene.poses));
+                remarks.push(of_scenes);
+            }
+        }
         remarks
     }
 }

@@ -2,29 +2,27 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use nalgebra::{IsometryMatrix3, Vector3};
-
 use super::{
     loaded::{ClosedGrasp, LoadedObject, LoadedObjects},
-    rotated::rotated_about_line,
+    sampled::{SampledBody, Sampling},
     scene::LoadedScene,
-    settings::{PickJob, PickSettings},
+    settings::{PickJob, PickSource},
+    transferred::Transfer,
     trials::Trials,
 };
 use crate::{ProduceError, SampleWriter, products::grasps::GraspHand, work::Producer};
 use format::{
-    Blocked, Channel, PickCandidate, PickCandidates, PickFacts, PickObstacle, PickPassage, Scene, SceneContainer,
+    Channel, PickCandidate, PickCandidates, PickFacts, PickSampling, Scene, SceneContainer, TakenGrasps,
     dataset::DatasetReader,
 };
 use kernel::{
     cancel::Cancel,
-    geom::Pose,
+    geom::SimdLevel,
     ids::{ItemId, ObjectId, SampleId},
     seed::Stream,
-    words::BothWays,
 };
 use robot::{
-    grasp::{HandPassage, Passage, PathObstacle},
+    grasp::{HandPassage, Passage},
     hand::Hand,
 };
 use sim::Container;
@@ -38,6 +36,7 @@ const _: () = assert!(Passage::FAR == PickCandidates::FAR, "clearances are told 
 pub(super) struct Shared<'j> {
     pub job: &'j PickJob,
     pub seed: u64,
+    pub level: SimdLevel,
     /// The dataset of scenes.
     pub scenes: DatasetReader,
     pub hand: GraspHand,
@@ -52,8 +51,8 @@ pub(super) struct Shared<'j> {
 pub struct PickWorker<'s> {
     shared: &'s Shared<'s>,
     passage: HandPassage,
-    /// Direction along which the hand closes, in its base frame, of a hand with such a line.
-    line: Option<Vector3<f64>>,
+    /// Where grasps are sampled in the scene.
+    sampling: Option<Sampling>,
     trials: Option<Trials>,
     /// The scene that was loaded last.
     scene: Option<LoadedScene>,
@@ -65,20 +64,19 @@ impl<'s> PickWorker<'s> {
     /// # Errors
     /// When the hand cannot be read.
     pub(super) fn new(shared: &'s Shared<'s>) -> Result<Self, ProduceError> {
-        let PickSettings { margin, trials, awake, .. } = shared.job.settings;
-        let trials = (trials > 0).then(|| Trials::new(&shared.job.hand, awake)).transpose()?;
-        let passage = HandPassage::new(&shared.hand.search, margin);
-        Ok(Self { shared, passage, line: shared.hand.hand.closing_line(), trials, scene: None })
-    }
-
-    /// Grasps of a body that are evaluated: numbers of stored grasps times directions, ascending.
-    fn draw(&self, sample: &SampleId, stored: usize) -> Vec<u32> {
-        let PickSettings { rolls, candidates, .. } = self.shared.job.settings;
-        let mut drawn: Vec<u32> = (0..stored as u32 * rolls).collect();
-        Stream::of_sample(self.shared.seed, sample, "pick candidates").shuffle(&mut drawn);
-        drawn.truncate(candidates as usize);
-        drawn.sort_unstable();
-        drawn
+        let settings = &shared.job.settings;
+        let trials = (settings.trials > 0).then(|| Trials::new(&shared.job.hand, settings.awake)).transpose()?;
+        let search = &shared.hand.search;
+        let sampling = match shared.job.source {
+            PickSource::Scene(poses) => {
+                Some(Sampling::new(search, settings, poses, shared.level).ok_or_else(|| {
+                    let cause = "its two pads do not slide towards each other";
+                    ProduceError::unusable(&shared.job.hand.name, cause)
+                })?)
+            }
+            PickSource::Transferred { .. } => None,
+        };
+        Ok(Self { shared, passage: HandPassage::new(search, settings.margin), sampling, trials, scene: None })
     }
 
     /// Free candidates that are tried, ascending.
@@ -91,45 +89,66 @@ impl<'s> PickWorker<'s> {
     }
 
     fn make(&mut self, scene: &LoadedScene, item: ItemId, out: &mut SampleWriter<'_>) -> Result<(), ProduceError> {
-        let job = self.shared.job;
+        let Shared { job, hand, seed, .. } = self.shared;
         let sample = SampleId::of_object(job.scenes.list[scene.index].id, item);
         let body = item.0 as usize;
-        let stored = job.grasps.grasps_of(scene.record.bodies[body].object);
+        if let Some(sampling) = &mut self.sampling {
+            let sampled = sampling.sample(sample, scene, (&mut self.passage, &hand.hand), *seed);
+            let SampledBody { candidates, closed, record } = sampled;
+            let closed: Vec<Option<&ClosedGrasp>> = closed.iter().map(Option::as_ref).collect();
+            let candidates = self.record(sample, scene, (TakenGrasps::Sampled, 0), candidates);
+            return self.store(scene, &candidates, &closed, Some(&record), out);
+        }
+        let Some((_, grasps)) = job.source.transferred() else { return Ok(()) };
+        let stored = grasps.grasps_of(scene.record.bodies[body].object);
         if stored.is_empty() {
-            let take = job.grasps.take.name();
+            let take = grasps.take.name();
             let detail = format!("the dataset of grasps has none of its object that is {take}");
             return out.reject(sample, PickFacts::default(), NO_STORED_GRASP, &detail);
         }
-        let object = &scene.objects[body];
-        let numbers = self.draw(&sample, stored.len());
-        let mut closed: Vec<Option<&ClosedGrasp>> = Vec::with_capacity(numbers.len());
-        let mut candidates = Vec::with_capacity(numbers.len());
-        let hand = &self.shared.hand.hand;
-        for number in numbers {
-            let (grasp, direction) = (&stored[(number / job.settings.rolls) as usize], number % job.settings.rolls);
-            let base = rotated_about_line(grasp, self.line, direction, job.settings.rolls);
-            let mut found = None;
-            let ways = self.passage.follow_and_close(&scene.surroundings, body, &base, &grasp.posture, |passage| {
-                let close = || ClosedGrasp::new(passage, hand, object, &base, &grasp.posture);
-                &found.insert(object.closed(number as usize, close)).grasp
-            });
-            let key = [grasp.run, grasp.rank, direction];
-            candidates.push(recorded(scene, body, key, &base, ways, found));
-            closed.push(found);
-        }
-        let record = PickCandidates {
+        let line = hand.hand.closing_line();
+        let transfer = Transfer { hand: &hand.hand, line, stored, settings: job.settings };
+        let mut stream = Stream::of_sample(*seed, &sample, "pick candidates");
+        let evaluated = transfer.evaluate(scene, body, &mut self.passage, &mut stream);
+        let (candidates, closed): (Vec<PickCandidate>, Vec<Option<&ClosedGrasp>>) = evaluated.into_iter().unzip();
+        let candidates = self.record(sample, scene, (grasps.take, stored.len() as u32), candidates);
+        self.store(scene, &candidates, &closed, None, out)
+    }
+
+    /// The record of the candidates of a body, of which the job takes this many stored grasps.
+    fn record(
+        &self,
+        sample: SampleId,
+        scene: &LoadedScene,
+        (take, stored): (TakenGrasps, u32),
+        candidates: Vec<PickCandidate>,
+    ) -> PickCandidates {
+        let job = self.shared.job;
+        PickCandidates {
             sample,
             container: scene.record.container.clone(),
             bodies: scene.record.bodies.iter().map(|body| (body.object, body.world_from_object)).collect(),
             hand: self.shared.hand.hand.name().to_owned(),
             hand_id: job.hand.id,
             joints: joint_names(&self.shared.hand.hand),
-            take: job.grasps.take,
-            stored: stored.len() as u32,
+            take,
+            stored,
             rolls: job.settings.rolls,
             margin: job.settings.margin,
             candidates,
-        };
+        }
+    }
+
+    /// Stores candidates, tries some of the free ones, and stores how they were sampled.
+    fn store(
+        &mut self,
+        scene: &LoadedScene,
+        record: &PickCandidates,
+        closed: &[Option<&ClosedGrasp>],
+        sampling: Option<&PickSampling>,
+        out: &mut SampleWriter<'_>,
+    ) -> Result<(), ProduceError> {
+        let sample = record.sample;
         if let Some(payload) = out.payload(Channel::PICK_CANDIDATES) {
             record.encode(payload);
         }
@@ -145,7 +164,10 @@ impl<'s> PickWorker<'s> {
             }
             tried = Some(trials);
         }
-        out.keep(sample, PickFacts::from_candidates(&record, tried.as_ref()))
+        if let Some((sampling, payload)) = sampling.zip(out.payload(Channel::PICK_SAMPLING)) {
+            sampling.encode(payload);
+        }
+        out.keep(sample, PickFacts::from_candidates(record, tried.as_ref(), sampling))
     }
 }
 
@@ -153,47 +175,11 @@ fn joint_names(hand: &Hand) -> Vec<String> {
     hand.tree().joints().iter().map(|joint| joint.joint.name.clone()).collect()
 }
 
-/// The record of a grasp that was followed through a scene.
-fn recorded(
-    scene: &LoadedScene,
-    body: usize,
-    [run, rank, direction]: [u32; 3],
-    object_from_base: &IsometryMatrix3<f64>,
-    ways: BothWays<Passage>,
-    closed: Option<&ClosedGrasp>,
-) -> PickCandidate {
-    let world_from_base = scene.surroundings.objects[body].scene_from_obstacle * object_from_base;
-    PickCandidate {
-        run,
-        rank,
-        direction,
-        world_from_base: Pose::from_isometry(world_from_base),
-        ways: ways.map(|passage| recorded_passage(&passage)),
-        // It was closed where one way is free up to there.
-        closed: closed
-            .filter(|_| ways.shaped.blocked.is_none() || ways.opened.blocked.is_none())
-            .map(|closed| closed.joints.clone())
-            .unwrap_or_default(),
-    }
-}
-
-fn recorded_passage(passage: &Passage) -> PickPassage {
-    let obstacle = |by: PathObstacle| match by {
-        PathObstacle::Ground => PickObstacle::Ground,
-        PathObstacle::Container => PickObstacle::Container,
-        PathObstacle::Target => PickObstacle::Own,
-        PathObstacle::Neighbour(index) => PickObstacle::Neighbour(index as u32 + 1),
-    };
-    PickPassage {
-        blocked: passage.blocked.map(|(stage, by)| Blocked { stage, by: obstacle(by) }),
-        clearance: passage.clearance,
-    }
-}
-
 impl Producer for PickWorker<'_> {
     fn channels(&self) -> Vec<Channel> {
         let tried = self.trials.is_some().then_some(Channel::PICK_TRIALS);
-        std::iter::once(Channel::PICK_CANDIDATES).chain(tried).collect()
+        let sampled = self.sampling.is_some().then_some(Channel::PICK_SAMPLING);
+        std::iter::once(Channel::PICK_CANDIDATES).chain(tried).chain(sampled).collect()
     }
 
     fn load(&mut self, subject: usize, _: &Cancel) -> Result<(), ProduceError> {
@@ -211,7 +197,7 @@ impl Producer for PickWorker<'_> {
             return Err(gone());
         }
         let object = |(object, _): &(ObjectId, _)| {
-            let grasps = job.grasps.grasps_of(*object).len() * job.settings.rolls as usize;
+            let grasps = job.source.stored(*object).len() * job.settings.rolls as usize;
             loaded.get(&job.objects, objects[object], grasps)
         };
         let bodies: Vec<Arc<LoadedObject>> = scene.bodies.iter().map(object).collect::<Result<_, ProduceError>>()?;

@@ -37,9 +37,9 @@ pub struct PickCandidates {
     pub hand_id: ObjectId,
     /// Names of the hand's joints, in the order of its tree.
     pub joints: Vec<String>,
-    /// Choice of the stored grasps.
+    /// Choice of the stored grasps, or that they are sampled.
     pub take: TakenGrasps,
-    /// Grasps of the body's object from which candidates are drawn.
+    /// Grasps of the body's object from which candidates are drawn; 0 where they are sampled.
     pub stored: u32,
     /// Number of directions about its closing line in which each is evaluated.
     pub rolls: u32,
@@ -52,9 +52,9 @@ pub struct PickCandidates {
 /// A grasp of a body, and its obstacles.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PickCandidate {
-    /// Number of the run of the stored grasp.
+    /// Number of the run of the stored grasp; 0 of a sampled one.
     pub run: u32,
-    /// Index of the stored grasp in its run.
+    /// Index of the stored grasp in its run; of a sampled one the number of its pose in drawn order, from 0.
     pub rank: u32,
     /// Number of its direction; 0 is the stored grasp.
     pub direction: u32,
@@ -192,7 +192,8 @@ impl PickCandidates {
         let candidates = candidates(&raw, bodies.len() as u32)?;
         let drawn_from = u64::from(raw.stored) * u64::from(raw.rolls);
         let count = candidates.len();
-        ranged(MESSAGE, "runs", count as f64, count as u64 <= drawn_from, "at most stored times rolls")?;
+        let fits = take == TakenGrasps::Sampled || count as u64 <= drawn_from;
+        ranged(MESSAGE, "runs", count as f64, fits, "at most stored times rolls")?;
         Ok(Self {
             sample,
             container,

@@ -1,8 +1,8 @@
 //! Checks of picks.
 
 use super::{
-    PickCandidates, PickFacts, PickTrials,
-    facts::{FIRST_OF_TRIALS, PickTrialFacts},
+    PickCandidates, PickFacts, PickSampling, PickTrials,
+    facts::{FIRST_OF_SAMPLING, FIRST_OF_TRIALS, PickSamplingFacts, PickTrialFacts},
 };
 use crate::{Channel, CheckSample, CheckedRecord, Product, ProductChecks, RecordError};
 
@@ -22,7 +22,17 @@ impl CheckSample for PickCheck {
             self.seen = None;
             let candidates = self.seen.insert(PickCandidates::decode(payload)?);
             let mut checked = CheckedRecord::without_facts(candidates.sample);
-            checked.facts = PickFacts::from_candidates(candidates, None).values().into_iter().enumerate().collect();
+            checked.facts =
+                PickFacts::from_candidates(candidates, None, None).values().into_iter().enumerate().collect();
+            return Ok(checked);
+        }
+        if channel == Channel::PICK_SAMPLING {
+            let sampling = PickSampling::decode(payload)?;
+            if let Some(candidates) = self.seen.as_ref().filter(|seen| seen.sample == sampling.sample) {
+                sampling.check_beside(candidates)?;
+            }
+            let mut checked = CheckedRecord::without_facts(sampling.sample);
+            checked.facts = (FIRST_OF_SAMPLING..).zip(PickSamplingFacts::from_sampling(&sampling).values()).collect();
             return Ok(checked);
         }
         let trials = PickTrials::decode(payload)?;

@@ -1,10 +1,12 @@
 //! Facts of the grasps of one body.
 
-use super::{PickCandidate, PickCandidates, PickTrial, PickTrials, PickVerdict};
+use super::{PickCandidate, PickCandidates, PickObstacle, PickPoses, PickSampling, PickTrial, PickTrials, PickVerdict};
 use crate::{FactFormat, FactKind, Facts};
 use kernel::words::FreeWays;
 
 const VERDICTS: usize = PickVerdict::ALL.len();
+
+const OBSTACLES: usize = PickObstacle::NAMES.len();
 
 /// Counts of the grasps of one body, for tables.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,6 +25,21 @@ pub struct PickFacts {
     pub free_either: u32,
     /// Outcomes of trials; zeros where there were none.
     pub trials: PickTrialFacts,
+    /// Poses by result; zeros where no grasp was sampled in the scene.
+    pub sampling: PickSamplingFacts,
+}
+
+/// Counts of the poses of a body whose grasps are sampled in the scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PickSamplingFacts {
+    /// Poses by result.
+    pub poses: PickPoses,
+    /// 1 if every pose with two opposite points is wider than the hand opens, else 0.
+    pub too_wide: u32,
+    /// 1 if no grasp is free and a pose was rejected for the palm alone, else 0.
+    pub palm_only: u32,
+    /// 1 for the obstacle that blocks most poses at the last stage that one reached, if no grasp is free; else 0.
+    pub blocked_by: [u32; OBSTACLES],
 }
 
 /// Counts of trials among neighbours.
@@ -41,11 +58,20 @@ pub struct PickTrialFacts {
 /// Topic of the trials, without which a dataset has no columns of them.
 pub(super) const TRIALS: &str = "/picks/trials";
 
+/// Topic of the sampling, without which a dataset has no columns of it.
+pub(super) const SAMPLING: &str = "/picks/sampling";
+
 /// Number of the facts of candidates, which come first.
 pub(super) const FIRST_OF_TRIALS: usize = 9;
 
 /// Number of the facts of trials.
 const TRIAL_FACTS: usize = VERDICTS + 3;
+
+/// Index of the first fact of sampling.
+pub(super) const FIRST_OF_SAMPLING: usize = FIRST_OF_TRIALS + TRIAL_FACTS;
+
+/// Number of the facts of sampling.
+const SAMPLING_FACTS: usize = 6 + 2 * OBSTACLES + 2 + OBSTACLES;
 
 const fn fact(name: &'static str, meaning: &'static str) -> FactFormat {
     FactFormat { name, kind: FactKind::Count, topic: None, meaning }
@@ -55,8 +81,12 @@ const fn trials(name: &'static str, meaning: &'static str) -> FactFormat {
     FactFormat { name, kind: FactKind::Count, topic: Some(TRIALS), meaning }
 }
 
+const fn sampling(name: &'static str, meaning: &'static str) -> FactFormat {
+    FactFormat { name, kind: FactKind::Count, topic: Some(SAMPLING), meaning }
+}
+
 /// Columns of the facts.
-pub(super) const FACTS: [FactFormat; FIRST_OF_TRIALS + TRIAL_FACTS] = [
+pub(super) const FACTS: [FactFormat; FIRST_OF_SAMPLING + SAMPLING_FACTS] = [
     fact("stored", "Stored grasps of the body's object from which candidates are drawn."),
     fact("candidates", "Grasps that were evaluated."),
     fact("free", "Grasps whose hand approaches in its posture and closes without touching anything else."),
@@ -80,11 +110,44 @@ pub(super) const FACTS: [FactFormat; FIRST_OF_TRIALS + TRIAL_FACTS] = [
     trials("held_touching", "Held trials in which the hand also pressed on something else."),
     trials("held_moving", "Held trials in which a neighbour moved by more than 1 cm."),
     trials("held_carrying", "Held trials in which a neighbour was lifted, too."),
+    sampling("poses", "Poses drawn in the scene."),
+    sampling("poses_unopposed", "Poses without an opposite point within the friction cones."),
+    sampling("poses_too_wide", "Poses whose points are farther apart than the hand opens."),
+    sampling("poses_tilted", "Poses without an approach within the half angle of straight down."),
+    sampling("poses_too_low", "Poses whose fingertips are below the floor before they are past the points."),
+    sampling("poses_rejected_by_ground", "Poses that a yes-or-no test rejects for the ground plane."),
+    sampling("poses_rejected_by_container", "Poses that a yes-or-no test rejects for the container."),
+    sampling("poses_rejected_by_own_object", "Poses that a yes-or-no test rejects for the body itself."),
+    sampling("poses_rejected_by_neighbour", "Poses that a yes-or-no test rejects for another body."),
+    sampling("poses_alike", "Poses like a free grasp that was found before; they are not tested."),
+    sampling("poses_blocked_by_ground", "Poses whose exact path the ground plane blocks."),
+    sampling("poses_blocked_by_container", "Poses whose exact path the container blocks."),
+    sampling("poses_blocked_by_own_object", "Poses whose exact path the body itself blocks."),
+    sampling("poses_blocked_by_neighbour", "Poses whose exact path another body blocks."),
+    sampling("too_wide", "1 for a body that is wider than the hand opens wherever two points oppose each other."),
+    sampling("palm_only", "1 for a body without a free grasp, a pose of which is rejected for the palm alone."),
+    sampling(
+        "blocked_by_ground",
+        "1 for a body without a free grasp whose poses are mostly blocked by the ground plane.",
+    ),
+    sampling(
+        "blocked_by_container",
+        "1 for a body without a free grasp whose poses are mostly blocked by the container.",
+    ),
+    sampling("blocked_by_own_object", "1 for a body without a free grasp whose poses are mostly blocked by itself."),
+    sampling(
+        "blocked_by_neighbour",
+        "1 for a body without a free grasp whose poses are mostly blocked by other bodies.",
+    ),
 ];
 
 impl PickFacts {
-    /// Facts of candidates and their trials, if there were any.
-    pub fn from_candidates(candidates: &PickCandidates, trials: Option<&PickTrials>) -> Self {
+    /// Facts of candidates, of their trials if there were any, and of their sampling if they were sampled.
+    pub fn from_candidates(
+        candidates: &PickCandidates,
+        trials: Option<&PickTrials>,
+        sampling: Option<&PickSampling>,
+    ) -> Self {
         let mut lost = [0; 4];
         let blocked = candidates.candidates.iter().filter_map(|candidate| candidate.ways.shaped.blocked);
         blocked.for_each(|blocked| lost[usize::from(blocked.by.number()) - 1] += 1);
@@ -98,6 +161,7 @@ impl PickFacts {
             free_opened: count(&[FreeWays::Opened, FreeWays::Both]),
             free_either: count(&[FreeWays::Opened, FreeWays::Posture, FreeWays::Both]),
             trials: trials.map(PickTrialFacts::from_trials).unwrap_or_default(),
+            sampling: sampling.map(PickSamplingFacts::from_sampling).unwrap_or_default(),
         }
     }
 
@@ -141,9 +205,48 @@ impl PickTrialFacts {
     }
 }
 
+impl PickSamplingFacts {
+    /// Facts of the sampling of a body.
+    pub fn from_sampling(sampling: &PickSampling) -> Self {
+        let poses = sampling.poses;
+        let mut blocked_by = [0; OBSTACLES];
+        if let Some(obstacle) = poses.blocked_by() {
+            blocked_by[obstacle] = 1;
+        }
+        let [too_wide, palm_only] = [poses.is_too_wide(), sampling.palm_only].map(u32::from);
+        Self { poses, too_wide, palm_only, blocked_by }
+    }
+
+    /// The counts in the order of their columns. The free ones are among the facts of candidates.
+    pub(super) fn values(&self) -> impl Iterator<Item = f64> {
+        let &Self { poses, too_wide, palm_only, blocked_by } = self;
+        let PickPoses { poses, unopposed, too_wide: wide, tilted, too_low, rejected, alike, blocked, free: _ } = poses;
+        let first = [poses, unopposed, wide, tilted, too_low].into_iter().chain(rejected).chain([alike]);
+        first.chain(blocked).chain([too_wide, palm_only]).chain(blocked_by).map(f64::from)
+    }
+
+    /// Facts whose first column has this index, with the free grasps.
+    fn from_facts(free: u32, of: impl Fn(usize) -> u32) -> Self {
+        let poses = PickPoses {
+            poses: of(0),
+            unopposed: of(1),
+            too_wide: of(2),
+            tilted: of(3),
+            too_low: of(4),
+            rejected: std::array::from_fn(|index| of(5 + index)),
+            alike: of(9),
+            blocked: std::array::from_fn(|index| of(10 + index)),
+            // Stored grasps are free, too.
+            free: if of(0) > 0 { free } else { 0 },
+        };
+        let blocked_by = std::array::from_fn(|index| of(16 + index));
+        Self { poses, too_wide: of(14), palm_only: of(15), blocked_by }
+    }
+}
+
 impl From<PickFacts> for Facts {
     fn from(facts: PickFacts) -> Self {
-        Self::new(facts.values().into_iter().chain(facts.trials.values()))
+        Self::new(facts.values().into_iter().chain(facts.trials.values()).chain(facts.sampling.values()))
     }
 }
 
@@ -164,6 +267,7 @@ impl From<&Facts> for PickFacts {
                 held_moving: of(after + 1),
                 held_carrying: of(after + 2),
             },
+            sampling: PickSamplingFacts::from_facts(of(2), |index| of(FIRST_OF_SAMPLING + index)),
         }
     }
 }
@@ -184,7 +288,20 @@ mod tests {
             held_carrying: 24,
         };
         let lost = [4, 5, 6, 7];
-        let facts = PickFacts { stored: 1, candidates: 2, free: 3, lost, free_opened: 8, free_either: 9, trials };
+        let poses = PickPoses {
+            poses: 25,
+            unopposed: 26,
+            too_wide: 27,
+            tilted: 28,
+            too_low: 29,
+            rejected: [30, 31, 32, 33],
+            alike: 34,
+            blocked: [35, 36, 37, 38],
+            free: 3,
+        };
+        let sampling = PickSamplingFacts { poses, too_wide: 39, palm_only: 40, blocked_by: [41, 42, 43, 44] };
+        let facts =
+            PickFacts { stored: 1, candidates: 2, free: 3, lost, free_opened: 8, free_either: 9, trials, sampling };
         let values = Facts::from(facts);
         assert_eq!(values.values().len(), FACTS.len());
         assert_eq!(PickFacts::from(&values), facts);

@@ -5,6 +5,7 @@ mod candidates;
 mod check;
 mod facts;
 mod row;
+mod sampling;
 #[cfg(test)]
 mod tests;
 mod trials;
@@ -12,8 +13,9 @@ mod words;
 
 pub use candidates::{Blocked, PickCandidate, PickCandidates, PickPassage};
 pub(super) use check::CHECKS;
-pub use facts::{PickFacts, PickTrialFacts};
+pub use facts::{PickFacts, PickSamplingFacts, PickTrialFacts};
 pub use row::FORMAT;
+pub use sampling::{DrawnPick, PickPoses, PickSampling, PickScheme};
 pub use trials::{AwakeNeighbour, PickProtocol, PickTrial, PickTrials, PressedThing};
 pub use words::{AwakeBodies, PickObstacle, PickPhase, PickState, PickVerdict, TakenGrasps};
 
@@ -30,6 +32,9 @@ impl Channel {
 
     /// [`PickTrials`]: physical trials of some of these grasps, among the neighbours.
     pub const PICK_TRIALS: Self = Self::at(facts::TRIALS);
+
+    /// [`PickSampling`]: how the grasps of one body were sampled in its scene.
+    pub const PICK_SAMPLING: Self = Self::at(facts::SAMPLING);
 }
 
 impl Record for PickCandidates {
@@ -39,5 +44,10 @@ impl Record for PickCandidates {
 
 impl Record for PickTrials {
     const CHANNEL: Channel = Channel::PICK_TRIALS;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for PickSampling {
+    const CHANNEL: Channel = Channel::PICK_SAMPLING;
     const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
 }

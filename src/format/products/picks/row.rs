@@ -1,9 +1,10 @@
 //! The row of picks in the table of products.
 
-use super::facts::{FACTS, TRIALS};
+use super::facts::{FACTS, SAMPLING, TRIALS};
 use crate::{ArrayFormat, ChannelFormat, ExtraFile, Noun, ProductFormat, products::grasps::SHAPES};
 
 const SCHEMAS: &[u8] = include_bytes!("../../generated/picks.bin");
+const SAMPLING_SCHEMAS: &[u8] = include_bytes!("../../generated/pick_sampling.bin");
 
 /// The row of picks in the table of products.
 pub static FORMAT: ProductFormat = ProductFormat {
@@ -49,6 +50,16 @@ pub static FORMAT: ProductFormat = ProductFormat {
                 "(tried candidates, ...)",
                 "physical trials among the neighbours: verdict, bodies touched, moved and carried along",
             )],
+        ),
+        ChannelFormat::new(
+            SAMPLING,
+            "graspmill.PickSampling",
+            SAMPLING_SCHEMAS,
+            &[
+                ArrayFormat::new("points", "(candidates, 6) f64", "the two points between the pads, in Object [m]"),
+                ArrayFormat::new("openings", "(candidates) f64", "distance between the opened pads [m]"),
+                ArrayFormat::new("depths", "(candidates) f64", "distance of the fingertips past the points [m]"),
+            ],
         ),
     ],
     facts: &FACTS,

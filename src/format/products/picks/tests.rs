@@ -130,7 +130,7 @@ fn candidates_and_trials_come_back_as_they_were_with_their_counts() {
     assert_eq!(PickCandidates::decode(&payload(|out| candidates.encode(out))), Ok(candidates.clone()));
     assert_eq!(PickTrials::decode(&payload(|out| trials.encode(out))), Ok(trials.clone()));
     assert_eq!(trials.check_beside(&candidates), Ok(()));
-    let facts = PickFacts::from_candidates(&candidates, Some(&trials));
+    let facts = PickFacts::from_candidates(&candidates, Some(&trials), None);
     assert_eq!((facts.stored, facts.candidates, facts.free, facts.lost), (2, 6, 2, [1; 4]));
     assert_eq!((facts.trials.tried(), facts.trials.held()), (2, 1));
     let PickTrialFacts { held_touching, held_moving, held_carrying, .. } = facts.trials;
@@ -221,6 +221,98 @@ fn trials_that_make_no_sense_are_refused_by_field() {
         let mut record = trials();
         fault(&mut record);
         let error = record.check_beside(&candidates()).expect_err(field);
+        assert_eq!(named(&error), field, "{error}");
+    }
+}
+
+/// Two sampled candidates: one is free, the other one blocked by a neighbour.
+fn sampled() -> (PickCandidates, PickSampling) {
+    let mut candidates = candidates();
+    (candidates.take, candidates.stored, candidates.rolls) = (TakenGrasps::Sampled, 0, 1);
+    candidates.candidates = vec![candidates.candidates[0].clone(), candidates.candidates[4].clone()];
+    for (candidate, pose) in candidates.candidates.iter_mut().zip([7, 11]) {
+        (candidate.run, candidate.rank, candidate.direction) = (0, pose, 0);
+    }
+    let drawn = |scheme, shift: f64| DrawnPick {
+        scheme,
+        points: [[shift, 0.0, 0.0], [0.0, 0.02, 0.01]],
+        opening: 0.08,
+        depth: 0.004,
+    };
+    let poses = PickPoses {
+        poses: 100,
+        unopposed: 40,
+        too_wide: 3,
+        tilted: 5,
+        too_low: 20,
+        rejected: [2, 14, 0, 8],
+        alike: 5,
+        blocked: [0, 0, 1, 1],
+        free: 1,
+    };
+    let sampling = PickSampling {
+        sample: candidates.sample,
+        friction: 0.4,
+        half_angle: 1.0,
+        budget: 100,
+        poses,
+        palm_only: false,
+        drawn: vec![drawn(PickScheme::Cells, -0.01), drawn(PickScheme::Area, 0.01)],
+    };
+    (candidates, sampling)
+}
+
+#[test]
+fn samplings_come_back_as_they_were_with_their_counts() {
+    let (candidates, sampling) = sampled();
+    assert_eq!(PickCandidates::decode(&payload(|out| candidates.encode(out))), Ok(candidates.clone()));
+    assert_eq!(PickSampling::decode(&payload(|out| sampling.encode(out))), Ok(sampling.clone()));
+    assert_eq!(sampling.check_beside(&candidates), Ok(()));
+    let facts = PickFacts::from_candidates(&candidates, None, Some(&sampling));
+    assert_eq!(PickFacts::from(&Facts::from(facts)), facts);
+    assert_eq!((facts.free, facts.sampling.poses.free, facts.sampling.blocked_by), (1, 1, [0; 4]));
+    // Without a free grasp the obstacle of most poses on the exact path counts, else that of the tests before it.
+    let none = PickPoses { free: 0, ..sampling.poses };
+    assert_eq!(none.blocked_by(), Some(2));
+    assert_eq!(PickPoses { blocked: [0; 4], ..none }.blocked_by(), Some(1));
+    assert_eq!(PickPoses { blocked: [0; 4], rejected: [0; 4], ..none }.blocked_by(), None);
+    assert!(PickPoses { poses: 4, unopposed: 1, too_wide: 3, ..PickPoses::default() }.is_too_wide());
+}
+
+/// Change of two records that belong together, and part of the message that refuses it.
+type BesideMistake = (&'static str, fn(&mut PickCandidates, &mut PickSampling));
+
+#[test]
+fn samplings_that_make_no_sense_are_refused_by_field() {
+    let faults: [Fault<PickSampling>; 7] = [
+        ("friction", |record| record.friction = 0.0),
+        ("half_angle", |record| record.half_angle = f64::NAN),
+        ("poses", |record| record.poses.alike += 1),
+        ("poses", |record| record.budget = 99),
+        ("palm_only", |record| record.palm_only = true),
+        ("points", |record| record.drawn[0].points[1][2] = f64::INFINITY),
+        ("depths", |record| record.drawn[1].depth = -0.001),
+    ];
+    let named = |error: &RecordError| match error {
+        RecordError::Range { field, .. } | RecordError::Length { field, .. } => *field,
+        _ => "?",
+    };
+    for (field, fault) in faults {
+        let (_, mut record) = sampled();
+        fault(&mut record);
+        let error = PickSampling::decode(&payload(|out| record.encode(out))).expect_err(field);
+        assert_eq!(named(&error), field, "{error}");
+    }
+    let beside: [BesideMistake; 4] = [
+        ("schemes", |_, record| _ = record.drawn.pop()),
+        ("sample", |candidates, _| candidates.take = TakenGrasps::Held),
+        ("free", |_, record| record.poses.free = 0),
+        ("poses", |candidates, _| candidates.candidates[1].rank = 100),
+    ];
+    for (field, fault) in beside {
+        let (mut candidates, mut record) = sampled();
+        fault(&mut candidates, &mut record);
+        let error = record.check_beside(&candidates).expect_err(field);
         assert_eq!(named(&error), field, "{error}");
     }
 }

@@ -5,7 +5,7 @@ use crate::{
     codec::{RecordError, fields::ranged},
 };
 
-/// Choice of the stored grasps that are evaluated in scenes.
+/// Grasps that are evaluated in scenes: a choice of stored ones, or sampled ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TakenGrasps {
     /// All grasps that were tried.
@@ -16,11 +16,13 @@ pub enum TakenGrasps {
     Kept,
     /// All whose closed hand touches with at least two links.
     Closed,
+    /// None that are stored: grasps sampled in the scene.
+    Sampled,
 }
 
 impl TakenGrasps {
     /// Every choice.
-    pub const ALL: [Self; 4] = [Self::Tried, Self::Held, Self::Kept, Self::Closed];
+    pub const ALL: [Self; 5] = [Self::Tried, Self::Held, Self::Kept, Self::Closed, Self::Sampled];
 
     /// The name on disk.
     pub fn name(self) -> &'static str {
@@ -29,6 +31,7 @@ impl TakenGrasps {
             Self::Held => "held",
             Self::Kept => "kept",
             Self::Closed => "closed",
+            Self::Sampled => "sampled",
         }
     }
 

@@ -3,6 +3,7 @@
 //! Plain arrays hold four numbers at a time, which the compiler vectorises; every operation is exact by IEEE 754, so an
 //! answer is a function of the mesh and the query on every machine.
 
+mod boxes;
 mod nearest;
 mod rays;
 

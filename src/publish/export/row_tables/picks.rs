@@ -18,8 +18,8 @@ use crate::export::{
     target::Target,
 };
 use format::{
-    Channel, PickCandidate, PickCandidates, PickObstacle, PickPassage, PickTrial, PickTrials, Product, SceneContainer,
-    dataset::DatasetReader,
+    Channel, DrawnPick, PickCandidate, PickCandidates, PickObstacle, PickPassage, PickSampling, PickTrial, PickTrials,
+    Product, SceneContainer, dataset::DatasetReader,
 };
 use tables::{
     ColumnType::{Boolean, F64, F64s, Text, U32},
@@ -40,6 +40,7 @@ pub(super) struct PickRow<'a> {
     picks: &'a PickCandidates,
     hand: String,
     trials: Option<&'a PickTrials>,
+    sampling: Option<&'a PickSampling>,
 }
 
 /// One grasp of a body.
@@ -48,6 +49,7 @@ pub(super) struct CandidateRow<'a> {
     number: u32,
     candidate: &'a PickCandidate,
     trial: Option<&'a PickTrial>,
+    drawn: Option<&'a DrawnPick>,
 }
 
 /// The tables of trials while they grow.
@@ -78,12 +80,13 @@ pub(super) fn write(
     let (mut tables, mut counts): (Option<PickTables>, _) = (None, ObjectCounts::default());
     selected.each(|stored, sample| {
         let (picks, trials) = (&stored.read::<PickCandidates>()?, stored.find::<PickTrials>()?);
+        let sampling = stored.find::<PickSampling>()?;
         counts.add([picks.object()]);
         let tables = match &mut tables {
             Some(tables) => tables,
             none => none.insert(PickTables::create(reader, target, picks)?),
         };
-        tables.push(sample, (picks, trials.as_ref()), &names)
+        tables.push(sample, (picks, trials.as_ref(), sampling.as_ref()), &names)
     })?;
     let objects = objects::write(reader, &assets.objects, &counts, target)?;
     let mut written = Written::selection(selected.count(), "bodies", selection);
@@ -109,16 +112,17 @@ impl PickTables {
     fn push<'a>(
         &mut self,
         sample: &'a SelectedSample<'a>,
-        (picks, trials): (&'a PickCandidates, Option<&'a PickTrials>),
+        (picks, trials, sampling): (&'a PickCandidates, Option<&'a PickTrials>, Option<&'a PickSampling>),
         names: &'a ObjectNames<'a>,
     ) -> Result<(), ExportError> {
         let (body, hand) = (BodyName::new(picks.body(), picks.object(), names), picks.hand_id.to_string());
-        self.picks.extend([PickRow { sample, body, picks, hand, trials }])?;
+        self.picks.extend([PickRow { sample, body, picks, hand, trials, sampling }])?;
         let tried = trials.iter().flat_map(|trials| &trials.trials);
         let tried: BTreeMap<u32, &PickTrial> = tried.map(|trial| (trial.candidate, trial)).collect();
         let row = |(number, candidate)| {
             let trial = tried.get(&number).copied();
-            CandidateRow { sample, number, candidate, trial }
+            let drawn = sampling.and_then(|sampling| sampling.drawn.get(number as usize));
+            CandidateRow { sample, number, candidate, trial, drawn }
         };
         self.candidates.extend((0..).zip(&picks.candidates).map(row))?;
         self.bodies.extend(BodyRow::all(sample, names, &picks.bodies))?;
@@ -241,13 +245,67 @@ fn protocol_columns<'a>() -> [RowColumn<PickRow<'a>>; 16] {
     columns.map(|column| column.of_channel(Channel::PICK_TRIALS))
 }
 
+/// Columns of how the grasps of a body were sampled in its scene.
+fn sampling_columns<'a>() -> [RowColumn<PickRow<'a>>; 4] {
+    let columns = [
+        RowColumn::optional(
+            "cone_friction",
+            F64,
+            "coefficient of friction of the cone in which the second point of a pair lies",
+            |row: &PickRow<'a>| row.sampling.map_or(Value::Empty, |sampling| Value::F64(sampling.friction)),
+        ),
+        RowColumn::optional("half_angle", F64, "largest angle between the approach and straight down [rad]", |row| {
+            row.sampling.map_or(Value::Empty, |sampling| Value::F64(sampling.half_angle))
+        }),
+        RowColumn::optional("budget", U32, "poses at most", |row| {
+            row.sampling.map_or(Value::Empty, |sampling| Value::U32(sampling.budget))
+        }),
+        RowColumn::optional(
+            "blocked_by",
+            Text,
+            "obstacle of most poses at the last stage that one reached, of a body without a free grasp",
+            |row| {
+                let obstacle = row.sampling.and_then(|sampling| sampling.poses.blocked_by());
+                obstacle.map_or(Value::Empty, |obstacle| Value::Text(PickObstacle::NAMES[obstacle]))
+            },
+        ),
+    ];
+    columns.map(|column| column.of_channel(Channel::PICK_SAMPLING))
+}
+
+/// Columns of the draw of a grasp that was sampled in its scene.
+fn drawn_columns<'a>() -> [RowColumn<CandidateRow<'a>>; 4] {
+    let columns = [
+        RowColumn::optional(
+            "scheme",
+            Text,
+            "draw of the first point between the pads: area, thickness or cells",
+            |row: &CandidateRow<'a>| row.drawn.map_or(Value::Empty, |drawn| Value::Text(drawn.scheme.name())),
+        ),
+        RowColumn::optional(
+            "points",
+            F64s,
+            "6 numbers: the two points between the pads, in the object's frame [m]",
+            |row| numbers(row.drawn.map(|drawn| drawn.points.as_flattened())),
+        ),
+        RowColumn::optional("opening", F64, "distance between the opened pads [m]", |row| {
+            row.drawn.map_or(Value::Empty, |drawn| Value::F64(drawn.opening))
+        }),
+        RowColumn::optional("depth", F64, "distance of the fingertips past the points along the approach [m]", |row| {
+            row.drawn.map_or(Value::Empty, |drawn| Value::F64(drawn.depth))
+        }),
+    ];
+    columns.map(|column| column.of_channel(Channel::PICK_SAMPLING))
+}
+
 impl TableRow for PickRow<'_> {
     const TABLE: TableName = TableName {
         name: "picks",
         row: "pick",
         group: 4096,
         meaning: "One row per body whose grasps were evaluated. Datasets with trials have the columns from `mass` to `carried_height` and \
-                  the counts of trials.",
+                  the counts of trials; datasets whose grasps are sampled in the scene those from `cone_friction` to `blocked_by` and the \
+                  counts of poses.",
     };
 
     fn columns(product: Product) -> Vec<RowColumn<Self>> {
@@ -259,9 +317,12 @@ impl TableRow for PickRow<'_> {
             RowColumn::new("hand_digest", Text, "digest of the hand's description and table", |row| {
                 Value::Text(&row.hand)
             }),
-            RowColumn::new("take", Text, "choice of the stored grasps: tried, held, kept or closed", |row| {
-                Value::Text(row.picks.take.name())
-            }),
+            RowColumn::new(
+                "take",
+                Text,
+                "choice of the stored grasps: tried, held, kept or closed; or sampled",
+                |row| Value::Text(row.picks.take.name()),
+            ),
             RowColumn::new(
                 "rolls",
                 U32,
@@ -273,6 +334,7 @@ impl TableRow for PickRow<'_> {
             }),
         ]);
         columns.extend(protocol_columns());
+        columns.extend(sampling_columns());
         let facts = fact_columns(product, &columns);
         columns.extend(facts);
         columns
@@ -284,7 +346,8 @@ impl TableRow for CandidateRow<'_> {
         name: "candidates",
         row: "candidate",
         group: 8192,
-        meaning: "One row per evaluated grasp. `run` and `rank` name the stored grasp (`item` and `rank` of `grasps.parquet`). Datasets \
+        meaning: "One row per evaluated grasp. `run` and `rank` name the stored grasp (`item` and `rank` of `grasps.parquet`); where \
+                  grasps are sampled in the scene, `rank` is the number of the pose, and there are `scheme` to `depth`. Datasets \
                   with trials have `trial` and `held`. `graspmill.joints` in the table's metadata is JSON: names of the joints of \
                   `closed_joints`.",
     };
@@ -333,6 +396,7 @@ impl TableRow for CandidateRow<'_> {
             }),
         ];
         columns.extend(of_trials.map(|column| column.of_channel(Channel::PICK_TRIALS)));
+        columns.extend(drawn_columns());
         columns
     }
 }

@@ -10,8 +10,8 @@ use crate::{
     inspection::{InspectionHeader, evenly, open_of},
 };
 use format::{
-    PickFacts, PickObstacle, PickVerdict, Product,
-    dataset::{DatasetError, DatasetReader, Fate},
+    Channel, PickFacts, PickObstacle, PickVerdict, Product,
+    dataset::{Counts, DatasetError, DatasetReader, Fate},
 };
 use kernel::{
     files::Folder,
@@ -47,10 +47,31 @@ pub struct PicksInspection {
     pub lost: [u64; 4],
     /// Grasps that are free if the hand approaches opened, and on at least one of the two approaches.
     pub free_opened: [u64; 2],
+    /// Poses by result, where grasps are sampled in the scene.
+    pub poses: Option<SampledPicks>,
     /// Outcomes of trials; `None` if nothing was tried.
     pub trials: Option<TriedPicks>,
     /// One row per object, sorted by name.
     pub objects: Vec<PickedObject>,
+}
+
+/// Poses of grasps that are sampled in the scene.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SampledPicks {
+    /// Poses drawn.
+    pub poses: u64,
+    /// Poses by reason for which they were lost, in the order of the tests.
+    pub lost: Vec<(String, u64)>,
+    /// Poses like a free grasp that was found before.
+    pub alike: u64,
+    /// Free grasps, unlike each other.
+    pub free: u64,
+    /// Bodies without a free grasp that are wider than the hand opens.
+    pub too_wide: u64,
+    /// Bodies without a free grasp for which a pose was rejected for the palm alone.
+    pub palm_only: u64,
+    /// Bodies without a free grasp by the obstacle of most poses, in the order of [`PickObstacle::NAMES`].
+    pub blocked_by: [u64; 4],
 }
 
 /// Outcomes of trials among neighbours.
@@ -150,6 +171,7 @@ impl PickSurvey {
         let counts = &manifest.counts;
         let has_trials = PickVerdict::ALL.iter().any(|verdict| counts.facts.contains_key(verdict.name()));
         let verdicts = PickVerdict::ALL.map(|verdict| (verdict.name().to_owned(), counts.fact(verdict.name())));
+        let is_sampled = manifest.channels().contains(&Channel::PICK_SAMPLING);
         let trials = has_trials.then(|| TriedPicks {
             tried: verdicts.iter().map(|(_, count)| count).sum(),
             held: counts.fact(PickVerdict::Held.name()),
@@ -171,6 +193,7 @@ impl PickSurvey {
             free: counts.fact("free"),
             lost: ["ground", "container", "own_object", "neighbour"].map(|to| counts.fact(&format!("lost_to_{to}"))),
             free_opened: ["free_opened", "free_either"].map(|name| counts.fact(name)),
+            poses: is_sampled.then(|| SampledPicks::of(counts)),
             trials,
             objects,
         };
@@ -183,6 +206,73 @@ impl PickSurvey {
 fn objects_of(field: Option<&serde_json::Value>) -> Vec<ObjectId> {
     let digests = field.and_then(serde_json::Value::as_array).into_iter().flatten();
     digests.filter_map(|digest| digest.as_str().and_then(Digest::from_hex).map(ObjectId)).collect()
+}
+
+/// Facts of lost poses, with words for people.
+const LOST: [(&str, &str); 12] = [
+    ("poses_unopposed", "without an opposite point"),
+    ("poses_too_wide", "wider than the hand opens"),
+    ("poses_tilted", "beyond the half angle"),
+    ("poses_too_low", "without room above the floor"),
+    ("poses_rejected_by_ground", "rejected by ground"),
+    ("poses_rejected_by_container", "rejected by container"),
+    ("poses_rejected_by_neighbour", "rejected by neighbour"),
+    ("poses_rejected_by_own_object", "rejected by own object"),
+    ("poses_blocked_by_ground", "path blocked by ground"),
+    ("poses_blocked_by_container", "path blocked by container"),
+    ("poses_blocked_by_own_object", "path blocked by own object"),
+    ("poses_blocked_by_neighbour", "path blocked by neighbour"),
+];
+
+impl SampledPicks {
+    fn of(counts: &Counts) -> Self {
+        let obstacles = ["ground", "container", "own_object", "neighbour"];
+        Self {
+            poses: counts.fact("poses"),
+            lost: LOST.iter().map(|(fact, words)| ((*words).to_owned(), counts.fact(fact))).collect(),
+            alike: counts.fact("poses_alike"),
+            free: counts.fact("free"),
+            too_wide: counts.fact("too_wide"),
+            palm_only: counts.fact("palm_only"),
+            blocked_by: obstacles.map(|obstacle| counts.fact(&format!("blocked_by_{obstacle}"))),
+        }
+    }
+
+    /// From poses to grasps that held: poses that pass each group of tests, then free, tried and held grasps.
+    pub(super) fn funnel(&self, trials: Option<&TriedPicks>) -> Vec<(String, u64)> {
+        let lost = |groups: &[&str]| -> u64 {
+            let of_group = |(words, _): &&(String, u64)| groups.iter().any(|group| words.starts_with(group));
+            self.lost.iter().filter(of_group).map(|(_, count)| count).sum()
+        };
+        let rejected = lost(&["rejected"]);
+        let blocked = lost(&["path"]);
+        let posed = self.poses.saturating_sub(lost(&[""]).saturating_sub(rejected + blocked));
+        let steps = [
+            ("poses", self.poses),
+            ("hand fits the pair above the floor", posed),
+            ("pass the yes-or-no tests", posed.saturating_sub(rejected)),
+            ("unlike the free ones before", posed.saturating_sub(rejected + self.alike)),
+            ("free", self.free),
+        ];
+        let tried = trials.into_iter().flat_map(|trials| [("tried", trials.tried), ("held", trials.held)]);
+        steps.into_iter().chain(tried).map(|(step, count)| (step.to_owned(), count)).collect()
+    }
+
+    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "  poses     {} drawn", grouped(self.poses))?;
+        let alike = ("like a free grasp before".to_owned(), self.alike);
+        for (words, count) in self.lost.iter().chain([&alike]).filter(|(_, count)| *count > 0) {
+            writeln!(f, "            {:>9} {words} ({})", grouped(*count), share(*count, self.poses))?;
+        }
+        let blocked = PickObstacle::NAMES.iter().zip(self.blocked_by);
+        let blocked = blocked.map(|(name, count)| (format!("mostly blocked by {name}"), count));
+        let others = [("too wide for the hand", self.too_wide), ("blocked for the palm alone", self.palm_only)];
+        let others = others.map(|(words, count)| (words.to_owned(), count));
+        for (words, count) in blocked.chain(others).filter(|(_, count)| *count > 0) {
+            writeln!(f, "            {:>9} bodies without a free grasp: {words}", grouped(count))?;
+        }
+        Ok(())
+    }
 }
 
 impl PickedObject {
@@ -238,6 +328,9 @@ impl fmt::Display for PicksInspection {
             [(opened, "free if the hand approaches opened"), (either, "free on at least one of the two approaches")]
         {
             writeln!(f, "            {:>9} {words} ({})", grouped(count), share(count, self.candidates))?;
+        }
+        if let Some(poses) = &self.poses {
+            poses.write(f)?;
         }
         if let Some(trials) = &self.trials {
             writeln!(f, "  trials    {} of free grasps", grouped(trials.tried))?;

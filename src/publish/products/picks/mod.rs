@@ -7,7 +7,7 @@ mod painting;
 mod row;
 mod templates;
 
-pub use inspection::{PickedObject, PicksInspection, inspect_picks};
+pub use inspection::{PickedObject, PicksInspection, SampledPicks, inspect_picks};
 pub use row::PAGES;
 
 #[cfg(test)]

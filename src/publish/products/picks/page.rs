@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{
-    inspection::{PickSurvey, PickedObject, share},
+    inspection::{PickSurvey, PickedObject, SampledPicks, TriedPicks, share},
     painting::Drawn,
 };
 use crate::{
@@ -13,7 +13,7 @@ use crate::{
     picture::Picture,
 };
 use format::{
-    PickCandidates, PickTrials, PickVerdict,
+    PickCandidates, PickObstacle, PickTrials, PickVerdict,
     dataset::{DatasetError, DatasetReader},
 };
 use kernel::words::Split;
@@ -31,6 +31,8 @@ pub(crate) struct PicksPage<'a> {
     splits: Vec<[String; 2]>,
     /// Candidates by result; `None` if none was evaluated.
     ends: Option<Markup>,
+    /// Poses; `None` if grasps are stored ones.
+    poses: Option<PosesView>,
     /// Trials; `None` if nothing was tried.
     trials: Option<TrialsView>,
     cards: Vec<CardView>,
@@ -51,6 +53,40 @@ struct HeaderNumbers {
     /// Free grasps if the hand approaches opened, and on at least one of the two approaches.
     free_opened: String,
     free_either: String,
+}
+
+/// Poses of grasps that are sampled in the scene.
+#[derive(Serialize)]
+struct PosesView {
+    poses: String,
+    /// Bodies without a free grasp: too wide, and blocked for the palm alone.
+    too_wide: String,
+    palm_only: String,
+    /// From poses to grasps that held.
+    funnel: Markup,
+    /// Lost poses by reason.
+    lost: Markup,
+    /// Bodies without a free grasp by obstacle; `None` if there are none.
+    blocked: Option<Markup>,
+}
+
+impl PosesView {
+    fn of(poses: &SampledPicks, trials: Option<&TriedPicks>) -> Self {
+        let bar = |(label, value): (String, u64), ink| Bar { label, value, ink };
+        let funnel: Vec<Bar> = poses.funnel(trials).into_iter().map(|step| bar(step, Ink::Complete)).collect();
+        let lost: Vec<Bar> = poses.lost.iter().cloned().map(|reason| bar(reason, Ink::Reject)).collect();
+        let blocked = PickObstacle::NAMES.iter().zip(poses.blocked_by);
+        let blocked: Vec<Bar> = blocked.map(|(name, count)| bar(((*name).to_owned(), count), Ink::Reject)).collect();
+        Self {
+            poses: grouped(poses.poses),
+            too_wide: grouped(poses.too_wide),
+            palm_only: grouped(poses.palm_only),
+            funnel: bar_chart("From poses to held grasps", &funnel),
+            lost: bar_chart("Lost poses by reason", &lost),
+            blocked: (blocked.iter().any(|bar| bar.value > 0))
+                .then(|| bar_chart("Bodies without a free grasp by obstacle", &blocked)),
+        }
+    }
 }
 
 /// Trials among neighbours.
@@ -161,6 +197,7 @@ impl<'a> PicksPage<'a> {
             },
             rejects: share_rows(&facts.rejected, facts.samples),
             splits: split_rows(&facts.splits),
+            poses: facts.poses.as_ref().map(|poses| PosesView::of(poses, facts.trials.as_ref())),
             ends: (facts.candidates > 0).then(|| bar_chart("Grasps by result", &ends)),
             trials,
             objects: facts.objects.iter().map(PickedObject::cells).collect(),

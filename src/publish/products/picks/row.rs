@@ -32,7 +32,7 @@ pub static PAGES: ProductPages = ProductPages {
         lead: "Grasps of a hand on the bodies of settled scenes: which are reachable without touching anything else, and the outcomes of trials among the neighbours.",
         sample: "one body of one settled scene, with the grasps that were evaluated",
         labels: "for each grasp the obstacle, its stage and its distance; if the job has trials, for some of the free grasps whether the body was lifted and kept, and which things were touched, moved and carried along",
-        acquisition: "Stored grasps of each body's object were transferred to the scene, those of a gripper also rotated about its closing line, and the motion of the hand along its approach and while closing was checked against the true meshes.",
+        acquisition: "Grasps were sampled on each body in its scene, or stored grasps of its object were transferred there, those of a gripper also rotated about its closing line; the job names which. The motion of the hand along its approach and while closing was checked against the true meshes.",
         reading: "`shapes.mcap` contains the hand's shapes and the objects' meshes, so that grasps can be drawn.",
         legend: "From left to right: the closed hand (blue) on the body (orange) among the others (grey), and the base of each hand, green if free and red if blocked.",
         regenerated: 16,
