@@ -55,7 +55,7 @@ pub use error::{
 };
 pub use hand::{
     closing::{HandWorker, Run, RunEnd},
-    effort::{Effort, MotorCommand},
+    effort::{Effort, MotorCommand, MotorLaw},
     feeling::{ApproachOutcome, HandApproach, HandApproachEnd, MoveEnd, OVERLOAD},
     link_touch::LinkTouch,
     model::HandModel,
@@ -77,6 +77,7 @@ pub use render::{
 };
 pub use settle::{Fault, Placement, SceneTouch, SettleOutcome, SettleSettings, SettleWorker, SettledBody, Walls};
 pub use trial::{
-    Gravity, Grip, Outcome, Phase, PlainHand, Series, SeriesSample, Slip, Start, TableSupport, TrialConditions,
-    TrialProtocol, TrialSim, TrialSpread, TrialWorker, Variant, Verdict, WhileClosing, mass_of_volume, plain_hand,
+    Climb, FOLLOWED, Gravity, Grip, Limit, Loss, Margins, Outcome, Peak, Phase, PlainHand, Rung, Series, SeriesSample,
+    Slip, Start, TableSupport, TrialConditions, TrialFailure, TrialLevel, TrialProtocol, TrialSim, TrialSpread,
+    TrialWorker, Variant, Verdict, WhileClosing, climb, conditions_at, failure_reason, mass_of_volume, plain_hand,
 };

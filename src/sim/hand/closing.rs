@@ -9,9 +9,10 @@ use crate::{
     convert::{isometry, quaternion},
     error::HandError,
     hand::{
-        effort::{Effort, MotorCommand},
+        effort::{Effort, MotorCommand, MotorLaw},
         link_touch::LinkTouch,
         moved::{Moved, moved},
+        pressing::press,
         sim::{HandSim, Hold, Servo, is_finite},
     },
     objects::true_mesh::{ColliderLoan, TrueMeshCollider},
@@ -96,6 +97,7 @@ pub struct HandWorker {
     /// Torques or forces of the servos in the last step [N m or N].
     torques: Vec<f64>,
     effort: Effort,
+    law: MotorLaw,
     /// Contacts with true meshes: the object's first.
     colliders: Vec<TrueMeshCollider>,
     /// Commands of the object's slides, along the axes of its pose [m].
@@ -131,6 +133,7 @@ impl HandWorker {
             wanted,
             torques,
             effort: Effort::GRASP,
+            law: MotorLaw::Position,
             colliders,
             slid: Vector3::zeros(),
             base_from_mount: IsometryMatrix3::identity(),
@@ -182,7 +185,7 @@ impl HandWorker {
             self.data.qpos_mut()[servo.address] = *value;
         }
         self.torques.fill(0.0);
-        self.effort = Effort::GRASP;
+        (self.effort, self.law) = (Effort::GRASP, MotorLaw::Position);
         self.slid = Vector3::zeros();
         self.base_from_mount = *base_from_object;
         self.carried = Vector3::zeros();
@@ -239,6 +242,11 @@ impl HandWorker {
         self.effort = effort;
     }
 
+    /// Sets the law of the motors from now on, until the next [`HandWorker::start`].
+    pub(crate) fn set_motor_law(&mut self, law: MotorLaw) {
+        self.law = law;
+    }
+
     /// Present pose of the object, expressed in the hand's base frame.
     pub fn base_from_object(&self) -> IsometryMatrix3<f64> {
         match self.sim.hold {
@@ -265,13 +273,10 @@ impl HandWorker {
     pub fn step(&mut self, commands: &[MotorCommand]) -> Result<(), Unstable> {
         assert_eq!(commands.len(), self.drives.len(), "one command per driven joint");
         let sim = Arc::clone(&self.sim);
-        for ((index, driven), command) in sim.hand.driven().iter().enumerate().zip(commands) {
-            let before = self.drives[index];
-            let after = self.driven_to(driven, before, *command);
-            let since_stood = if after.stood > 0 { 0 } else { before.since_stood.saturating_add(1) };
-            self.drives[index] = Drive { since_stood, ..after };
+        match self.law {
+            MotorLaw::Position => self.drive(&sim, commands),
+            MotorLaw::Torque => self.press(&sim, commands),
         }
-        self.tell_servos();
         for (torque, (servo, wanted)) in self.torques.iter_mut().zip(sim.servos.iter().zip(&self.wanted)) {
             let (at, speed) = (self.data.qpos()[servo.address], self.data.qvel()[servo.dof]);
             *torque = servo.stiffness * (wanted - at) - servo.damping * speed;
@@ -293,6 +298,30 @@ impl HandWorker {
         self.watch_for_rest();
         self.ease_motors();
         Ok(())
+    }
+
+    /// Drives the motors for a step, and tells their servos.
+    fn drive(&mut self, sim: &HandSim, commands: &[MotorCommand]) {
+        for ((index, driven), command) in sim.hand.driven().iter().enumerate().zip(commands) {
+            let before = self.drives[index];
+            let after = self.driven_to(driven, before, *command);
+            let since_stood = if after.stood > 0 { 0 } else { before.since_stood.saturating_add(1) };
+            self.drives[index] = Drive { since_stood, ..after };
+        }
+        self.tell_servos();
+    }
+
+    /// Lets the motors that are to close press with their torque; the others stay.
+    fn press(&mut self, sim: &HandSim, commands: &[MotorCommand]) {
+        let values = self.joints();
+        for ((drive, driven), command) in self.drives.iter_mut().zip(sim.hand.driven()).zip(commands) {
+            if *command == MotorCommand::Close {
+                drive.motor = Motor::engaged(press(driven, self.effort, &sim.servos, &values, &mut self.wanted));
+            }
+        }
+        for (servo, value) in sim.servos.iter().zip(&self.wanted) {
+            self.data.ctrl_mut()[servo.control] = *value;
+        }
     }
 
     /// Takes torque from motors whose links press too hard for a while; all motors share the contacts of the base.

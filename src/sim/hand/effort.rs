@@ -14,6 +14,17 @@ pub enum MotorCommand {
     To(f64),
 }
 
+/// Law by which motors press.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MotorLaw {
+    /// A position servo behind gears: a motor stops at its torque, and its gears then hold the reached angle.
+    #[default]
+    Position,
+    /// A torque: a motor whose joints close the hand presses with its torque all the time, no faster than its speed, and
+    /// gives way to a larger load at once. A follower with a clutch presses on its own, with the torque of the clutch.
+    Torque,
+}
+
 /// Effort of the motors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effort {

@@ -8,6 +8,7 @@ pub(crate) mod link_touch;
 pub(crate) mod model;
 mod moved;
 mod placed_table;
+mod pressing;
 pub(crate) mod sim;
 mod still;
 mod touches;

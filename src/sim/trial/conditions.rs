@@ -2,7 +2,11 @@
 
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Unit, Vector3};
 
-use crate::{error::HandError, hand::effort::Effort, physics::Numerics};
+use crate::{
+    error::HandError,
+    hand::effort::{Effort, MotorLaw},
+    physics::Numerics,
+};
 use kernel::{geom::RestingPose, seed::Stream};
 
 /// Density for objects without a known mass [kg/m^3], and the smallest and the largest resulting mass [kg].
@@ -86,6 +90,11 @@ pub struct TrialConditions {
     pub table: Option<TableSupport>,
     /// Whether the outcome has forces and drift over [time](super::Series).
     pub has_series: bool,
+    /// Law of the motors.
+    pub motors: MotorLaw,
+    /// Whether the outcome has [margins](super::Margins). A lost object is then followed to
+    /// [a distance](super::FOLLOWED), and a hand that comes deep into the object is not unstable: its depth is a number.
+    pub has_margins: bool,
 }
 
 impl TrialConditions {
@@ -108,6 +117,8 @@ impl TrialConditions {
             numerics: Numerics::Standard,
             table: None,
             has_series: false,
+            motors: MotorLaw::Position,
+            has_margins: false,
         }
     }
 

@@ -7,8 +7,11 @@
 //! it is fixed in every step: an object that follows it down does so in small falls.
 
 mod conditions;
+mod ladder;
+mod margins;
 mod outcome;
 mod phase;
+mod reason;
 mod replay;
 mod series;
 pub(crate) mod usable;
@@ -20,9 +23,12 @@ use std::sync::Arc;
 pub use conditions::{
     Gravity, TableSupport, TrialConditions, TrialProtocol, TrialSpread, WhileClosing, mass_of_volume,
 };
+pub use ladder::{Climb, Rung, TrialLevel, climb, conditions_at};
+pub use margins::{FOLLOWED, Limit, Loss, Margins, Peak};
 pub use outcome::{Grip, Outcome, Slip, Start, Verdict};
 pub(super) use outcome::{deepest, pressing_links};
 pub use phase::Phase;
+pub use reason::{TrialFailure, failure_reason};
 pub use replay::{PlainHand, plain_hand};
 pub use series::{Series, SeriesSample};
 pub use variant::Variant;

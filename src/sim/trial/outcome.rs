@@ -1,8 +1,8 @@
 //! Outcome of a trial.
 
-use nalgebra::IsometryMatrix3;
+use nalgebra::{IsometryMatrix3, Vector3};
 
-use super::{Phase, Series};
+use super::{Margins, Phase, Series};
 use crate::{
     hand::link_touch::LinkTouch,
     physics::{STEP, Unstable},
@@ -119,6 +119,20 @@ impl Grip {
         self.touches.iter().map(|touch| touch.force).fold(0.0, f64::max)
     }
 
+    /// Magnitude of the sum of the normal forces by the sum of their magnitudes: 0 for forces that balance each other, 1 for
+    /// forces in one direction, and without any.
+    pub fn imbalance(&self) -> f64 {
+        let all = self.force();
+        let sum: Vector3<f64> = self.touches.iter().map(|touch| touch.normal.into_inner() * touch.force).sum();
+        if all > 0.0 { (sum.norm() / all).min(1.0) } else { 1.0 }
+    }
+
+    /// Whether all contacts press towards one side: no two of their normals are more than 90 degrees apart.
+    pub fn is_one_sided(&self) -> bool {
+        let pressing: Vec<&LinkTouch> = self.touches.iter().filter(|touch| touch.force > 0.0).collect();
+        pressing.iter().all(|one| pressing.iter().all(|other| one.normal.dot(&other.normal) >= 0.0))
+    }
+
     /// Deepest penetration of the object by the hand [m], by exact distances from the true mesh.
     pub fn penetration(&self) -> f64 {
         deepest(&self.touches)
@@ -178,6 +192,8 @@ pub struct Outcome {
     pub warnings: u32,
     /// Forces and drift over time; `None` unless the conditions request them.
     pub series: Option<Series>,
+    /// Motion of the object and the reason of a loss; `None` unless the conditions request it.
+    pub margins: Option<Margins>,
 }
 
 impl Outcome {

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use nalgebra::{IsometryMatrix3, Point3, Translation3, Vector3};
 
 use super::{
-    Gravity, Grip, Outcome, Phase, Series, Slip, Start, TrialConditions, TrialProtocol, TrialSim, Verdict, WhileClosing,
+    FOLLOWED, Gravity, Grip, Margins, Outcome, Phase, Series, Slip, Start, TrialConditions, TrialProtocol, TrialSim,
+    Verdict, WhileClosing, pressing_links,
 };
 use crate::{
     convert::{angle_between, quaternion},
@@ -13,7 +14,7 @@ use crate::{
     ffi,
     hand::{
         closing::HandWorker,
-        effort::MotorCommand,
+        effort::{MotorCommand, MotorLaw},
         sim::{GeomOwner, Hold, SLIDE_MASS},
     },
     objects::{free_object::FreeObject, true_mesh::TrueMesh},
@@ -45,6 +46,10 @@ pub struct TrialWorker {
     receding: Option<IsometryMatrix3<f64>>,
     /// The trial over time so far, if its conditions request it.
     series: Option<Series>,
+    /// Motion of the object so far, if its conditions request it.
+    margins: Option<Margins>,
+    /// Law of the motors.
+    motors: MotorLaw,
 }
 
 /// Ends a trial early.
@@ -73,7 +78,17 @@ impl TrialWorker {
         let Hold::Free(object) = sim.sim.hold else { unreachable!("trials are compiled with a free object") };
         let hand = HandWorker::new(&sim.sim);
         let commands = vec![MotorCommand::Close; sim.hand().driven().len()];
-        Self { hand, object, protocol: sim.protocol, set: None, commands, receding: None, series: None }
+        Self {
+            hand,
+            object,
+            protocol: sim.protocol,
+            set: None,
+            commands,
+            receding: None,
+            series: None,
+            margins: None,
+            motors: MotorLaw::Position,
+        }
     }
 
     /// Tries one grasp: the hand's posture before it closes, one value per driven joint, and the object expressed in its base
@@ -95,6 +110,8 @@ impl TrialWorker {
         let object_from_table = self.table_of(conditions)?;
         self.receding = None;
         self.series = conditions.has_series.then(Series::default);
+        self.margins = conditions.has_margins.then(Margins::default);
+        self.motors = conditions.motors;
         self.set_object(conditions, self.closing_mass(conditions));
         // Start pose with the errors of the conditions, then backed off if it is too deep.
         let pose = self.approached(posture, conditions) * conditions.placed(base_from_object, &self.object.centre);
@@ -112,12 +129,14 @@ impl TrialWorker {
             steps: 0,
             warnings: 0,
             series: None,
+            margins: None,
         };
         // Run the phases, and record the results.
         let decided = self.decide(&mut outcome, conditions, object_from_table.as_ref());
         outcome.verdict = decided.err().unwrap_or(Verdict::Held);
         outcome.steps = self.hand.steps();
         outcome.series = self.series.take();
+        outcome.margins = self.margins.take();
         outcome.warnings = self.hand.data.warning().iter().map(|warning| warning.number as u32).sum();
         if !matches!(outcome.verdict, Verdict::Refused { .. } | Verdict::Unstable { .. }) {
             outcome.end = Some(self.grip());
@@ -158,7 +177,11 @@ impl TrialWorker {
             self.hand.put_table(table);
             self.hand.data.model_opt_mut().gravity = (upright * -Vector3::z() * GRAVITY).into();
         }
-        self.close(outcome, conditions)?;
+        let closed = self.close(outcome, conditions);
+        if let Some(margins) = &mut self.margins {
+            margins.close(&base_from_object, &self.hand.base_from_object(), &self.object.centre);
+        }
+        closed?;
         let reference = self.hand.base_from_object();
         let protocol = self.protocol;
         match conditions.gravity {
@@ -182,13 +205,18 @@ impl TrialWorker {
                 }
             }
         }
+        // An object that was lost has been followed.
+        if let Some(loss) = self.margins.as_ref().and_then(|margins| margins.loss) {
+            return Err(Verdict::Lost { phase: loss.phase, time: loss.time });
+        }
         // Grasp held only if at least two links touch the object.
         let links = self.grip().links().len();
         if links < 2 {
             return Err(Verdict::LetGo { links });
         }
         // Contacts without a direction do not hold: those of a true mesh lose theirs beneath rounded edges.
-        if self.hand.sim.true_mesh.is_some() && outcome.shaken_penetration > EDGE_RADIUS {
+        let is_deep = outcome.shaken_penetration > EDGE_RADIUS && self.margins.is_none();
+        if self.hand.sim.true_mesh.is_some() && is_deep {
             let what = Unstable { step: self.hand.steps(), kind: Instability::Depth };
             return Err(Verdict::Unstable { phase: Phase::Shake, what });
         }
@@ -248,7 +276,7 @@ impl TrialWorker {
         backs_off: bool,
     ) -> Result<Start, HandError> {
         self.hand.start(posture, base_from_object)?;
-        self.hand.set_effort(self.protocol.effort);
+        self.set_motors();
         let (mut posture, mut pose) = (posture.to_vec(), *base_from_object);
         let (mut opened_by, mut drawn_back) = (0.0, 0.0);
         // Depth of fingers, base and table at a pose.
@@ -276,13 +304,18 @@ impl TrialWorker {
                     break;
                 }
                 self.hand.start(&posture, &pose)?;
-                self.hand.set_effort(self.protocol.effort);
+                self.set_motors();
                 deepest = depths(self, &pose);
             }
         }
         let Depths { base, fingers, table } = deepest;
         let penetration = base.max(fingers);
         Ok(Start { posture, base_from_object: pose, penetration, table_penetration: table, opened_by, drawn_back })
+    }
+
+    fn set_motors(&mut self) {
+        self.hand.set_effort(self.protocol.effort);
+        self.hand.set_motor_law(self.motors);
     }
 
     /// Penetration of the object and of a table by the hand in its current state.
@@ -375,9 +408,21 @@ impl TrialWorker {
             let now = self.hand.base_from_object();
             let moved = (now * self.object.centre - origin).norm();
             outcome.farthest = outcome.farthest.max(moved);
+            if let Some(margins) = &mut self.margins {
+                let limits = [self.protocol.lost_distance, self.protocol.lost_angle];
+                let time = f64::from(self.hand.steps()) * STEP;
+                margins.carry(phase, time, [moved, angle_between(reference, &now)], limits);
+                if let Some(loss) = margins.loss.filter(|_| moved > FOLLOWED) {
+                    return Err(Verdict::Lost { phase: loss.phase, time: loss.time });
+                }
+                continue;
+            }
             if moved > self.protocol.lost_distance || angle_between(reference, &now) > self.protocol.lost_angle {
                 return Err(self.lost(phase));
             }
+        }
+        if self.margins.as_ref().is_some_and(|margins| margins.loss.is_some()) {
+            return Ok(());
         }
         let now = self.hand.base_from_object();
         let moved = (now * self.object.centre - before * self.object.centre).norm();
@@ -393,6 +438,9 @@ impl TrialWorker {
         self.hand.step(&self.commands).map_err(|what| Verdict::Unstable { phase, what })?;
         if let Some(series) = &mut self.series {
             series.add(phase, &self.hand, &self.object.centre);
+        }
+        if let Some(margins) = self.margins.as_mut().filter(|_| phase == Phase::Closing) {
+            margins.press(&pressing_links(&self.hand.touches()), self.hand.base_from_object() * self.object.centre);
         }
         Ok(())
     }
