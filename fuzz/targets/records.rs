@@ -1,11 +1,11 @@
 //! Every message of a dataset.
 
 use graspmill::format::{
-    Channel, Cloud, Clutter, Coverage, Depth, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit, ObjectShape,
-    Occlusion, PatchColour, PatchHeatmap, PatchImageColour, PatchMetric, PatchTable, PatchTrial, PatchVisibility,
-    PickCandidates, PickSampling, PickTrials, ReachabilityBlock, ReachabilityField, Scene, SceneColour, SceneHeatmap,
-    SceneImage, SceneOverview, SceneVolume, TactileContacts, Tsdf, Visibility, VolumeAffordance, VolumeTruth,
-    VoxelPair, check_record, checks_of,
+    Channel, Cloud, Clutter, Coverage, Depth, GraspLadders, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit,
+    ObjectShape, Occlusion, PatchColour, PatchHeatmap, PatchImageColour, PatchMetric, PatchTable, PatchTrial,
+    PatchVisibility, PickCandidates, PickSampling, PickTrials, ReachabilityBlock, ReachabilityField, Scene,
+    SceneColour, SceneHeatmap, SceneImage, SceneOverview, SceneVolume, TactileContacts, Tsdf, Visibility,
+    VolumeAffordance, VolumeTruth, VoxelPair, check_record, checks_of,
 };
 
 use super::channels;
@@ -60,6 +60,7 @@ pub fn records(input: &[u8]) {
         Channel::BLOCK => again(payload, |bytes| ReachabilityBlock::decode(bytes).ok(), ReachabilityBlock::encode),
         Channel::GRASP_RUN => again(payload, |bytes| GraspRun::decode(bytes).ok(), GraspRun::encode),
         Channel::GRASP_TRIALS => again(payload, |bytes| GraspTrials::decode(bytes).ok(), GraspTrials::encode),
+        Channel::GRASP_LADDERS => again(payload, |bytes| GraspLadders::decode(bytes).ok(), GraspLadders::encode),
         Channel::PATCH => again(payload, |bytes| HeatmapPatch::decode(bytes).ok(), HeatmapPatch::encode),
         Channel::PATCH_COLOUR | Channel::PATCH_METRIC_COLOUR => {
             again(payload, |bytes| PatchColour::decode(bytes).ok(), PatchColour::encode)

@@ -31,10 +31,11 @@ pub use products::{
         VoxelPair,
     },
     grasps::{
-        ClosedHand, FORCE, Grasp, GraspFacts, GraspLabel, GraspMethod, GraspRun, GraspTrial, GraspTrials, HandJoint,
-        HandNames, HandShape, HeldContact, LinkSolid, ObjectShape, PerturbedTrial, PressedContact, RunInterval, Seed,
-        SeriesMoment, TableTrial, TrialFacts, TrialHand, TrialMethod, TrialOutcome, TrialSeries, TrialVerdict,
-        TriedStates, WRENCH, WayObstacles, Waypoint, trial_phases,
+        ClosedHand, FORCE, FailureReason, Grasp, GraspFacts, GraspLabel, GraspLadder, GraspLadders, GraspMethod,
+        GraspRun, GraspTrial, GraspTrials, HELD_SHARE, HandJoint, HandNames, HandShape, HeldContact, LadderFacts,
+        LadderLabel, LadderLevel, LadderMethod, LevelResult, LevelTrial, LinkSolid, ObjectShape, PerturbedTrial,
+        PressedContact, RunInterval, Seed, SeriesMoment, TableTrial, TrialFacts, TrialHand, TrialMethod, TrialOutcome,
+        TrialSeries, TrialVerdict, TriedStates, WRENCH, WayObstacles, Waypoint, trial_phases,
     },
     heatmaps::{ForbiddenGrasp, HeatmapFacts, HeatmapLabel, PatchSquare, ProjectedPoint, SceneHeatmap, SeenGrasp},
     patches::{

@@ -688,6 +688,372 @@ pub struct PatchHeatmap {
     #[prost(bytes = "vec", tag = "11")]
     pub values: ::prost::alloc::vec::Vec<u8>,
 }
+/// Topic /grasps/trials. Each kept grasp of the sample's GraspRun, closed on the free object in MuJoCo, lifted and shaken.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct GraspTrials {
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// name of the hand
+    #[prost(string, tag = "2")]
+    pub hand: ::prost::alloc::string::String,
+    /// names of its links, the base first
+    #[prost(string, repeated, tag = "3")]
+    pub links: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// number of its joints: a closed hand has one value for each
+    #[prost(uint32, tag = "4")]
+    pub joints: u32,
+    #[prost(double, tag = "5")]
+    pub friction: f64,
+    /// m: torque about a contact's normal is at most friction * torsion * force
+    #[prost(double, tag = "6")]
+    pub torsion: f64,
+    /// kg
+    #[prost(double, tag = "7")]
+    pub mass: f64,
+    /// job, table, material, hull; in older datasets volume (400 kg/m^3, 0.02 to 2 kg)
+    #[prost(string, tag = "8")]
+    pub mass_from: ::prost::alloc::string::String,
+    /// lifted, six
+    #[prost(string, tag = "9")]
+    pub gravity: ::prost::alloc::string::String,
+    /// of perturbed runs: standard deviation of the logarithm of friction
+    #[prost(double, tag = "10")]
+    pub friction_spread: f64,
+    /// the same of the mass
+    #[prost(double, tag = "11")]
+    pub mass_spread: f64,
+    /// m, along each axis
+    #[prost(double, tag = "12")]
+    pub shift_spread: f64,
+    /// rad, about each axis
+    #[prost(double, tag = "13")]
+    pub turn_spread: f64,
+    /// in the order of the tried grasps of the run
+    #[prost(message, repeated, tag = "14")]
+    pub trials: ::prost::alloc::vec::Vec<GraspTrial>,
+    /// source of the mass in the table, or the material, in words
+    #[prost(string, tag = "15")]
+    pub mass_source: ::prost::alloc::string::String,
+    /// kept: grasps of that verdict; closed: all whose closed hand touches with at least two links
+    #[prost(string, tag = "16")]
+    pub tried: ::prost::alloc::string::String,
+    /// names of the variants under which chosen grasps were tried again
+    #[prost(string, repeated, tag = "17")]
+    pub variants: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// names of the harder conditions under which grasps that held are tried again
+    #[prost(string, repeated, tag = "19")]
+    pub confirm_held: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// names of the easier conditions under which grasps that failed are
+    #[prost(string, repeated, tag = "20")]
+    pub confirm_failed: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// one number if limited: confirmed negatives of a run per positive
+    #[prost(double, repeated, tag = "21")]
+    pub failed_per_held: ::prost::alloc::vec::Vec<f64>,
+    /// s from one sample of a series to the next; 0 where no trial has one
+    #[prost(double, tag = "30")]
+    pub series_interval: f64,
+    /// one number if grasps were tried on a table, too: friction of the object against it
+    #[prost(double, repeated, tag = "18")]
+    pub table_friction: ::prost::alloc::vec::Vec<f64>,
+}
+/// The trials of one grasp.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct GraspTrial {
+    /// an index into GraspRun.grasps
+    #[prost(uint32, tag = "1")]
+    pub grasp: u32,
+    #[prost(message, optional, tag = "2")]
+    pub outcome: ::core::option::Option<TrialOutcome>,
+    /// rad or m: all joints of the hand when gravity was switched on; none if the trial ended before
+    #[prost(double, repeated, tag = "3")]
+    pub joints: ::prost::alloc::vec::Vec<f64>,
+    /// the hand's base then
+    #[prost(double, repeated, tag = "4")]
+    pub object_from_base: ::prost::alloc::vec::Vec<f64>,
+    /// of each contact then, an index into GraspTrials.links
+    #[prost(uint32, repeated, tag = "5")]
+    pub links: ::prost::alloc::vec::Vec<u32>,
+    /// (contacts, 3) m, on the object's surface
+    #[prost(double, repeated, tag = "6")]
+    pub points: ::prost::alloc::vec::Vec<f64>,
+    /// (contacts, 3) outward from the object
+    #[prost(double, repeated, tag = "7")]
+    pub normals: ::prost::alloc::vec::Vec<f64>,
+    /// (contacts) m, from the object to the link
+    #[prost(double, repeated, tag = "8")]
+    pub distances: ::prost::alloc::vec::Vec<f64>,
+    /// (contacts) N, along the normal
+    #[prost(double, repeated, tag = "9")]
+    pub forces: ::prost::alloc::vec::Vec<f64>,
+    #[prost(message, repeated, tag = "10")]
+    pub perturbed: ::prost::alloc::vec::Vec<PerturbedTrial>,
+    /// 0 for a grasp that was not chosen for them
+    #[prost(uint32, tag = "11")]
+    pub roll_outs: u32,
+    /// roll-outs that held; their share is the probability of success
+    #[prost(uint32, tag = "12")]
+    pub roll_outs_held: u32,
+    /// verdict under each of GraspTrials.variants; none of a grasp that was not chosen for them
+    #[prost(uint32, repeated, tag = "13")]
+    pub variants: ::prost::alloc::vec::Vec<u32>,
+    /// none if the hand would come below the table in every resting pose of the object
+    #[prost(message, optional, tag = "14")]
+    pub table: ::core::option::Option<TableTrial>,
+    /// verdict under each of GraspTrials.confirm_held where outcome and table held, of
+    #[prost(uint32, repeated, tag = "15")]
+    pub confirmed: ::prost::alloc::vec::Vec<u32>,
+    /// GraspTrials.confirm_failed where none did, up to the first that ends otherwise; else none
+    ///
+    /// 1 untested, 2 held, 3 failed, 4 borderline, 5 unconfirmed: the combined result of outcome, table, perturbed and
+    #[prost(uint32, tag = "16")]
+    pub label: u32,
+    /// confirmed; 0 in datasets of earlier versions
+    ///
+    /// no trial so far held, and the run has enough negatives: further ones were not made
+    #[prost(bool, tag = "17")]
+    pub unconfirmed: bool,
+    /// of the trial under the given conditions; none for a grasp that was not chosen for it
+    #[prost(message, optional, tag = "30")]
+    pub series: ::core::option::Option<TrialSeries>,
+}
+/// Forces and drift of a trial over time. Sample k was taken (k + 1) series_interval after the trial began, whatever its phase.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct TrialSeries {
+    /// number in each phase: closing, lift and shake, or closing and six directions of gravity
+    #[prost(uint32, repeated, tag = "1")]
+    pub samples: ::prost::alloc::vec::Vec<u32>,
+    /// that pressed on the object in any sample, ascending, indices into GraspTrials.links
+    #[prost(uint32, repeated, tag = "2")]
+    pub links: ::prost::alloc::vec::Vec<u32>,
+    /// (samples, links) N: sum of the normal forces of each
+    #[prost(float, repeated, tag = "3")]
+    pub forces: ::prost::alloc::vec::Vec<f32>,
+    /// (samples) m: displacement of the object's centre of mass in the hand since the hand began to
+    #[prost(float, repeated, tag = "4")]
+    pub moved: ::prost::alloc::vec::Vec<f32>,
+    /// close; after the closing phase, since gravity was switched on
+    ///
+    /// (samples) rad: the object's rotation in the hand since then
+    #[prost(float, repeated, tag = "5")]
+    pub turned: ::prost::alloc::vec::Vec<f32>,
+}
+/// A grasp of the object as it rests on a table: gravity is on, nothing holds the object while the hand closes.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct TableTrial {
+    /// an index into the resting poses of the object: the most likely one above whose table the hand stays
+    #[prost(uint32, tag = "1")]
+    pub resting_pose: u32,
+    #[prost(message, optional, tag = "2")]
+    pub outcome: ::core::option::Option<TrialOutcome>,
+    /// of a grasp that was chosen for it: closing, lift and shake
+    #[prost(message, optional, tag = "30")]
+    pub series: ::core::option::Option<TrialSeries>,
+}
+/// A grasp under perturbed conditions.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct PerturbedTrial {
+    #[prost(double, tag = "1")]
+    pub friction: f64,
+    /// kg
+    #[prost(double, tag = "2")]
+    pub mass: f64,
+    /// (3) m: offset of the object, along the axes of the hand's base
+    #[prost(double, repeated, tag = "3")]
+    pub shift: ::prost::alloc::vec::Vec<f64>,
+    /// (3) rad: its rotation about its centre of mass, an axis times an angle
+    #[prost(double, repeated, tag = "4")]
+    pub turn: ::prost::alloc::vec::Vec<f64>,
+    #[prost(message, optional, tag = "5")]
+    pub outcome: ::core::option::Option<TrialOutcome>,
+}
+/// Outcome of one trial.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct TrialOutcome {
+    /// 0 held, 1 starts_too_deep, 2 not_touching, 3 one_link, 4 lost_closing, 5 lost_lifting,
+    #[prost(uint32, tag = "1")]
+    pub verdict: u32,
+    /// 6 lost_shaking, 7 lost_turned, 8 let_go, 9 unstable
+    ///
+    /// s: time of the decision, since the trial began
+    #[prost(double, tag = "2")]
+    pub time: f64,
+    /// s; 0 if the hand did not close
+    #[prost(double, tag = "3")]
+    pub closing_time: f64,
+    /// else the time was used up
+    #[prost(bool, tag = "4")]
+    pub closed_at_rest: bool,
+    /// m, of hand and mesh
+    #[prost(double, tag = "5")]
+    pub start_penetration: f64,
+    /// m, when gravity was switched on
+    #[prost(double, tag = "6")]
+    pub closed_penetration: f64,
+    /// m, the deepest after that
+    #[prost(double, tag = "7")]
+    pub shaken_penetration: f64,
+    /// m: the object's centre of mass in the hand, from where it was when gravity was switched on
+    #[prost(double, tag = "8")]
+    pub farthest: f64,
+    /// (phases) m: displacement in each phase that it survived: lift and shake, or six directions
+    #[prost(double, repeated, tag = "9")]
+    pub slips: ::prost::alloc::vec::Vec<f64>,
+    /// (phases) rad
+    #[prost(double, repeated, tag = "10")]
+    pub turns: ::prost::alloc::vec::Vec<f64>,
+    /// N: sum of the normal forces when gravity was switched on
+    #[prost(double, tag = "11")]
+    pub force: f64,
+    /// that touch at the end
+    #[prost(uint32, tag = "12")]
+    pub links: u32,
+    /// share of their range that the fingers backed off before it began
+    #[prost(double, tag = "13")]
+    pub opened_by: f64,
+    /// m: how far the hand did
+    #[prost(double, tag = "14")]
+    pub drawn_back: f64,
+    /// of MuJoCo
+    #[prost(uint32, tag = "15")]
+    pub warnings: u32,
+}
+/// Topic /grasps/ladder. Each tried grasp of the sample's GraspRun under conditions of rising difficulty.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct GraspLadders {
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// name of the hand
+    #[prost(string, tag = "2")]
+    pub hand: ::prost::alloc::string::String,
+    /// names of its links, the base first
+    #[prost(string, repeated, tag = "3")]
+    pub links: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// number of its joints: a closed hand has one value for each
+    #[prost(uint32, tag = "4")]
+    pub joints: u32,
+    /// at the level nominal
+    #[prost(double, tag = "5")]
+    pub friction: f64,
+    /// m: torque about a contact's normal is at most friction * torsion * force
+    #[prost(double, tag = "6")]
+    pub torsion: f64,
+    /// kg, at the level nominal
+    #[prost(double, tag = "7")]
+    pub mass: f64,
+    /// job, table, material, hull
+    #[prost(string, tag = "8")]
+    pub mass_from: ::prost::alloc::string::String,
+    /// source of the mass in the table, or the material, in words
+    #[prost(string, tag = "9")]
+    pub mass_source: ::prost::alloc::string::String,
+    /// kept: grasps of that verdict; closed: all whose closed hand touches with at least two links
+    #[prost(string, tag = "10")]
+    pub tried: ::prost::alloc::string::String,
+    /// one number if grasps are tried on a table: friction of the object against it
+    #[prost(double, repeated, tag = "11")]
+    pub table_friction: ::prost::alloc::vec::Vec<f64>,
+    /// m: an object that moves farther in the hand is lost
+    #[prost(double, tag = "12")]
+    pub lost_distance: f64,
+    /// rad: one that rotates further is lost
+    #[prost(double, tag = "13")]
+    pub lost_angle: f64,
+    /// m: distance up to which a lost object is followed
+    #[prost(double, tag = "14")]
+    pub followed: f64,
+    /// names of the levels, the easiest first
+    #[prost(string, repeated, tag = "15")]
+    pub levels: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
+    /// in the order of the tried grasps of the run
+    #[prost(message, repeated, tag = "16")]
+    pub ladders: ::prost::alloc::vec::Vec<GraspLadder>,
+}
+/// The levels of one grasp.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct GraspLadder {
+    /// an index into GraspRun.grasps
+    #[prost(uint32, tag = "1")]
+    pub grasp: u32,
+    /// one number, an index into the resting poses of the object, if its table carries the object
+    #[prost(uint32, repeated, tag = "2")]
+    pub resting_pose: ::prost::alloc::vec::Vec<u32>,
+    /// (2) on the way in posture, and on the opened way: 0 none, 1 object, 2 table, 3 object and table
+    #[prost(uint32, repeated, tag = "3")]
+    pub obstacles: ::prost::alloc::vec::Vec<u32>,
+    /// one per GraspLadders.levels; none if both ways are blocked
+    #[prost(message, repeated, tag = "4")]
+    pub levels: ::prost::alloc::vec::Vec<LadderLevel>,
+    /// level easy under the other motor law, of a grasp that lost that level
+    #[prost(message, optional, tag = "5")]
+    pub second_law: ::core::option::Option<LadderLevel>,
+    /// 1 untested, 2 held, 3 partial, 4 failed, 5 blocked: what follows from the levels
+    #[prost(uint32, tag = "6")]
+    pub label: u32,
+    /// rad or m: all joints of the hand at the level nominal when gravity was switched on; none if that
+    #[prost(double, repeated, tag = "7")]
+    pub joints: ::prost::alloc::vec::Vec<f64>,
+    /// trial ended before
+    ///
+    /// the hand's base then
+    #[prost(double, repeated, tag = "8")]
+    pub object_from_base: ::prost::alloc::vec::Vec<f64>,
+    /// of each contact then, an index into GraspLadders.links
+    #[prost(uint32, repeated, tag = "9")]
+    pub links: ::prost::alloc::vec::Vec<u32>,
+    /// (contacts, 3) m, on the object's surface
+    #[prost(double, repeated, tag = "10")]
+    pub points: ::prost::alloc::vec::Vec<f64>,
+    /// (contacts, 3) outward from the object
+    #[prost(double, repeated, tag = "11")]
+    pub normals: ::prost::alloc::vec::Vec<f64>,
+    /// (contacts) m, from the object to the link
+    #[prost(double, repeated, tag = "12")]
+    pub distances: ::prost::alloc::vec::Vec<f64>,
+    /// (contacts) N, along the normal
+    #[prost(double, repeated, tag = "13")]
+    pub forces: ::prost::alloc::vec::Vec<f64>,
+}
+/// One level of a grasp.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct LadderLevel {
+    /// 0 tried, 1 inferred to hold, 2 inferred to be lost, 3 unknown. With 1 to 3 all else is absent
+    #[prost(uint32, tag = "1")]
+    pub state: u32,
+    /// farthest is that of the object as far as it was followed
+    #[prost(message, optional, tag = "2")]
+    pub outcome: ::core::option::Option<TrialOutcome>,
+    /// 0 none, it held; 1 blocked, 2 nothing, 3 pushed_away, 4 ejected, 5 one_sided, 6 slipped_lift,
+    #[prost(uint32, tag = "3")]
+    pub reason: u32,
+    /// 7 rotated_lift, 8 slipped_shake, 9 rotated_shake, 10 let_go, 11 unstable, 12 starts_too_deep
+    ///
+    /// phase of outcome.farthest: 0 closing, 1 lift, 2 shake
+    #[prost(uint32, tag = "4")]
+    pub farthest_phase: u32,
+    /// rad: largest rotation of the object in the hand since gravity was switched on
+    #[prost(double, tag = "5")]
+    pub rotation: f64,
+    #[prost(uint32, tag = "6")]
+    pub rotation_phase: u32,
+    /// a link pressed on the object while the hand closed
+    #[prost(bool, tag = "7")]
+    pub touched: bool,
+    /// m: displacement of the object while the hand closed
+    #[prost(double, tag = "8")]
+    pub closing_moved: f64,
+    /// rad: its rotation
+    #[prost(double, tag = "9")]
+    pub closing_turned: f64,
+    /// m/s: its largest speed while the hand closed, after two links had pressed on it
+    #[prost(double, tag = "10")]
+    pub pressed_speed: f64,
+    /// links that pressed on it when the hand had closed
+    #[prost(uint32, tag = "11")]
+    pub closed_links: u32,
+    /// magnitude of the sum of the normal forces then by the sum of their magnitudes, 0 to 1
+    #[prost(double, tag = "12")]
+    pub imbalance: f64,
+}
 /// Topic /completion/occlusion. The occluder between the camera and the object, a convex solid; and which pixels see it.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]
 pub struct Occlusion {
@@ -1611,235 +1977,6 @@ pub struct ClutterContacts {
     /// (rows, 3) f32 little-endian, m: where it was stopped
     #[prost(bytes = "vec", tag = "23")]
     pub blocked_positions: ::prost::alloc::vec::Vec<u8>,
-}
-/// Topic /grasps/trials. Each kept grasp of the sample's GraspRun, closed on the free object in MuJoCo, lifted and shaken.
-#[derive(Clone, PartialEq, ::prost::Message)]
-pub struct GraspTrials {
-    #[prost(message, optional, tag = "1")]
-    pub sample: ::core::option::Option<SampleId>,
-    /// name of the hand
-    #[prost(string, tag = "2")]
-    pub hand: ::prost::alloc::string::String,
-    /// names of its links, the base first
-    #[prost(string, repeated, tag = "3")]
-    pub links: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
-    /// number of its joints: a closed hand has one value for each
-    #[prost(uint32, tag = "4")]
-    pub joints: u32,
-    #[prost(double, tag = "5")]
-    pub friction: f64,
-    /// m: torque about a contact's normal is at most friction * torsion * force
-    #[prost(double, tag = "6")]
-    pub torsion: f64,
-    /// kg
-    #[prost(double, tag = "7")]
-    pub mass: f64,
-    /// job, table, material, hull; in older datasets volume (400 kg/m^3, 0.02 to 2 kg)
-    #[prost(string, tag = "8")]
-    pub mass_from: ::prost::alloc::string::String,
-    /// lifted, six
-    #[prost(string, tag = "9")]
-    pub gravity: ::prost::alloc::string::String,
-    /// of perturbed runs: standard deviation of the logarithm of friction
-    #[prost(double, tag = "10")]
-    pub friction_spread: f64,
-    /// the same of the mass
-    #[prost(double, tag = "11")]
-    pub mass_spread: f64,
-    /// m, along each axis
-    #[prost(double, tag = "12")]
-    pub shift_spread: f64,
-    /// rad, about each axis
-    #[prost(double, tag = "13")]
-    pub turn_spread: f64,
-    /// in the order of the tried grasps of the run
-    #[prost(message, repeated, tag = "14")]
-    pub trials: ::prost::alloc::vec::Vec<GraspTrial>,
-    /// source of the mass in the table, or the material, in words
-    #[prost(string, tag = "15")]
-    pub mass_source: ::prost::alloc::string::String,
-    /// kept: grasps of that verdict; closed: all whose closed hand touches with at least two links
-    #[prost(string, tag = "16")]
-    pub tried: ::prost::alloc::string::String,
-    /// names of the variants under which chosen grasps were tried again
-    #[prost(string, repeated, tag = "17")]
-    pub variants: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
-    /// names of the harder conditions under which grasps that held are tried again
-    #[prost(string, repeated, tag = "19")]
-    pub confirm_held: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
-    /// names of the easier conditions under which grasps that failed are
-    #[prost(string, repeated, tag = "20")]
-    pub confirm_failed: ::prost::alloc::vec::Vec<::prost::alloc::string::String>,
-    /// one number if limited: confirmed negatives of a run per positive
-    #[prost(double, repeated, tag = "21")]
-    pub failed_per_held: ::prost::alloc::vec::Vec<f64>,
-    /// s from one sample of a series to the next; 0 where no trial has one
-    #[prost(double, tag = "30")]
-    pub series_interval: f64,
-    /// one number if grasps were tried on a table, too: friction of the object against it
-    #[prost(double, repeated, tag = "18")]
-    pub table_friction: ::prost::alloc::vec::Vec<f64>,
-}
-/// The trials of one grasp.
-#[derive(Clone, PartialEq, ::prost::Message)]
-pub struct GraspTrial {
-    /// an index into GraspRun.grasps
-    #[prost(uint32, tag = "1")]
-    pub grasp: u32,
-    #[prost(message, optional, tag = "2")]
-    pub outcome: ::core::option::Option<TrialOutcome>,
-    /// rad or m: all joints of the hand when gravity was switched on; none if the trial ended before
-    #[prost(double, repeated, tag = "3")]
-    pub joints: ::prost::alloc::vec::Vec<f64>,
-    /// the hand's base then
-    #[prost(double, repeated, tag = "4")]
-    pub object_from_base: ::prost::alloc::vec::Vec<f64>,
-    /// of each contact then, an index into GraspTrials.links
-    #[prost(uint32, repeated, tag = "5")]
-    pub links: ::prost::alloc::vec::Vec<u32>,
-    /// (contacts, 3) m, on the object's surface
-    #[prost(double, repeated, tag = "6")]
-    pub points: ::prost::alloc::vec::Vec<f64>,
-    /// (contacts, 3) outward from the object
-    #[prost(double, repeated, tag = "7")]
-    pub normals: ::prost::alloc::vec::Vec<f64>,
-    /// (contacts) m, from the object to the link
-    #[prost(double, repeated, tag = "8")]
-    pub distances: ::prost::alloc::vec::Vec<f64>,
-    /// (contacts) N, along the normal
-    #[prost(double, repeated, tag = "9")]
-    pub forces: ::prost::alloc::vec::Vec<f64>,
-    #[prost(message, repeated, tag = "10")]
-    pub perturbed: ::prost::alloc::vec::Vec<PerturbedTrial>,
-    /// 0 for a grasp that was not chosen for them
-    #[prost(uint32, tag = "11")]
-    pub roll_outs: u32,
-    /// roll-outs that held; their share is the probability of success
-    #[prost(uint32, tag = "12")]
-    pub roll_outs_held: u32,
-    /// verdict under each of GraspTrials.variants; none of a grasp that was not chosen for them
-    #[prost(uint32, repeated, tag = "13")]
-    pub variants: ::prost::alloc::vec::Vec<u32>,
-    /// none if the hand would come below the table in every resting pose of the object
-    #[prost(message, optional, tag = "14")]
-    pub table: ::core::option::Option<TableTrial>,
-    /// verdict under each of GraspTrials.confirm_held where outcome and table held, of
-    #[prost(uint32, repeated, tag = "15")]
-    pub confirmed: ::prost::alloc::vec::Vec<u32>,
-    /// GraspTrials.confirm_failed where none did, up to the first that ends otherwise; else none
-    ///
-    /// 1 untested, 2 held, 3 failed, 4 borderline, 5 unconfirmed: the combined result of outcome, table, perturbed and
-    #[prost(uint32, tag = "16")]
-    pub label: u32,
-    /// confirmed; 0 in datasets of earlier versions
-    ///
-    /// no trial so far held, and the run has enough negatives: further ones were not made
-    #[prost(bool, tag = "17")]
-    pub unconfirmed: bool,
-    /// of the trial under the given conditions; none for a grasp that was not chosen for it
-    #[prost(message, optional, tag = "30")]
-    pub series: ::core::option::Option<TrialSeries>,
-}
-/// Forces and drift of a trial over time. Sample k was taken (k + 1) series_interval after the trial began, whatever its phase.
-#[derive(Clone, PartialEq, ::prost::Message)]
-pub struct TrialSeries {
-    /// number in each phase: closing, lift and shake, or closing and six directions of gravity
-    #[prost(uint32, repeated, tag = "1")]
-    pub samples: ::prost::alloc::vec::Vec<u32>,
-    /// that pressed on the object in any sample, ascending, indices into GraspTrials.links
-    #[prost(uint32, repeated, tag = "2")]
-    pub links: ::prost::alloc::vec::Vec<u32>,
-    /// (samples, links) N: sum of the normal forces of each
-    #[prost(float, repeated, tag = "3")]
-    pub forces: ::prost::alloc::vec::Vec<f32>,
-    /// (samples) m: displacement of the object's centre of mass in the hand since the hand began to
-    #[prost(float, repeated, tag = "4")]
-    pub moved: ::prost::alloc::vec::Vec<f32>,
-    /// close; after the closing phase, since gravity was switched on
-    ///
-    /// (samples) rad: the object's rotation in the hand since then
-    #[prost(float, repeated, tag = "5")]
-    pub turned: ::prost::alloc::vec::Vec<f32>,
-}
-/// A grasp of the object as it rests on a table: gravity is on, nothing holds the object while the hand closes.
-#[derive(Clone, PartialEq, ::prost::Message)]
-pub struct TableTrial {
-    /// an index into the resting poses of the object: the most likely one above whose table the hand stays
-    #[prost(uint32, tag = "1")]
-    pub resting_pose: u32,
-    #[prost(message, optional, tag = "2")]
-    pub outcome: ::core::option::Option<TrialOutcome>,
-    /// of a grasp that was chosen for it: closing, lift and shake
-    #[prost(message, optional, tag = "30")]
-    pub series: ::core::option::Option<TrialSeries>,
-}
-/// A grasp under perturbed conditions.
-#[derive(Clone, PartialEq, ::prost::Message)]
-pub struct PerturbedTrial {
-    #[prost(double, tag = "1")]
-    pub friction: f64,
-    /// kg
-    #[prost(double, tag = "2")]
-    pub mass: f64,
-    /// (3) m: offset of the object, along the axes of the hand's base
-    #[prost(double, repeated, tag = "3")]
-    pub shift: ::prost::alloc::vec::Vec<f64>,
-    /// (3) rad: its rotation about its centre of mass, an axis times an angle
-    #[prost(double, repeated, tag = "4")]
-    pub turn: ::prost::alloc::vec::Vec<f64>,
-    #[prost(message, optional, tag = "5")]
-    pub outcome: ::core::option::Option<TrialOutcome>,
-}
-/// Outcome of one trial.
-#[derive(Clone, PartialEq, ::prost::Message)]
-pub struct TrialOutcome {
-    /// 0 held, 1 starts_too_deep, 2 not_touching, 3 one_link, 4 lost_closing, 5 lost_lifting,
-    #[prost(uint32, tag = "1")]
-    pub verdict: u32,
-    /// 6 lost_shaking, 7 lost_turned, 8 let_go, 9 unstable
-    ///
-    /// s: time of the decision, since the trial began
-    #[prost(double, tag = "2")]
-    pub time: f64,
-    /// s; 0 if the hand did not close
-    #[prost(double, tag = "3")]
-    pub closing_time: f64,
-    /// else the time was used up
-    #[prost(bool, tag = "4")]
-    pub closed_at_rest: bool,
-    /// m, of hand and mesh
-    #[prost(double, tag = "5")]
-    pub start_penetration: f64,
-    /// m, when gravity was switched on
-    #[prost(double, tag = "6")]
-    pub closed_penetration: f64,
-    /// m, the deepest after that
-    #[prost(double, tag = "7")]
-    pub shaken_penetration: f64,
-    /// m: the object's centre of mass in the hand, from where it was when gravity was switched on
-    #[prost(double, tag = "8")]
-    pub farthest: f64,
-    /// (phases) m: displacement in each phase that it survived: lift and shake, or six directions
-    #[prost(double, repeated, tag = "9")]
-    pub slips: ::prost::alloc::vec::Vec<f64>,
-    /// (phases) rad
-    #[prost(double, repeated, tag = "10")]
-    pub turns: ::prost::alloc::vec::Vec<f64>,
-    /// N: sum of the normal forces when gravity was switched on
-    #[prost(double, tag = "11")]
-    pub force: f64,
-    /// that touch at the end
-    #[prost(uint32, tag = "12")]
-    pub links: u32,
-    /// share of their range that the fingers backed off before it began
-    #[prost(double, tag = "13")]
-    pub opened_by: f64,
-    /// m: how far the hand did
-    #[prost(double, tag = "14")]
-    pub drawn_back: f64,
-    /// of MuJoCo
-    #[prost(uint32, tag = "15")]
-    pub warnings: u32,
 }
 /// Topic /views/colour if the job requests it. The image in colour, lit by two lights that throw shadows.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]

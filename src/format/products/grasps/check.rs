@@ -1,8 +1,8 @@
 //! Checks of runs and of their trials.
 
 use super::{
-    GraspRun, GraspTrials,
-    facts::{FIRST_OF_TRIALS, TRIAL_FACTS},
+    GraspLadders, GraspRun, GraspTrials,
+    facts::{FIRST_OF_LADDER, FIRST_OF_TRIALS, LADDER_FACTS, TRIAL_FACTS},
 };
 use crate::{Channel, CheckSample, CheckedRecord, Facts, Product, ProductChecks, RecordError};
 use kernel::{ids::SampleId, words::GraspVerdict};
@@ -19,7 +19,13 @@ struct RunCheck {
 
 impl CheckSample for RunCheck {
     fn check(&mut self, channel: Channel, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
-        if channel == Channel::GRASP_RUN { self.check_run(payload) } else { self.check_trials(payload) }
+        if channel == Channel::GRASP_RUN {
+            self.check_run(payload)
+        } else if channel == Channel::GRASP_LADDERS {
+            self.check_ladders(payload)
+        } else {
+            self.check_trials(payload)
+        }
     }
 }
 
@@ -30,9 +36,10 @@ impl RunCheck {
         self.seen = Some((run.sample, verdicts, run.resting_poses));
         let facts = Facts::from(run.facts());
         let of_trials = FIRST_OF_TRIALS..FIRST_OF_TRIALS + TRIAL_FACTS;
+        let of_ladder = FIRST_OF_LADDER..FIRST_OF_LADDER + LADDER_FACTS;
+        let is_of_run = |fact: usize| !of_trials.contains(&fact) && !of_ladder.contains(&fact);
         let mut checked = CheckedRecord::without_facts(run.sample);
-        checked.facts =
-            (facts.values().iter().copied().enumerate()).filter(|(fact, _)| !of_trials.contains(fact)).collect();
+        checked.facts = facts.values().iter().copied().enumerate().filter(|(fact, _)| is_of_run(*fact)).collect();
         Ok(checked)
     }
 
@@ -43,6 +50,16 @@ impl RunCheck {
         }
         let mut checked = CheckedRecord::without_facts(trials.sample);
         checked.facts = (FIRST_OF_TRIALS..).zip(trials.facts().values()).collect();
+        Ok(checked)
+    }
+
+    fn check_ladders(&self, payload: &[u8]) -> Result<CheckedRecord, RecordError> {
+        let ladders = GraspLadders::decode(payload)?;
+        if let Some((_, verdicts, poses)) = self.seen.as_ref().filter(|(sample, ..)| *sample == ladders.sample) {
+            ladders.check_beside(verdicts, *poses)?;
+        }
+        let mut checked = CheckedRecord::without_facts(ladders.sample);
+        checked.facts = (FIRST_OF_LADDER..).zip(ladders.facts().values()).collect();
         Ok(checked)
     }
 }

@@ -18,6 +18,8 @@ pub struct GraspFacts {
     pub given_up: bool,
     /// Outcomes of physical trials; zeros where there were none.
     pub trials: TrialFacts,
+    /// Counts of graded labels; zeros where there are none.
+    pub ladder: LadderFacts,
 }
 
 /// Counts of trials of grasps.
@@ -35,8 +37,28 @@ pub struct TrialFacts {
     pub held_on_table: u32,
 }
 
+/// Counts of graded labels of grasps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LadderFacts {
+    /// States that were tried.
+    pub tried: u32,
+    /// Grasps labelled held.
+    pub held: u32,
+    /// Grasps labelled partial.
+    pub partial: u32,
+    /// Grasps labelled failed.
+    pub failed: u32,
+    /// Grasps labelled blocked.
+    pub blocked: u32,
+    /// Trials that were made.
+    pub trials: u32,
+}
+
 /// Topic of the trials, without which a dataset has no columns of them.
 pub(super) const TRIALS: &str = "/grasps/trials";
+
+/// Topic of the graded labels.
+pub(super) const LADDER: &str = "/grasps/ladder";
 
 const fn fact(name: &'static str, kind: FactKind, meaning: &'static str) -> FactFormat {
     FactFormat { name, kind, topic: None, meaning }
@@ -46,8 +68,12 @@ const fn trials(name: &'static str, meaning: &'static str) -> FactFormat {
     FactFormat { name, kind: FactKind::Count, topic: Some(TRIALS), meaning }
 }
 
+const fn ladder(name: &'static str, meaning: &'static str) -> FactFormat {
+    FactFormat { name, kind: FactKind::Count, topic: Some(LADDER), meaning }
+}
+
 /// Columns of the facts: verdicts in the order of [`GraspVerdict::ALL`], then the others.
-pub(super) const FACTS: [FactFormat; VERDICTS + TRIAL_FACTS + 3] = [
+pub(super) const FACTS: [FactFormat; VERDICTS + TRIAL_FACTS + LADDER_FACTS + 3] = [
     fact("grasps_kept", FactKind::Count, "Kept grasps."),
     fact("grasps_penetrates", FactKind::Count, "States whose hand is too deep in the mesh before it closes."),
     fact("grasps_open_hand", FactKind::Count, "States whose closed hand touches with one link or none."),
@@ -62,6 +88,12 @@ pub(super) const FACTS: [FactFormat; VERDICTS + TRIAL_FACTS + 3] = [
     trials("grasps_held_on_table", "Grasps that lifted the object from a table."),
     fact("best_energy", FactKind::Number(FactRange::FiniteOrNone), "Lowest energy of any state; infinite without one."),
     fact("best_epsilon", FactKind::Number(FactRange::FromZero), "Highest epsilon of a kept grasp; 0 without one."),
+    ladder("graded_tried", "Grasps with a graded label."),
+    ladder("graded_held", "Grasps whose graded label is held."),
+    ladder("graded_partial", "Grasps whose graded label is partial."),
+    ladder("graded_failed", "Grasps whose graded label is failed."),
+    ladder("graded_blocked", "Grasps whose graded label is blocked: both ways of approach are obstructed."),
+    ladder("graded_trials", "Trials that were made for graded labels."),
 ];
 
 /// Number of the facts of trials.
@@ -69,6 +101,12 @@ pub(super) const TRIAL_FACTS: usize = 5;
 
 /// Index of the first fact of trials.
 pub(super) const FIRST_OF_TRIALS: usize = VERDICTS + 1;
+
+/// Number of the facts of graded labels.
+pub(super) const LADDER_FACTS: usize = 6;
+
+/// Index of the first of them: they come last, so that the others keep their order.
+pub(super) const FIRST_OF_LADDER: usize = FIRST_OF_TRIALS + TRIAL_FACTS + 2;
 
 impl Default for GraspFacts {
     fn default() -> Self {
@@ -78,6 +116,7 @@ impl Default for GraspFacts {
             best_epsilon: 0.0,
             given_up: false,
             trials: TrialFacts::default(),
+            ladder: LadderFacts::default(),
         }
     }
 }
@@ -102,11 +141,20 @@ impl TrialFacts {
     }
 }
 
+impl LadderFacts {
+    /// The counts in the order of their columns.
+    pub(super) fn values(self) -> [f64; LADDER_FACTS] {
+        let Self { tried, held, partial, failed, blocked, trials } = self;
+        [tried, held, partial, failed, blocked, trials].map(f64::from)
+    }
+}
+
 impl From<GraspFacts> for Facts {
     fn from(facts: GraspFacts) -> Self {
-        let GraspFacts { verdicts, best_energy, best_epsilon, given_up, trials } = facts;
+        let GraspFacts { verdicts, best_energy, best_epsilon, given_up, trials, ladder } = facts;
         let counts = verdicts.into_iter().chain([u32::from(given_up)]).map(f64::from);
-        Self::new(counts.chain(trials.values()).chain([best_energy, best_epsilon]))
+        let numbers = trials.values().into_iter().chain([best_energy, best_epsilon]);
+        Self::new(counts.chain(numbers).chain(ladder.values()))
     }
 }
 
@@ -114,7 +162,11 @@ impl From<&Facts> for GraspFacts {
     fn from(facts: &Facts) -> Self {
         let [tried, held, refused, tried_on_table, held_on_table] =
             std::array::from_fn(|index| facts.integer(FIRST_OF_TRIALS + index));
+        let [graded, graded_held, partial, failed, blocked, trials] =
+            std::array::from_fn(|index| facts.integer(FIRST_OF_LADDER + index));
+        let ladder = LadderFacts { tried: graded, held: graded_held, partial, failed, blocked, trials };
         Self {
+            ladder,
             verdicts: std::array::from_fn(|index| facts.integer(index)),
             given_up: facts.integer(VERDICTS) != 0,
             trials: TrialFacts { tried, held, refused, tried_on_table, held_on_table },
@@ -139,11 +191,13 @@ mod tests {
             best_epsilon: 0.25,
             given_up: true,
             trials: TrialFacts { tried: 7, held: 8, refused: 9, tried_on_table: 10, held_on_table: 11 },
+            ladder: LadderFacts { tried: 12, held: 13, partial: 14, failed: 15, blocked: 16, trials: 17 },
         };
         let values = Facts::from(facts);
         assert_eq!(GraspFacts::from(&values), facts);
         assert_eq!(values.values().len(), FACTS.len());
         let after = FACTS[FIRST_OF_TRIALS + TRIAL_FACTS].name;
         assert_eq!((FACTS[FIRST_OF_TRIALS].name, after), ("grasps_tried", "best_energy"));
+        assert_eq!((FIRST_OF_LADDER, FACTS[FIRST_OF_LADDER].name), (FACTS.len() - LADDER_FACTS, "graded_tried"));
     }
 }

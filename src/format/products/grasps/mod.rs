@@ -2,6 +2,11 @@
 
 mod check;
 mod facts;
+mod ladder;
+mod ladder_codec;
+#[cfg(test)]
+mod ladder_tests;
+mod levels;
 mod outcome;
 mod row;
 mod run;
@@ -16,7 +21,9 @@ mod tried;
 mod waypoints;
 
 pub(super) use check::CHECKS;
-pub use facts::{GraspFacts, TrialFacts};
+pub use facts::{GraspFacts, LadderFacts, TrialFacts};
+pub use ladder::{GraspLadder, GraspLadders, HELD_SHARE, LadderLabel, LadderMethod, LevelResult, LevelTrial};
+pub use levels::{FailureReason, LadderLevel};
 pub use outcome::TrialOutcome;
 pub(crate) use row::RUN_SCHEMAS;
 pub use row::{FORMAT, SHAPES};
@@ -39,6 +46,8 @@ impl Channel {
     pub const GRASP_RUN: Self = Self::at("/grasps/run");
     /// [`GraspTrials`]: physical trials of grasps of a run.
     pub const GRASP_TRIALS: Self = Self::at(facts::TRIALS);
+    /// [`GraspLadders`]: graded labels of grasps of a run.
+    pub const GRASP_LADDERS: Self = Self::at(facts::LADDER);
 }
 
 impl Record for GraspRun {
@@ -48,5 +57,10 @@ impl Record for GraspRun {
 
 impl Record for GraspTrials {
     const CHANNEL: Channel = Channel::GRASP_TRIALS;
+    const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
+}
+
+impl Record for GraspLadders {
+    const CHANNEL: Channel = Channel::GRASP_LADDERS;
     const DECODE: fn(&[u8]) -> Result<Self, RecordError> = Self::decode;
 }

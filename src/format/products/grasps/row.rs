@@ -1,6 +1,6 @@
 //! The row of grasps in the table of products.
 
-use super::facts::{FACTS, TRIALS};
+use super::facts::{FACTS, LADDER, TRIALS};
 use crate::{ArrayFormat, ChannelFormat, ExtraFile, Noun, ProductFormat};
 
 /// Name of the file of shapes.
@@ -8,6 +8,7 @@ pub const SHAPES: &str = "shapes.mcap";
 
 pub(crate) const RUN_SCHEMAS: &[u8] = include_bytes!("../../generated/grasp.bin");
 const TRIAL_SCHEMAS: &[u8] = include_bytes!("../../generated/trials.bin");
+const LADDER_SCHEMAS: &[u8] = include_bytes!("../../generated/ladder.bin");
 
 /// The row of grasps in the table of products.
 pub static FORMAT: ProductFormat = ProductFormat {
@@ -38,6 +39,16 @@ pub static FORMAT: ProductFormat = ProductFormat {
                 "trials",
                 "(tried grasps, ...)",
                 "physical trials: verdict, displacement, forces, perturbed runs",
+            )],
+        ),
+        ChannelFormat::new(
+            LADDER,
+            "graspmill.GraspLadders",
+            LADDER_SCHEMAS,
+            &[ArrayFormat::new(
+                "ladders",
+                "(tried grasps, ...)",
+                "graded labels: obstacles of the way, verdict and margin per level, reason of a failure",
             )],
         ),
     ],

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use prost::Message;
 
-use super::{GraspFacts, TrialFacts};
+use super::{GraspFacts, LadderFacts, TrialFacts};
 use crate::codec::{
     RecordError,
     fields::{broken, lengthy, named, pose, ranged},
@@ -278,6 +278,7 @@ impl GraspRun {
             best_epsilon: self.kept().map(|grasp| grasp.epsilon(&self.method)).fold(0.0, f64::max),
             given_up: self.is_given_up(),
             trials: TrialFacts::default(),
+            ladder: LadderFacts::default(),
         }
     }
 

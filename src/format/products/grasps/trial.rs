@@ -369,7 +369,7 @@ impl GraspTrials {
 }
 
 /// A message within a message.
-fn nested(out: &mut Vec<u8>, field: u32, encode: impl FnOnce(&mut Vec<u8>)) {
+pub(super) fn nested(out: &mut Vec<u8>, field: u32, encode: impl FnOnce(&mut Vec<u8>)) {
     let mut message = Vec::new();
     encode(&mut message);
     wire::element(out, field, &message);
@@ -385,15 +385,7 @@ impl GraspTrial {
     fn encode(&self, out: &mut Vec<u8>) {
         wire::uint32(out, 1, self.grasp);
         nested(out, 2, |out| self.outcome.encode(out));
-        if let Some(ClosedHand { joints, object_from_base, contacts }) = &self.closed {
-            wire::doubles(out, 3, joints);
-            wire::doubles(out, 4, &object_from_base.to_rows());
-            wire::uint32s(out, 5, contacts.iter().map(|contact| contact.link));
-            wire::doubles_of(out, 6, contacts.iter().flat_map(|contact| contact.point));
-            wire::doubles_of(out, 7, contacts.iter().flat_map(|contact| contact.normal));
-            wire::doubles_of(out, 8, contacts.iter().map(|contact| contact.distance));
-            wire::doubles_of(out, 9, contacts.iter().map(|contact| contact.force));
-        }
+        self.closed.iter().for_each(|closed| closed.encode(out, 3));
         for trial in &self.perturbed {
             nested(out, 10, |out| {
                 wire::double(out, 1, trial.friction);
@@ -440,10 +432,19 @@ impl GraspTrial {
         let verdicts = |field: &'static str, numbers: &[u32]| {
             numbers.iter().map(|number| verdict_of(field, *number)).collect::<Result<Vec<_>, RecordError>>()
         };
+        let stored = StoredHand {
+            joints: &trial.joints,
+            object_from_base: &trial.object_from_base,
+            links: &trial.links,
+            points: &trial.points,
+            normals: &trial.normals,
+            distances: &trial.distances,
+            forces: &trial.forces,
+        };
         let read = Self {
             grasp: trial.grasp,
             outcome: TrialOutcome::of(trial.outcome.as_ref())?,
-            closed: ClosedHand::of(trial, joints)?,
+            closed: ClosedHand::of(&stored, joints)?,
             perturbed: perturbed.collect::<Result<_, RecordError>>()?,
             roll_outs: [count, held],
             variants: verdicts("trials.variants", &trial.variants)?,
@@ -482,11 +483,35 @@ impl TableTrial {
     }
 }
 
+/// A closed hand as a message stores it.
+pub(super) struct StoredHand<'a> {
+    pub joints: &'a [f64],
+    pub object_from_base: &'a [f64],
+    pub links: &'a [u32],
+    pub points: &'a [f64],
+    pub normals: &'a [f64],
+    pub distances: &'a [f64],
+    pub forces: &'a [f64],
+}
+
 impl ClosedHand {
-    fn of(trial: &proto::GraspTrial, joints: usize) -> Result<Option<Self>, RecordError> {
-        let proto::GraspTrial { joints: values, links, points, normals, distances, forces, .. } = trial;
+    /// Appends seven fields, the first of this number.
+    pub(super) fn encode(&self, out: &mut Vec<u8>, first: u32) {
+        let Self { joints, object_from_base, contacts } = self;
+        wire::doubles(out, first, joints);
+        wire::doubles(out, first + 1, &object_from_base.to_rows());
+        wire::uint32s(out, first + 2, contacts.iter().map(|contact| contact.link));
+        wire::doubles_of(out, first + 3, contacts.iter().flat_map(|contact| contact.point));
+        wire::doubles_of(out, first + 4, contacts.iter().flat_map(|contact| contact.normal));
+        wire::doubles_of(out, first + 5, contacts.iter().map(|contact| contact.distance));
+        wire::doubles_of(out, first + 6, contacts.iter().map(|contact| contact.force));
+    }
+
+    /// Reads the closed hand, if one is stored, of a hand with this number of joints.
+    pub(super) fn of(stored: &StoredHand<'_>, joints: usize) -> Result<Option<Self>, RecordError> {
+        let &StoredHand { joints: values, object_from_base, links, points, normals, distances, forces } = stored;
         let count = links.len();
-        if trial.object_from_base.is_empty() && values.is_empty() && count == 0 {
+        if object_from_base.is_empty() && values.is_empty() && count == 0 {
             return Ok(None);
         }
         for (field, expected, values) in [
@@ -508,8 +533,8 @@ impl ClosedHand {
             ranged(MESSAGE, "trials.normals", length, (length - 1.0).abs() < 1e-9, "of unit length")?;
             contacts.push(PressedContact { link, point, normal, distance: distances[index], force: forces[index] });
         }
-        let object_from_base = pose(MESSAGE, "trials.object_from_base", &trial.object_from_base)?;
-        Ok(Some(Self { joints: values.clone(), object_from_base, contacts }))
+        let object_from_base = pose(MESSAGE, "trials.object_from_base", object_from_base)?;
+        Ok(Some(Self { joints: values.to_vec(), object_from_base, contacts }))
     }
 }
 
