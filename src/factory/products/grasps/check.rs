@@ -4,12 +4,12 @@ use std::path::Path as FilePath;
 
 use super::{
     hand::can_grasp,
-    keys::SEARCH_KEYS,
-    settings::{Confirm, GraspSettings, Physics},
+    keys::{AGREEMENT_KEYS, SEARCH_KEYS},
+    settings::{Confirm, GraspSettings, Labels, Physics},
     spec::{
         AmplitudesSpec, AnnealingSpec, AntipodalSpec, AxisSpec, ConfirmSpec, EnergySpec, FrameSpec, GraspsSpec,
-        GravitySpec, KeepSpec, MassSpec, PairDepthSpec, PhysicsSpec, RestingSpec, SamplerSpec, SpaceSpec, SupportSpec,
-        TriedSpec, UniformSpec,
+        GravitySpec, KeepSpec, LabelsSpec, MassSpec, PairDepthSpec, PhysicsSpec, RestingSpec, SamplerSpec, SpaceSpec,
+        SupportSpec, TriedSpec, UniformSpec,
     },
 };
 use crate::sections::{JobHand, read_hand};
@@ -180,7 +180,13 @@ fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
         gravity,
         table,
         table_friction,
+        labels,
     } = spec;
+    for key in AGREEMENT_KEYS.into_iter().filter(|_| labels == LabelsSpec::Ladder) {
+        if checker.has(key) {
+            checker.contradiction(key, "physics.labels = \"ladder\"", "it is a setting of labels by agreement");
+        }
+    }
     if rollout_share == 0.0 && checker.has("physics.rollouts") {
         let because = "no grasp is rolled out";
         checker.contradiction("physics.rollouts", "physics.rollout_share = 0", because);
@@ -213,6 +219,10 @@ fn physics(checker: &mut Checker, spec: &PhysicsSpec) -> Physics {
         failed_per_held,
         six_directions: gravity == GravitySpec::SixDirections,
         table_friction: table.then_some(table_friction),
+        labels: match labels {
+            LabelsSpec::Agreement => Labels::Agreement,
+            LabelsSpec::Ladder => Labels::Ladder,
+        },
     }
 }
 

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::{
-    settings::{Confirm, GraspJob, GraspSettings, Physics},
+    settings::{Confirm, GraspJob, GraspSettings, Labels, Physics},
     spec::{
         AmplitudesSpec, AnnealingSpec, AntipodalSpec, AutoMass, AxisSpec, ClampedAmplitudes, ConfirmSpec, EnergySpec,
-        FrameSpec, GraspsSpec, GravitySpec, KeepSpec, MassSpec, NamedAmplitudes, PairDepthSpec, PhysicsSpec,
-        RestingSpec, SamplerSpec, SpaceSpec, SupportSpec, TriedSpec, UniformSpec,
+        FrameSpec, GraspsSpec, GravitySpec, KeepSpec, LabelsSpec, MassSpec, NamedAmplitudes, PairDepthSpec,
+        PhysicsSpec, RestingSpec, SamplerSpec, SpaceSpec, SupportSpec, TriedSpec, UniformSpec,
     },
 };
 use crate::sections::{keys_of, without};
@@ -26,6 +26,18 @@ pub(super) const SEARCH_KEYS: [&str; 7] = [
     "annealing.amplitudes",
     "annealing.best",
     "annealing.max_failures",
+];
+
+/// Keys of labels by agreement; graded labels have no use for them.
+pub(super) const AGREEMENT_KEYS: [&str; 8] = [
+    "physics.perturbed_runs",
+    "physics.rollout_share",
+    "physics.rollouts",
+    "physics.variant_share",
+    "physics.series_share",
+    "physics.confirm",
+    "physics.failed_per_held",
+    "physics.gravity",
 ];
 
 impl GraspJob {
@@ -66,6 +78,12 @@ impl GraspJob {
         }
         if physics.is_some_and(|physics| physics.table_friction.is_none()) {
             idle.push("physics.table_friction");
+        }
+        match physics.map(|physics| physics.labels) {
+            Some(Labels::Ladder) => idle.extend(AGREEMENT_KEYS),
+            // Not written, so that jobs of earlier versions keep their digests.
+            Some(Labels::Agreement) => idle.push("physics.labels"),
+            None => {}
         }
         without(keys_of(&spec), &idle)
     }
@@ -118,6 +136,7 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
             failed_per_held,
             six_directions,
             table_friction,
+            labels,
         } = physics;
         PhysicsSpec {
             tried: match tried {
@@ -141,6 +160,10 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
             gravity: if six_directions { GravitySpec::SixDirections } else { GravitySpec::Lifted },
             table: table_friction.is_some(),
             table_friction: table_friction.unwrap_or_default(),
+            labels: match labels {
+                Labels::Agreement => LabelsSpec::Agreement,
+                Labels::Ladder => LabelsSpec::Ladder,
+            },
         }
     });
     spec

@@ -2,12 +2,14 @@
 //!
 //! [`GraspWorker`] is the producer of one thread: it loads an object and makes its runs one by one, each from a
 //! separate seed ([`seeds`]). A state that the search found ([`robot::grasp`]) becomes a record in `recorded`; with
-//! `[physics]` the kept grasps are tried in MuJoCo (`trials`), and no grasp depends on the outcome.
+//! `[physics]` the kept grasps are tried in MuJoCo (`trials`, or `ladders` for graded labels), and no grasp depends on the outcome.
 
 mod check;
 mod hand;
 mod keys;
+mod ladders;
 mod recorded;
+mod recorded_trial;
 mod row;
 mod seeds;
 mod series;
@@ -21,6 +23,6 @@ mod worker;
 pub use hand::GraspHand;
 pub use row::FACTORY;
 pub use seeds::seeds;
-pub use settings::{GraspJob, GraspSettings, Physics};
+pub use settings::{GraspJob, GraspSettings, Labels, Physics};
 pub use shapes::{hand_shape, object_shape, trial_hand};
 pub use worker::GraspWorker;

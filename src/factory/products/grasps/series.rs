@@ -27,7 +27,7 @@ pub(super) fn recorded_series(series: &Series, gravity: Gravity) -> TrialSeries 
 }
 
 /// Index of a phase in the names that records have for it.
-fn phase_index(phase: Phase) -> usize {
+pub(super) fn phase_index(phase: Phase) -> usize {
     match phase {
         Phase::Closing => 0,
         Phase::Lift => 1,

@@ -1,7 +1,7 @@
 //! A job for grasps, checked.
 
 use crate::sections::{JobHand, JobObjects};
-use format::TriedStates;
+use format::{Channel, TriedStates};
 use robot::grasp::{Annealing, Keeping, Sampler};
 use sim::Variant;
 
@@ -65,6 +65,17 @@ pub struct Physics {
     pub six_directions: bool,
     /// Friction of the object against the table on which grasps are tried as well; `None` where they are not.
     pub table_friction: Option<f64>,
+    /// Method of the labels.
+    pub labels: Labels,
+}
+
+/// Method by which trials become labels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Labels {
+    /// Trials in the air, on a table, perturbed and confirmed that agree.
+    Agreement,
+    /// A share of levels of rising difficulty.
+    Ladder,
 }
 
 /// Choice of the trials that are made again before their outcome is a label.
@@ -93,6 +104,16 @@ impl Confirm {
     /// Easier conditions, under which a grasp that failed is tried again.
     pub fn easier(self) -> &'static [Variant] {
         if self == Self::None { &[] } else { &Variant::EASIER }
+    }
+}
+
+impl Labels {
+    /// The channel that holds the labels.
+    pub fn channel(self) -> Channel {
+        match self {
+            Self::Agreement => Channel::GRASP_TRIALS,
+            Self::Ladder => Channel::GRASP_LADDERS,
+        }
     }
 }
 

@@ -358,6 +358,23 @@ pub struct PhysicsSpec {
     #[serde(default = "physics::friction")]
     #[schemars(range(min = 0, max = 10))]
     pub table_friction: f64,
+    /// Method by which trials become labels.
+    #[serde(default)]
+    #[schemars(extend("examples" = ["ladder"]))]
+    pub labels: LabelsSpec,
+}
+
+/// Method by which trials become labels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LabelsSpec {
+    /// Trials in the air, on a table, perturbed and confirmed must agree: strict, and many states are left without a label.
+    #[default]
+    Agreement,
+    /// Graded: the share of four levels of rising difficulty at which the grasp holds, by bisection with two or three trials,
+    /// and the reason of a failure. A state whose ways of approach are both obstructed fails without a trial. Keys of the
+    /// other method have no effect.
+    Ladder,
 }
 
 /// Choice of the states to try.

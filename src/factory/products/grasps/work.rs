@@ -19,7 +19,7 @@ use crate::{
     sections::{JobObject, JobObjects, SplitInput, shards_section},
     work::{Closing, OpenWork, Opening, Producer, SideCost, Work, WorkTables},
 };
-use format::{Channel, ObjectShape, Product, extras::ShapesWriter};
+use format::{ObjectShape, Product, extras::ShapesWriter};
 use kernel::{
     files::Folder,
     geom::SimdLevel,
@@ -63,7 +63,7 @@ impl Work for GraspJob {
     }
 
     fn tables(&self, splits: Option<&JobSplits>) -> WorkTables {
-        let tried = self.settings.physics.map(|_| (Channel::GRASP_TRIALS, NumberClass::Physics));
+        let tried = self.settings.physics.map(|physics| (physics.labels.channel(), NumberClass::Physics));
         WorkTables {
             class: NumberClass::Exact,
             channel_classes: tried.into_iter().collect(),

@@ -6,9 +6,10 @@ use nalgebra::IsometryMatrix3;
 
 use super::{
     hand::GraspHand,
+    ladders::Ladders,
     recorded::{method, names, recorded},
     seeds::seeds,
-    settings::{GraspJob, GraspSettings},
+    settings::{GraspJob, GraspSettings, Labels, Physics},
     trials::Trials,
 };
 use crate::{ProduceError, SampleWriter, objects::prepared, work::Producer};
@@ -37,7 +38,22 @@ pub struct GraspWorker<'j> {
     loaded: Option<(usize, LoadedObject)>,
     record: GraspRun,
     /// With `[physics]`.
-    trials: Option<Trials>,
+    trials: Option<Labeller>,
+}
+
+/// Physical trials, by the method of their labels.
+enum Labeller {
+    Agreement(Box<Trials>),
+    Ladder(Box<Ladders>),
+}
+
+impl Labeller {
+    fn new(job: &GraspJob, settings: Physics, seed: u64, run: &GraspRun) -> Result<Self, ProduceError> {
+        Ok(match settings.labels {
+            Labels::Agreement => Self::Agreement(Box::new(Trials::new(job, settings, seed, run)?)),
+            Labels::Ladder => Self::Ladder(Box::new(Ladders::new(job, settings, run)?)),
+        })
+    }
 }
 
 /// Source of states of the hand.
@@ -89,7 +105,7 @@ impl<'j> GraspWorker<'j> {
             search,
             passage: HandPassage::new(&hand.search, 0.0),
             loaded: None,
-            trials: job.settings.physics.map(|physics| Trials::new(job, physics, seed, &record)).transpose()?,
+            trials: job.settings.physics.map(|physics| Labeller::new(job, physics, seed, &record)).transpose()?,
             record,
         })
     }
@@ -112,8 +128,11 @@ impl<'j> GraspWorker<'j> {
         // A job refuses such an object when it is opened.
         let search = search.ok_or_else(|| ProduceError::unusable(name(), "it has no solid inside"))?;
         cancel.check()?;
-        if let Some(trials) = &mut self.trials {
-            trials.load(&prepared, surface, search.resting(), &object.weight(&prepared))?;
+        let weight = object.weight(&prepared);
+        match &mut self.trials {
+            Some(Labeller::Agreement(trials)) => trials.load(&prepared, surface, search.resting(), &weight)?,
+            Some(Labeller::Ladder(ladders)) => ladders.load(&prepared, surface, search.resting(), &weight)?,
+            None => {}
         }
         Ok(LoadedObject { id, seeds, search, surface: Arc::clone(surface) })
     }
@@ -121,7 +140,7 @@ impl<'j> GraspWorker<'j> {
 
 impl Producer for GraspWorker<'_> {
     fn channels(&self) -> Vec<Channel> {
-        let trials = self.job.settings.physics.map(|_| Channel::GRASP_TRIALS);
+        let trials = self.job.settings.physics.map(|physics| physics.labels.channel());
         std::iter::once(Channel::GRASP_RUN).chain(trials).collect()
     }
 
@@ -160,8 +179,18 @@ impl Producer for GraspWorker<'_> {
         if let Some(payload) = out.payload(Channel::GRASP_RUN) {
             self.record.encode(payload);
         }
-        if let (Some(trials), Some(payload)) = (&mut self.trials, out.payload(Channel::GRASP_TRIALS)) {
-            facts.trials = trials.run(&self.record, payload)?;
+        match &mut self.trials {
+            Some(Labeller::Agreement(trials)) => {
+                if let Some(payload) = out.payload(Channel::GRASP_TRIALS) {
+                    facts.trials = trials.run(&self.record, payload)?;
+                }
+            }
+            Some(Labeller::Ladder(ladders)) => {
+                if let Some(payload) = out.payload(Channel::GRASP_LADDERS) {
+                    facts.ladder = ladders.run(&self.record, payload)?;
+                }
+            }
+            None => {}
         }
         out.keep(sample, facts)
     }

@@ -8,7 +8,7 @@ use std::{
 use super::settings::{ChosenGrasp, FoundGrasps, GraspTable, GraspTrialEnd, GraspedObject};
 use crate::products::input::{InvalidInput, open_input};
 use format::{
-    Grasp, GraspLabel, GraspRun, GraspTrial, GraspTrials, Product, WRENCH,
+    Channel, Grasp, GraspLabel, GraspRun, GraspTrial, GraspTrials, Product, WRENCH,
     dataset::{DatasetError, DatasetReader, Sample, Selection},
     extras::InvalidResting,
 };
@@ -28,7 +28,7 @@ pub enum InvalidGrasps {
     /// The dataset cannot be read.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
-    /// Labels are to be those of trials, and the dataset has none.
+    /// Labels are to be those of trials, and the dataset has none, or graded labels only.
     #[error("{} has no trials, which the labels require", .0.shown())]
     NoTrials(PathBuf),
     /// A row of the dataset's table of assets has resting poses that make no sense.
@@ -58,6 +58,8 @@ pub struct WantedGrasps {
 pub fn read_grasps(folder: &Path, wanted: WantedGrasps) -> Result<FoundGrasps, InvalidGrasps> {
     let (reader, root) = open_input(folder, Product::GRASPS, NumberClass::Exact)?;
     let trials = match wanted.by_trials {
+        // Labels of patches are those of trials that agree, not graded ones.
+        true if !reader.manifest().channels().contains(&Channel::GRASP_TRIALS) => return Err(no_trials(folder)),
         true => Some(*reader.manifest().classes.get(&NumberClass::Physics).ok_or_else(|| no_trials(folder))?),
         false => None,
     };

@@ -10,8 +10,8 @@ use nalgebra::Vector3;
 use super::settings::{PickGrasps, StoredGrasp};
 use crate::products::input::{InvalidInput, open_input};
 use format::{
-    Grasp, GraspLabel, GraspRun, GraspTrials, Product, TakenGrasps,
-    dataset::{DatasetError, Selection},
+    Grasp, GraspLabel, GraspLadders, GraspRun, GraspTrials, LadderLabel, Product, TakenGrasps,
+    dataset::{DatasetError, Sample, Selection},
 };
 use kernel::{
     ids::ObjectId,
@@ -59,8 +59,8 @@ pub fn read_pick_grasps(
             continue;
         }
         let run = sample.read::<GraspRun>()?;
-        let tried = if take.needs_trials() { sample.find::<GraspTrials>()? } else { None };
-        let taken = (0..).zip(&run.grasps).filter(|(rank, grasp)| is_taken(take, *rank, grasp, tried.as_ref()));
+        let tried = if take.needs_trials() { held_of_tried(&sample)? } else { BTreeMap::new() };
+        let taken = (0..).zip(&run.grasps).filter(|(rank, grasp)| is_taken(take, *rank, grasp, &tried));
         // A hand that touches nothing has no line to be rotated about, and grasps nothing.
         let stored = taken.filter(|(_, grasp)| !grasp.contacts.is_empty());
         let stored = stored.map(|(rank, grasp)| stored_grasp(sample.id.item.0, rank, grasp));
@@ -72,11 +72,22 @@ pub fn read_pick_grasps(
     Ok(PickGrasps { root, trials, hand, take, objects })
 }
 
-fn is_taken(take: TakenGrasps, rank: u32, grasp: &Grasp, tried: Option<&GraspTrials>) -> bool {
-    let trial = || tried.and_then(|tried| tried.trials.iter().find(|trial| trial.grasp == rank));
+/// The tried grasps of a run, each with whether its label is held, by either method of labels.
+fn held_of_tried(sample: &Sample) -> Result<BTreeMap<u32, bool>, DatasetError> {
+    let mut tried = BTreeMap::new();
+    if let Some(trials) = sample.find::<GraspTrials>()? {
+        tried.extend(trials.trials.iter().map(|trial| (trial.grasp, trial.label() == GraspLabel::Held)));
+    }
+    if let Some(ladders) = sample.find::<GraspLadders>()? {
+        tried.extend(ladders.ladders.iter().map(|ladder| (ladder.grasp, ladder.label() == LadderLabel::Held)));
+    }
+    Ok(tried)
+}
+
+fn is_taken(take: TakenGrasps, rank: u32, grasp: &Grasp, tried: &BTreeMap<u32, bool>) -> bool {
     match take {
-        TakenGrasps::Tried => trial().is_some(),
-        TakenGrasps::Held => trial().is_some_and(|trial| trial.label() == GraspLabel::Held),
+        TakenGrasps::Tried => tried.contains_key(&rank),
+        TakenGrasps::Held => tried.get(&rank).copied() == Some(true),
         TakenGrasps::Kept => grasp.verdict == GraspVerdict::Kept,
         TakenGrasps::Closed => grasp.verdict.is_closed(),
         // No stored grasp is a sampled one.
