@@ -25,8 +25,11 @@ from .field import Axis, Nearest, ReachabilityField
 from .folder import FORMAT_VERSION, Folder
 from .geometry import Camera, Grid, SampleId, pack, unpack
 from .grasps import (
+    FAILURE_REASONS,
     FREE_WAYS,
+    GRADED_LABELS,
     GRASP_LABELS,
+    LADDER_LEVELS,
     PATH_STAGES,
     TRIAL_PHASES,
     TRIAL_VERDICTS,
@@ -110,7 +113,10 @@ __all__ = [
     "SceneContacts",
     "SceneSample",
     "ShuffledChunks",
+    "FAILURE_REASONS",
+    "GRADED_LABELS",
     "GRASP_LABELS",
+    "LADDER_LEVELS",
     "TRIAL_PHASES",
     "TRIAL_VERDICTS",
     "Tsdf",

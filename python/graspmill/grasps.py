@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,6 +28,20 @@ TRIAL_VERDICTS = (
 
 GRASP_LABELS = (None, "untested", "held", "failed", "borderline", "unconfirmed")
 """Labels of grasps, the combined result of all trials, by number; none in datasets of earlier versions."""
+
+GRADED_LABELS = (None, "untested", "held", "partial", "failed", "blocked")
+"""Graded labels of grasps, by number."""
+LADDER_LEVELS = ("easy", "nominal", "adverse", "hard")
+"""Levels of graded labels, the easiest first."""
+FAILURE_REASONS = (
+    *(None, "blocked", "nothing", "pushed_away", "ejected", "one_sided", "slipped_lift", "rotated_lift"),
+    *("slipped_shake", "rotated_shake", "let_go", "unstable", "starts_too_deep"),
+)
+"""Reasons why a grasp failed, by number."""
+HELD_SHARE = 0.75
+"""Share of the levels from which on a grasp is labelled held."""
+SYMMETRIC_IMBALANCE = 0.25
+"""Imbalance of the normal forces below which a hand has closed symmetrically."""
 
 WAYPOINTS = ("pregrasp", "arrival", "posture", "closed", "lifted")
 """Name of each waypoint of a grasp."""
@@ -56,11 +71,22 @@ _LISTS = (*_JOINTS, "clearances", "clearances_opened")
 _OBSTACLES = (("", "table"), ("object", "object and table"))
 _COUNTS = ("perturbed", "perturbed_held", "roll_outs", "roll_outs_held")
 _TRIAL = ("trial", "held", *_COUNTS, "label", "robust", "table_pose", "table_trial", "held_on_table")
+_GRADED = (
+    *("graded_label", "success", "graded_trials", "reason", "graded_pose", "graded_obstacles", "second_law", "levels"),
+    *("level_reasons", "level_slips", "level_rotations", "level_depths", "closing_moved", "closing_turned"),
+    *("closed_links", "imbalance", "symmetric"),
+)
+_OBSTACLE_WORDS = ("", "object", "table", "object and table")
+_LEVEL_STATES = (None, "inferred held", "inferred lost", "unknown")
+# Verdicts of trials that are inconclusive.
+_INCONCLUSIVE = (TRIAL_VERDICTS.index("starts_too_deep"), TRIAL_VERDICTS.index("unstable"))
 # Columns of frames whose values may be missing, for all grasps or some, have a nullable type.
 _KINDS = dict.fromkeys(("verdict", "trial", "label", "table_trial", "free_ways"), "string")
 _KINDS |= dict.fromkeys(("object_in_way_posture", "object_in_way_opened"), "string")
 _KINDS |= dict.fromkeys(("held", "robust", "held_on_table"), "boolean")
 _KINDS |= dict.fromkeys(("type", *_COUNTS, "table_pose"), "Int64")
+_KINDS |= dict.fromkeys(("graded_label", "reason", "second_law"), "string")
+_KINDS |= dict.fromkeys(("graded_trials", "graded_pose", "closed_links"), "Int64") | {"symmetric": "boolean"}
 
 _MAX_RESTING_POSES = 4096
 """Far above the number of any object: a run that states more would allocate unlimited memory."""
@@ -267,10 +293,118 @@ class GraspSample(Sample):
         return table
 
     @content
+    def success(self) -> npt.NDArray[np.float64]:
+        """(grasps,) share of the levels at which each grasp holds (channel ``ladder``): 0 if both ways of approach are blocked,
+        NaN if it was not tried or the trial at the level nominal was inconclusive."""
+        success = np.full(len(self.grasps), np.nan)
+        for row in self.message("ladder")["ladders"]:
+            success[row["grasp"]] = _success(row)
+        return success
+
+    def graded_labels(self, held: float = HELD_SHARE) -> npt.NDArray[np.str_]:
+        """(grasps,) label of each grasp by its levels (channel ``ladder``), one of ``GRADED_LABELS``, or empty if it was not
+        tried: ``held`` from this share of the levels on."""
+        labels = np.full(len(self.grasps), "", "<U8")
+        with self.reading():
+            for row in self.message("ladder")["ladders"]:
+                labels[row["grasp"]] = _graded_label(row, held)
+        return labels
+
+    @content
+    def ladder(self) -> Table:
+        """One row per grasp with a graded label (channel ``ladder``).
+
+        ``grasp`` (row of ``grasps``), ``resting_pose`` (of the object, on whose table it was tried, -1 in the air),
+        ``obstacles`` (2: on the way in posture and on the opened way, 1 object, 2 table, 3 both), ``success``, ``trials``,
+        ``label`` (index into ``GRADED_LABELS``), ``reason`` (index into ``FAILURE_REASONS``, of the level nominal or the
+        easiest level that was lost). Per level of ``LADDER_LEVELS`` (4): ``state`` (0 tried, 1 inferred to hold, 2 inferred to be
+        lost, 3 unknown), ``verdict`` (index into ``TRIAL_VERDICTS``), ``reasons``, ``farthest`` (m) and ``rotation`` (rad) of the
+        object in the hand with their ``farthest_phase`` and ``rotation_phase`` (index into ``TRIAL_PHASES["lifted"]``), ``depth``
+        (m: deepest overlap from when the hand had closed), ``closing_moved`` (m), ``closing_turned`` (rad), ``closed_links`` and
+        ``imbalance`` (0 to 1); numbers are NaN, verdicts 255 where no trial was made.
+        """
+        rows: list[Message] = self.message("ladder")["ladders"]
+        fields: list[Any] = [("grasp", "<i4"), ("resting_pose", "<i4"), ("obstacles", "u1", 2), ("success", "<f8")]
+        fields += [("trials", "<i4"), ("label", "u1"), ("reason", "u1")]
+        count = len(LADDER_LEVELS)
+        fields += [(name, "u1", count) for name in ("state", "verdict", "reasons", "farthest_phase", "rotation_phase")]
+        numbers = ("farthest", "rotation", "depth", "closing_moved", "closing_turned", "imbalance")
+        fields += [(name, "<f8", count) for name in numbers] + [("closed_links", "<i4", count)]
+        table = np.zeros(len(rows), fields)
+        for name in numbers:
+            table[name] = np.nan
+        table["verdict"], table["state"] = 255, 3
+        for place, row in enumerate(rows):
+            some = table[place]
+            some["grasp"], some["label"], some["obstacles"] = row["grasp"], row["label"], row["obstacles"]
+            some["resting_pose"] = row["resting_pose"][0] if len(row["resting_pose"]) else -1
+            some["success"], some["trials"], some["reason"] = _success(row), _trials(row), _reason(row)
+            for index, level in enumerate(row["levels"]):
+                some["state"][index] = level["state"]
+                if level["state"]:
+                    continue
+                outcome = level["outcome"]
+                some["verdict"][index], some["farthest"][index] = outcome["verdict"], outcome["farthest"]
+                some["reasons"][index], some["depth"][index] = level["reason"], _depth(outcome)
+                for name in ("farthest_phase", "rotation_phase", "rotation", *numbers[3:], "closed_links"):
+                    some[name][index] = level[name]
+        return table
+
+    @content
     def trial_contacts(self) -> Table:
-        """Contacts when gravity was switched on, as ``contacts`` (channel ``trials``); also ``force`` (N, along the normal)."""
-        rows: list[Message] = self.message("trials")["trials"]
+        """Contacts when gravity was switched on, as ``contacts`` (channel ``trials``, or ``ladder`` at the level nominal); also
+        ``force`` (N, along the normal)."""
+        is_graded = self.has("ladder") and not self.has("trials")
+        rows: list[Message] = self.message("ladder")["ladders"] if is_graded else self.message("trials")["trials"]
         return _contacts(rows, [*_CONTACT, ("force", "<f8")])
+
+
+def _holds(level: Message) -> bool | None:
+    """Whether a grasp holds at a level; None if that is unknown, or the trial was inconclusive."""
+    if level["state"]:
+        return {1: True, 2: False}.get(level["state"])
+    verdict = level["outcome"]["verdict"]
+    return None if verdict in _INCONCLUSIVE else bool(verdict == 0)
+
+
+def _success(row: Message) -> float:
+    """Share of the levels at which a grasp holds; 0 for a blocked one, NaN for an untested one."""
+    levels = row["levels"]
+    if not levels:
+        return 0.0
+    if _holds(levels[LADDER_LEVELS.index("nominal")]) is None:
+        return np.nan
+    return sum(_holds(level) is True for level in levels) / len(levels)
+
+
+def _trials(row: Message) -> int:
+    return sum(1 for level in row["levels"] if level["state"] == 0) + bool(row["second_law"])
+
+
+def _reason(row: Message) -> int:
+    """Why a grasp failed at the level nominal, or at the easiest level that it lost, as an index into FAILURE_REASONS."""
+    if not row["levels"]:
+        return FAILURE_REASONS.index("blocked")
+    tried = [level for level in row["levels"][LADDER_LEVELS.index("nominal") :] if level["state"] == 0]
+    return next((int(level["reason"]) for level in tried if level["reason"]), 0)
+
+
+def _depth(outcome: Message) -> float:
+    return float(max(outcome["closed_penetration"], outcome["shaken_penetration"]))
+
+
+def _graded_label(row: Message, held: float) -> str:
+    """The label of a grasp that is held from this share of the levels on."""
+    success, levels = _success(row), row["levels"]
+    if not levels:
+        return "blocked"
+    if np.isnan(success):
+        return "untested"
+    if 0 < success >= held:
+        return "held"
+    second = row["second_law"]
+    lost = _holds(levels[0]) is False and bool(second) and _holds(second) is False
+    return "failed" if lost else "partial"
 
 
 def _contacts(rows: list[Message], fields: list[Any]) -> Table:
@@ -301,7 +435,8 @@ def grasp_frame(data: Dataset[GraspSample]) -> pd.DataFrame:
     were not tried: these are untested, not bad. ``label`` is the combined result of all trials of a grasp: ``held``, ``failed``,
     ``borderline`` if they disagree, ``unconfirmed`` if none held but not all were made, ``untested``. ``robust`` is whether a
     held grasp also holds under every variant of the conditions (known for some grasps), ``held_on_table`` whether the grasp
-    lifted the object from a table on which it rested in its resting pose ``table_pose``.
+    lifted the object from a table on which it rested in its resting pose ``table_pose``. If it has graded labels, the columns from
+    ``graded_label`` on are those of ``grasps.parquet``.
 
     Raises ``MissingPackage`` without pandas, ``KeyError`` if the selection does not read the channel ``run``.
     """
@@ -355,7 +490,46 @@ def _unchecked_columns(sample: GraspSample) -> Columns:
         untried: Message = dict.fromkeys(_TRIAL)
         outcomes = [of_grasp.get(rank, untried) for rank in range(len(rows))]
         columns |= {name: [outcome[name] for outcome in outcomes] for name in _TRIAL}
+    if sample.has("ladder"):
+        graded = {row["grasp"]: _graded(row) for row in sample.message("ladder")["ladders"]}
+        ungraded: Message = dict.fromkeys(_GRADED) | {"success": np.nan, "closing_moved": np.nan}
+        ungraded |= {"closing_turned": np.nan, "imbalance": np.nan}
+        ladders = [graded.get(rank, ungraded) for rank in range(len(rows))]
+        columns |= {name: [ladder[name] for ladder in ladders] for name in _GRADED}
     return columns
+
+
+def _graded(row: Message) -> Message:
+    """The columns of graded labels of a grasp."""
+    levels, second = row["levels"], row["second_law"]
+    tried = [level if level["state"] == 0 else None for level in levels]
+    nominal = tried[LADDER_LEVELS.index("nominal")] if tried else None
+
+    def numbers(of: Callable[[Message], float]) -> npt.NDArray[np.float64] | None:
+        return np.array([np.nan if level is None else of(level) for level in tried]) if tried else None
+
+    def texts(of: Callable[[Message], str]) -> npt.NDArray[np.object_] | None:
+        return np.array([of(level) for level in levels], object) if tried else None
+
+    return {
+        "graded_label": GRADED_LABELS[row["label"]],
+        "success": _success(row),
+        "graded_trials": _trials(row),
+        "reason": FAILURE_REASONS[_reason(row)],
+        "graded_pose": row["resting_pose"][0] if len(row["resting_pose"]) else None,
+        "graded_obstacles": np.array([_OBSTACLE_WORDS[number] for number in row["obstacles"]], object),
+        "second_law": TRIAL_VERDICTS[second["outcome"]["verdict"]] if second else None,
+        "levels": texts(lambda level: _LEVEL_STATES[level["state"]] or TRIAL_VERDICTS[level["outcome"]["verdict"]]),
+        "level_reasons": texts(lambda level: FAILURE_REASONS[level["reason"]] or ""),
+        "level_slips": numbers(lambda level: level["outcome"]["farthest"]),
+        "level_rotations": numbers(lambda level: level["rotation"]),
+        "level_depths": numbers(lambda level: _depth(level["outcome"])),
+        "closing_moved": nominal["closing_moved"] if nominal else np.nan,
+        "closing_turned": nominal["closing_turned"] if nominal else np.nan,
+        "closed_links": nominal["closed_links"] if nominal else None,
+        "imbalance": nominal["imbalance"] if nominal else np.nan,
+        "symmetric": nominal["imbalance"] < SYMMETRIC_IMBALANCE if nominal else None,
+    }
 
 
 def _columns_of_ways(sample: GraspSample) -> Columns:

@@ -4,6 +4,7 @@ mod annealing;
 mod datasets;
 mod in_scene;
 mod kept_trials;
+mod ladders;
 mod passage;
 mod patch_marks;
 mod patches;

@@ -4,6 +4,7 @@ use serde_json::{Map, Value as Json, json};
 
 use super::{
     column::{OfSample, RowColumn, fact_columns, matrix, numbers, sample_columns},
+    ladder::{OfLadder, ladder_columns},
     objects::{self, ObjectCounts},
     row_table::{RowTable, TableName, TableRow, WrittenTable, table_facts},
     series::SeriesRow,
@@ -16,8 +17,8 @@ use crate::export::{
     target::Target,
 };
 use format::{
-    Channel, Grasp, GraspRun, GraspTrial, GraspTrials, HeldContact, PressedContact, Product, TableTrial, WayObstacles,
-    dataset::DatasetReader,
+    Channel, ClosedHand, Grasp, GraspLadder, GraspLadders, GraspRun, GraspTrial, GraspTrials, HeldContact,
+    PressedContact, Product, TableTrial, WayObstacles, dataset::DatasetReader,
 };
 use kernel::{
     geom::{HandBase, Object, Pose},
@@ -46,6 +47,7 @@ pub(super) struct GraspRow<'a> {
     rank: u32,
     grasp: &'a Grasp,
     trial: Option<&'a GraspTrial>,
+    ladder: Option<&'a GraspLadder>,
     /// One value per resting pose of the object: the lowest point of the hand over the table, approaching in its posture and
     /// opened.
     clearances: [Vec<f64>; 2],
@@ -81,6 +83,12 @@ impl OfSample for GraspRow<'_> {
     }
 }
 
+impl OfLadder for GraspRow<'_> {
+    fn ladder(&self) -> Option<&GraspLadder> {
+        self.ladder
+    }
+}
+
 impl OfSample for ContactRow<'_> {
     fn sample(&self) -> &SelectedSample<'_> {
         self.sample
@@ -98,12 +106,13 @@ pub(super) fn write(
     let (mut tables, mut counts): (Option<GraspTables>, _) = (None, ObjectCounts::default());
     selected.each(|stored, sample| {
         let (run, trials) = (stored.read::<GraspRun>()?, stored.find::<GraspTrials>()?);
+        let ladders = stored.find::<GraspLadders>()?;
         counts.add([sample.id.subject]);
         let tables = match &mut tables {
             Some(tables) => tables,
             none => none.insert(GraspTables::create(reader, target, &run, trials.as_ref())?),
         };
-        tables.push(sample, &run, trials.as_ref())
+        tables.push(sample, &run, trials.as_ref(), ladders.as_ref())
     })?;
     let objects = objects::write(reader, &assets.objects, &counts, target)?;
     let (grasps, facts) = tables.map_or(Ok((0, Map::new())), |tables| tables.finish(objects))?;
@@ -155,11 +164,13 @@ impl GraspTables {
         sample: &SelectedSample<'_>,
         run: &GraspRun,
         trials: Option<&GraspTrials>,
+        ladders: Option<&GraspLadders>,
     ) -> Result<(), ExportError> {
         self.runs.extend([RunRow { sample, run }])?;
+        let tried = Tried { trials, ladders };
         self.grasps
-            .extend((0..).zip(&run.grasps).map(|(rank, grasp)| GraspRow::new(sample, run, trials, (rank, grasp))))?;
-        self.contacts.extend((0..).zip(&run.grasps).flat_map(|of| ContactRow::of_grasp(sample, run, trials, of)))?;
+            .extend((0..).zip(&run.grasps).map(|(rank, grasp)| GraspRow::new(sample, run, tried, (rank, grasp))))?;
+        self.contacts.extend((0..).zip(&run.grasps).flat_map(|of| ContactRow::of_grasp(sample, run, tried, of)))?;
         if let (Some(table), Some(trials)) = (&mut self.trials, trials) {
             table.extend(TrialRow::all(sample, trials))?;
         }
@@ -181,16 +192,12 @@ impl GraspTables {
 }
 
 impl<'a> GraspRow<'a> {
-    fn new(
-        sample: &'a SelectedSample<'a>,
-        run: &GraspRun,
-        trials: Option<&'a GraspTrials>,
-        (rank, grasp): (u32, &'a Grasp),
-    ) -> Self {
-        let trial = trials.and_then(|trials| trial_of(trials, rank));
+    fn new(sample: &'a SelectedSample<'a>, run: &GraspRun, tried: Tried<'a>, (rank, grasp): (u32, &'a Grasp)) -> Self {
+        let trial = tried.trials.and_then(|trials| trial_of(trials, rank));
+        let ladder = tried.ladders.and_then(|ladders| ladders.ladder_of(rank));
         let clearances = [0, 1].map(|way| grasp.clearances.iter().map(|lowest| lowest[way]).collect());
         let pregrasp = grasp.object_from_base_back(run.method.stand_off);
-        Self { sample, rank, grasp, trial, clearances, pregrasp }
+        Self { sample, rank, grasp, trial, ladder, clearances, pregrasp }
     }
 }
 
@@ -199,23 +206,37 @@ impl<'a> ContactRow<'a> {
     fn of_grasp(
         sample: &'a SelectedSample<'a>,
         run: &'a GraspRun,
-        trials: Option<&'a GraspTrials>,
+        tried: Tried<'a>,
         (rank, grasp): (u32, &'a Grasp),
     ) -> impl Iterator<Item = Self> {
         let searched = grasp.contacts.iter().map(move |contact| {
             let link = run.hand.links[contact.link as usize].as_str();
             Self { sample, rank, closed_in: "search", link, contact: *contact, force: None }
         });
-        let pressed = trials.into_iter().flat_map(move |trials| {
-            let closed = trial_of(trials, rank).and_then(|trial| trial.closed.as_ref());
-            closed.into_iter().flat_map(|closed| &closed.contacts).map(move |contact| {
+        let pressed = tried.closed(rank).into_iter().flat_map(move |(closed, links)| {
+            closed.contacts.iter().map(move |contact| {
                 let PressedContact { link, point, normal, distance, force } = *contact;
-                let (contact, link) =
-                    (HeldContact { link, point, normal, distance }, trials.links[link as usize].as_str());
+                let (contact, link) = (HeldContact { link, point, normal, distance }, links[link as usize].as_str());
                 Self { sample, rank, closed_in: "trial", link, contact, force: Some(force) }
             })
         });
         searched.chain(pressed)
+    }
+}
+
+/// Trials of a run, by either method of labels.
+#[derive(Clone, Copy)]
+struct Tried<'a> {
+    trials: Option<&'a GraspTrials>,
+    ladders: Option<&'a GraspLadders>,
+}
+
+impl<'a> Tried<'a> {
+    /// The closed hand of a grasp in its trial, with the names of its links.
+    fn closed(self, rank: u32) -> Option<(&'a ClosedHand, &'a [String])> {
+        let trial = self.trials.and_then(|trials| Some((trial_of(trials, rank)?.closed.as_ref()?, &trials.links)));
+        let ladder = self.ladders.and_then(|ladders| Some((ladders.ladder_of(rank)?.closed.as_ref()?, &ladders.links)));
+        trial.or(ladder).map(|(closed, links)| (closed, links.as_slice()))
     }
 }
 
@@ -261,8 +282,8 @@ impl TableRow for GraspRow<'_> {
         name: "grasps",
         row: "grasp",
         group: ROW_GROUP,
-        meaning: "One row per grasp, kept or not. Datasets with `[physics]` in the job have the columns from `trial` on; states without a \
-                  trial are untested, not bad. `graspmill.joints`, `graspmill.driven`, `graspmill.hand` and `graspmill.quality_space` in \
+        meaning: "One row per grasp, kept or not. Datasets with `[physics]` in the job have the columns from `trial` on, or with \
+                  `physics.labels = \"ladder\"` those from `graded_label` on; states without a trial are untested, not bad. `graspmill.joints`, `graspmill.driven`, `graspmill.hand` and `graspmill.quality_space` in \
                   the table's metadata are JSON: names of the joints of `joints` and of the driven joints, name of the hand, and the space \
                   of the epsilon that decides which grasps are kept. `grasp_frame` of the Python package (docs/python.md) returns the same \
                   table without an export.",
@@ -274,6 +295,7 @@ impl TableRow for GraspRow<'_> {
         columns.extend(way_columns());
         columns.extend(quality_columns());
         columns.extend(outcome_columns().map(|column| column.of_channel(Channel::GRASP_TRIALS)));
+        columns.extend(ladder_columns().into_iter().map(|column| column.of_channel(Channel::GRASP_LADDERS)));
         columns
     }
 }

@@ -5,6 +5,7 @@ mod bodies;
 mod column;
 mod grasps;
 mod heatmaps;
+mod ladder;
 mod objects;
 mod pairs;
 mod patches;

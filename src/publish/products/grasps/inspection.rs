@@ -403,6 +403,15 @@ pub(super) fn grasp_counts_in_words(verdicts: &VerdictCounts) -> String {
 /// Line with the grasps that held in trials, if there are trials, and those with force closure.
 pub(super) fn headline(manifest: &Manifest) -> String {
     let [found, kept] = found_and_kept(&counted_verdicts(manifest)).map(grouped);
+    if manifest.channels().contains(&Channel::GRASP_LADDERS) {
+        let [held, partial, failed, blocked, tried] =
+            ["graded_held", "graded_partial", "graded_failed", "graded_blocked", "graded_tried"]
+                .map(|fact| grouped(manifest.counts.fact(fact)));
+        return format!(
+            "{held} of {tried} grasps are labelled held, {partial} partial, {failed} failed, {blocked} blocked; {kept} of {found} \
+             found have force closure and are kept"
+        );
+    }
     if !manifest.channels().contains(&Channel::GRASP_TRIALS) {
         return format!("{kept} of {found} grasps found have force closure and are kept");
     }
