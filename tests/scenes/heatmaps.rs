@@ -250,7 +250,7 @@ fn mistakes_of_heatmaps_are_said_with_key_and_remedy() {
         (root("picks"), ["picks.root", "remove `root` from the job"]),
         (barrett.clone(), ["heatmaps.tips", "distal_1_outer"]),
         (
-            barrett.replace("label", "tips = [\"distal_1_outer\"]\nlabel"),
+            barrett.replace("\nlabel", "\ntips = [\"distal_1_outer\"]\nlabel"),
             ["hand.model", "as the job of the picks does"],
         ),
         (
