@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Fuzzes each target for so many seconds: scripts/fuzz.sh SECONDS TARGET... New inputs go to fuzz/grown/, what breaks something
+# Fuzzes each target for SECONDS: scripts/fuzz.sh SECONDS TARGET... New inputs go to fuzz/grown/, what breaks something
 # to fuzz/artifacts/ (both ignored by git). Readers are safe Rust: what can go wrong is a panic, a hang or too much memory, which
 # need no sanitizer, and without one inputs run several times as fast. FUZZ_SANITIZER=address looks into libraries as well.
 set -euo pipefail

@@ -376,7 +376,7 @@ class PairBatch:
     def of(cls, samples: Sequence[CompletionSample]) -> PairBatch:
         """Stacks samples, which must be of one resolution.
 
-        Raises ``ValueError`` if they are not, or if there are none.
+        Raises ``ValueError`` if they are not, or without any.
         """
         if not samples:
             raise ValueError("a batch of no samples")

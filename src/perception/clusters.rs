@@ -61,7 +61,7 @@ pub(crate) fn clusters_of(
     largest_first(frame, joined(&above, rule.tolerance), rule.min_points)
 }
 
-/// Clusters of the sets of pixels with at least so many, the largest first, then the one whose first pixel is.
+/// Clusters of the sets with at least the smallest count of pixels: the largest first; of equal ones, the one that begins first.
 pub(crate) fn largest_first(frame: &DepthFrame, sets: Vec<Vec<u32>>, min_points: usize) -> Vec<Cluster> {
     let large = sets.into_iter().filter(|pixels| !pixels.is_empty() && pixels.len() >= min_points);
     let mut clusters: Vec<Cluster> = large.map(|pixels| Cluster::of_pixels(frame, pixels)).collect();

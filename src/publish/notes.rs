@@ -65,7 +65,7 @@ impl RunNotes {
         name.contains("straddling") && count > 0 && !may_straddle
     }
 
-    /// Reads the notes of a dataset's folder; empty ones when there are none.
+    /// Reads the notes of a dataset's folder; empty without such a file.
     ///
     /// # Errors
     /// When the file can't be read or is no such JSON.

@@ -59,7 +59,7 @@ pub(super) struct ProductWords {
     pub labels: &'static str,
     /// Sentence about how the samples are made.
     pub acquisition: &'static str,
-    /// Further ways to read a dataset; empty if there are none.
+    /// Further ways to read a dataset; may be empty.
     pub reading: &'static str,
     /// Parts of each picture of a release, and the meaning of their colours.
     pub legend: &'static str,

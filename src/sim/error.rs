@@ -454,7 +454,7 @@ fn overlapping(pairs: &[([String; 2], u32)], postures: u32) -> String {
     pairs.iter().map(share).collect::<Vec<_>>().join(", ")
 }
 
-/// Lines of MJCF for the pairs that overlap in every posture; if there are none, for all pairs.
+/// Lines of MJCF for the pairs that overlap in every posture; without such pairs, for all pairs.
 fn excludes(pairs: &[([String; 2], u32)], postures: u32) -> String {
     let always = pairs.iter().filter(|(_, count)| *count == postures);
     let chosen: Vec<_> = if always.clone().next().is_some() { always.collect() } else { pairs.iter().collect() };

@@ -170,7 +170,7 @@ impl Shapes {
     /// Opens the shapes of a dataset of grasps or picks, or the meshes of one of scenes or views.
     ///
     /// # Errors
-    /// When there are none, or the file is damaged.
+    /// Without any, or when the file is damaged.
     pub fn open(folder: &Folder) -> Result<Self, DatasetError> {
         let path = folder.path_of(SHAPES);
         let file = folder.open(SHAPES).map_err(|error| match error.kind() {

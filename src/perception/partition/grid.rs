@@ -79,7 +79,7 @@ impl Surface {
 }
 
 impl Grid {
-    /// The grid of these pixels, with their points; `None` if there are none.
+    /// The grid of these pixels, with their points; `None` without pixels.
     pub fn new(frame: &DepthFrame, objects: &[(u32, Point3<f64>)]) -> Option<Self> {
         let width = frame.camera.width;
         let columns = || objects.iter().map(|(pixel, _)| (pixel % width) as usize);

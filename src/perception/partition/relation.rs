@@ -18,7 +18,7 @@ const TOUCHING: f32 = 0.02;
 const BELOW: i32 = 3;
 /// A point up to this far outside the hull of a part counts as inside [m].
 const HULL: f32 = 0.003;
-/// Every so many cells of a part, one is kept as a sample.
+/// Cells of a part per sample that is kept.
 const SAMPLING: usize = 5;
 
 /// A part of the picture: a piece with no concave edge, or several that were joined.

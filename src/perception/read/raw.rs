@@ -29,7 +29,7 @@ pub enum FrameProblem {
     /// An image without intrinsics.
     #[error("an image does not contain its camera: give its intrinsics (fx, fy, cx, cy)")]
     NoIntrinsics,
-    /// Intrinsics that are none.
+    /// Intrinsics that describe no camera.
     #[error("intrinsics: {0}; give the numbers of this image's camera, in pixels")]
     Intrinsics(#[from] InvalidIntrinsics),
     /// The principal point lies outside of the image, and no size is stated that the intrinsics belong to.

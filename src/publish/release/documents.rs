@@ -46,7 +46,7 @@ pub(super) struct Documents<'a> {
     counts: CountsView,
     licences: LicencesView,
     citation: CitationView<'a>,
-    /// Files left out; `None` if there are none.
+    /// Files left out; `None` if all are included.
     recipe: Option<RecipeView<'a>>,
     pictures: Vec<PictureView<'a>>,
     legend: &'static str,
@@ -169,7 +169,7 @@ impl<'a> AboutView<'a> {
 struct ProductView {
     labels: &'static str,
     acquisition: &'static str,
-    /// Further ways to read a dataset; `None` if there are none.
+    /// Further ways to read a dataset; `None` without any.
     reading: Option<&'static str>,
     /// Recommended number of samples to regenerate.
     regenerated: u32,

@@ -22,7 +22,7 @@ pub(super) struct ColourView {
     settings: Colours,
     seed: u64,
     level: SimdLevel,
-    /// The object as a caster of shadows, where it stands on a table.
+    /// The object as a caster of shadows, where it rests on a table.
     shadow: Option<ShadowCaster>,
     /// Colours behind the object in the window.
     behind: Vec<[u8; 3]>,

@@ -47,7 +47,7 @@ pub struct WantedGrasps {
     /// Whether they are the grasps that were tried, of the most common types among the ones that held, instead of the
     /// kept ones.
     pub by_trials: bool,
-    /// Whether the object stands on a table, against whose normal the roll in a type is then measured.
+    /// Whether the object rests on a table, against whose normal the roll in a type is then measured.
     pub on_table: bool,
 }
 

@@ -49,7 +49,7 @@ impl PatchMarks {
         self.metric.as_ref()
     }
 
-    /// The table under the object, if it stands on one.
+    /// The table under the object, if it rests on one.
     pub fn table(&self) -> Option<&PatchTable> {
         self.table.as_ref()
     }

@@ -119,7 +119,7 @@ pub struct PatchSettings {
     pub side: u32,
     /// Side of the squares of patches in metres [m]; `None` without such patches.
     pub metric: Option<f64>,
-    /// Whether the object stands on a table.
+    /// Whether the object rests on a table.
     pub table: bool,
     /// Whether points behind the surface are marked.
     pub visibility: bool,

@@ -15,7 +15,7 @@ pub fn camera_from_object(
     camera_along(object_from_approach, middle, distance)
 }
 
-/// The camera of [`camera_from_object`] where the object stands on a table: up is the table's normal, or its x axis where the
+/// The camera of [`camera_from_object`] where the object rests on a table: up is the table's normal, or its x axis where the
 /// approach is within 5 degrees of that.
 pub fn camera_over_table(
     object_from_approach: &Pose<Object, Approach>,

@@ -67,8 +67,8 @@ pub struct PickSpec {
     #[schemars(range(min = 1, max = 360), extend("x-unit" = "directions", "examples" = [16]))]
     pub rolls: Option<u32>,
     /// Largest number of grasps to store per body. Stored grasps are drawn without replacement from all grasps of the object and
-    /// their directions. With `sampler = "scene"`, sampling ends with so many free grasps that are unlike each other; in the room
-    /// that is left, the first blocked ones are stored.
+    /// their directions. With `sampler = "scene"`, sampling ends at this number of free grasps that are unlike each other; if it
+    /// ends with fewer, the first blocked grasps are stored as well.
     #[schemars(range(min = 1, max = 100_000), extend("x-unit" = "grasps"))]
     pub candidates: u32,
     /// Smallest distance of the hand from everything except the body that it grasps.

@@ -18,7 +18,7 @@ pub struct GraspFacts {
     pub given_up: bool,
     /// Outcomes of physical trials; zeros where there were none.
     pub trials: TrialFacts,
-    /// Counts of graded labels; zeros where there are none.
+    /// Counts of graded labels; zero without graded labels.
     pub ladder: LadderFacts,
 }
 

@@ -183,7 +183,7 @@ impl SceneTexts {
     }
 }
 
-/// Left, top, width and height of the set pixels of a mask; zeros if there are none.
+/// Left, top, width and height of the set pixels of a mask; zeros if no pixel is set.
 fn box_of(mask: &[bool], width: u32) -> [u32; 4] {
     let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
     for (row, line) in (0..).zip(mask.chunks_exact(width as usize)) {

@@ -4,7 +4,7 @@
     pip install mujoco==3.17.0 numpy
     python replay.py                      every scene here, for 2 s; writes agreement.json
     python replay.py 12 --view            one scene by its index in the dataset, in MuJoCo's viewer
-    python replay.py --processes 8        so many scenes at a time
+    python replay.py --processes 8        8 scenes at a time
     python replay.py --contacts sdf       by MuJoCo's octrees of distances, several times slower; writes agreement_sdf.json
 
 `scenes/<index>.xml` is a scene: its container, and each body as a rigid flex of the object's own triangles in `objects`, with

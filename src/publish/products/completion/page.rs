@@ -200,7 +200,7 @@ struct DistributionsView {
     stored: Option<StoredView>,
     /// Facts of touch, as `inspect` prints them.
     touch: Option<String>,
-    /// Rejects by reason; `None` if there are none.
+    /// Rejects by reason; `None` without rejects.
     rejects: Option<Markup>,
     /// Kept and rejected views of each object.
     objects: Markup,

@@ -66,7 +66,7 @@ struct PosesView {
     funnel: Markup,
     /// Lost poses by reason.
     lost: Markup,
-    /// Bodies without a free grasp by obstacle; `None` if there are none.
+    /// Bodies without a free grasp by obstacle; `None` if every body has one.
     blocked: Option<Markup>,
 }
 

@@ -10,8 +10,8 @@ use kernel::render::SensorModel;
 /// Cameras are moved back by whole centimetres [m].
 const STEP: f64 = 0.01;
 
-/// Warning about bodies that are too near for the sensor, with the distance by which to move the cameras back; `None` if there
-/// are none.
+/// Warning about bodies that are too near for the sensor, with the distance by which to move the cameras back; `None`
+/// without such bodies.
 ///
 /// # Errors
 /// When a ledger or the job is missing or damaged.
