@@ -45,8 +45,8 @@ pub use products::{
     },
     picks::{
         AwakeBodies, AwakeNeighbour, Blocked, DrawnPick, PickCandidate, PickCandidates, PickFacts, PickObstacle,
-        PickPassage, PickPhase, PickPoses, PickProtocol, PickSampling, PickSamplingFacts, PickScheme, PickState,
-        PickTrial, PickTrialFacts, PickTrials, PickVerdict, PressedThing, TakenGrasps,
+        PickPassage, PickPhase, PickPoses, PickProtocol, PickSampling, PickSamplingFacts, PickState, PickTrial,
+        PickTrialFacts, PickTrials, PickVerdict, PressedThing, TakenGrasps,
     },
     reachability::{BlockFacts, FieldHeader, ReachabilityBlock, ReachabilityField},
     scenes::{

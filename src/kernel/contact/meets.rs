@@ -6,7 +6,7 @@ use super::ContactSurface;
 use crate::geom::{Ray, SimdLevel};
 
 /// Hits of one ray that are followed, at most.
-const MAX_HITS: usize = 16;
+const MAX_HITS: usize = 64;
 
 /// Distance by which a ray continues behind a hit [m].
 const BEYOND: f64 = 1e-7;
@@ -29,8 +29,11 @@ impl ContactSurface {
         self.tree().blocks(level, &Ray::new(from, direction), length)
     }
 
-    /// Points at which a ray from a point in `Object` leaves the mesh, at most `reach` away [m]: distances, ascending, and the
+    /// Points at which a ray from a point in `Object` leaves the solid, at most `reach` away [m]: distances, ascending, and the
     /// outward unit normals there.
+    ///
+    /// The ray is cut at each triangle that it meets; a part is inside where its middle is, so that surfaces inside the solid do
+    /// not count.
     pub fn exits(
         &self,
         level: SimdLevel,
@@ -39,19 +42,35 @@ impl ContactSurface {
         reach: f64,
         exits: &mut Vec<(f64, Vector3<f64>)>,
     ) {
+        // Cut the ray at every triangle.
         exits.clear();
         let mut start = 0.0;
-        for _ in 0..MAX_HITS {
+        while exits.len() < MAX_HITS {
             let ray = Ray::new(&(from + direction.into_inner() * start), direction);
-            let Some(hit) = self.tree().first_hit(level, &ray, reach - start) else { return };
+            let Some(hit) = self.tree().first_hit(level, &ray, f64::INFINITY) else { break };
             start += hit.distance;
-            let normal = self.tree().normal(&hit).map(Unit::into_inner);
-            exits.extend(normal.filter(|normal| normal.dot(direction) > 0.0).map(|normal| (start, normal)));
+            exits.push((start, self.tree().normal(&hit).map_or_else(Vector3::zeros, Unit::into_inner)));
             start += BEYOND;
-            if start >= reach {
-                return;
-            }
         }
+        // Keep the ends of parts inside that another part outside follows; behind the last cut nothing is inside.
+        let is_inside = |begin: f64, end: f64| {
+            self.signed_distance(&(from + direction.into_inner() * f64::midpoint(begin, end))) < 0.0
+        };
+        let mut inside = exits.first().is_some_and(|(end, _)| is_inside(0.0, *end));
+        let mut kept = 0;
+        for index in 0..exits.len() {
+            let (end, _) = exits[index];
+            if end > reach {
+                break;
+            }
+            let next = exits.get(index + 1).is_some_and(|(next, _)| is_inside(end, *next));
+            if inside && !next {
+                exits[kept] = exits[index];
+                kept += 1;
+            }
+            inside = next;
+        }
+        exits.truncate(kept);
     }
 }
 
@@ -77,5 +96,20 @@ mod tests {
         let at = IsometryMatrix3::translation(0.0, 0.0, 0.05);
         assert!(!tray.meets_box(&at, &Vector3::new(0.09, 0.09, 0.04)));
         assert!(tray.meets_box(&at, &Vector3::new(0.09, 0.09, 0.06)));
+    }
+
+    /// Two trays whose floors overlap are one solid: a ray along the floors leaves it once.
+    #[test]
+    fn surfaces_inside_a_solid_are_no_exits() {
+        let mut mesh = TriMesh::open_box([0.2, 0.2, 0.1], 0.01);
+        let count = mesh.vertices.len() as u32;
+        let vertices: Vec<[f32; 3]> = mesh.vertices.iter().map(|[x, y, z]| [x + 0.1, *y, *z]).collect();
+        let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|triangle| triangle.map(|i| i + count)).collect();
+        mesh.vertices.extend(vertices);
+        mesh.triangles.extend(triangles);
+        let trays = ContactSurface::new(&mesh, InsideTest::WindingNumber).expect("a surface");
+        let mut exits = Vec::new();
+        trays.exits(SimdLevel::Scalar, &Point3::new(-0.1, 0.011, -0.005), &Vector3::x_axis(), 1.0, &mut exits);
+        assert!(exits.len() == 1 && (exits[0].0 - 0.31).abs() < 1e-6, "{exits:?}");
     }
 }

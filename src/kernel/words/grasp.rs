@@ -44,6 +44,41 @@ impl GraspVerdict {
     }
 }
 
+/// Scheme by which a sampler drew the point of a surface from which a pair begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum PointScheme {
+    /// Uniform by area.
+    Area,
+    /// Uniform in the logarithm of the thickness of the object, by octaves.
+    Thickness,
+    /// Uniform over cells of 20 mm.
+    Cells,
+}
+
+impl PointScheme {
+    /// Every scheme, in the order of their numbers on disk.
+    pub const ALL: [Self; 3] = [Self::Area, Self::Thickness, Self::Cells];
+
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Area => "area",
+            Self::Thickness => "thickness",
+            Self::Cells => "cells",
+        }
+    }
+
+    /// Number in records of grasps, from 1; 0 means none. Records of picks count from 0.
+    pub fn number(self) -> u32 {
+        self as u32 + 1
+    }
+
+    /// The scheme with a number in records of grasps.
+    pub fn of_number(number: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|scheme| scheme.number() == number)
+    }
+}
+
 /// Stretches of equal length that the course of a search is averaged over.
 pub const STRETCHES: usize = 10;
 

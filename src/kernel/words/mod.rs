@@ -15,7 +15,7 @@ mod way;
 pub use class::NumberClass;
 pub use counts::{counted, size_in_words};
 pub use equilibrium::{MAX_DEPTHS, MAX_DRIFT};
-pub use grasp::{GraspTypeCounts, GraspVerdict, STRETCHES, TYPE_BINS, TYPE_DIGITS, type_digits};
+pub use grasp::{GraspTypeCounts, GraspVerdict, PointScheme, STRETCHES, TYPE_BINS, TYPE_DIGITS, type_digits};
 pub use length::LengthUnit;
 pub use material::{MassSource, Material};
 pub use ranges::number_ranges;

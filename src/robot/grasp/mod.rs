@@ -23,6 +23,7 @@ mod own_overlaps;
 mod pads;
 mod pairs;
 mod passage;
+mod points;
 mod rate;
 mod sampled;
 mod settings;
@@ -39,14 +40,14 @@ pub use closing::TOUCHES;
 pub use field::DistanceField;
 pub use found::{Energies, GraspContact, PairLosses, Quality, RatedGrasp, SearchInterval, SearchRun};
 pub use in_scene::{
-    OpenBox, PointScheme, PoseCounts, RejectedPose, SampledGrasp, SampledGrasps, SceneSampler, SceneSampling,
-    SceneTarget, SurfacePoints,
+    OpenBox, PoseCounts, RejectedPose, SampledGrasp, SampledGrasps, SceneSampler, SceneSampling, SceneTarget,
 };
 pub use kind::{KindDigits, camera_axes, kind_in_frame, wrist_roll};
 pub use object::ObjectSearch;
 pub use opposition::has_opposition;
 pub use own_overlaps::OwnOverlaps;
 pub use passage::{ClosingGrasp, HandPassage, Passage, PathObstacle, SceneObstacle, Surroundings};
+pub use points::SurfacePoints;
 pub use sampled::{GraspSampler, axes};
 pub use settings::{
     AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, RestingChoice, Rolls, Sampler, SearchFrame,

@@ -6,10 +6,10 @@ use super::{
     scene::LoadedScene,
     settings::{PickSettings, ScenePoses},
 };
-use format::{DrawnPick, PickCandidate, PickPoses, PickSampling, PickScheme};
+use format::{DrawnPick, PickCandidate, PickPoses, PickSampling};
 use kernel::{geom::SimdLevel, ids::SampleId, seed::Stream};
 use robot::{
-    grasp::{HandPassage, HandSearch, PointScheme, PoseCounts, SampledGrasp, SceneSampler, SceneSampling, SceneTarget},
+    grasp::{HandPassage, HandSearch, PoseCounts, SampledGrasp, SceneSampler, SceneSampling, SceneTarget},
     hand::Hand,
 };
 
@@ -89,10 +89,5 @@ fn counted(counts: &PoseCounts) -> PickPoses {
 }
 
 fn drawn(grasp: &SampledGrasp) -> DrawnPick {
-    let scheme = match grasp.scheme {
-        PointScheme::Area => PickScheme::Area,
-        PointScheme::Thickness => PickScheme::Thickness,
-        PointScheme::Cells => PickScheme::Cells,
-    };
-    DrawnPick { scheme, points: grasp.points.map(Into::into), opening: grasp.opening, depth: grasp.depth }
+    DrawnPick { scheme: grasp.scheme, points: grasp.points.map(Into::into), opening: grasp.opening, depth: grasp.depth }
 }

@@ -15,7 +15,7 @@ pub use candidates::{Blocked, PickCandidate, PickCandidates, PickPassage};
 pub(super) use check::CHECKS;
 pub use facts::{PickFacts, PickSamplingFacts, PickTrialFacts};
 pub use row::FORMAT;
-pub use sampling::{DrawnPick, PickPoses, PickSampling, PickScheme};
+pub use sampling::{DrawnPick, PickPoses, PickSampling};
 pub use trials::{AwakeNeighbour, PickProtocol, PickTrial, PickTrials, PressedThing};
 pub use words::{AwakeBodies, PickObstacle, PickPhase, PickState, PickVerdict, TakenGrasps};
 

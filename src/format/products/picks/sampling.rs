@@ -8,37 +8,12 @@ use crate::codec::{
     fields::{broken, lengthy, ranged},
     proto, sample_from_proto, wire,
 };
-use kernel::ids::SampleId;
+use kernel::{ids::SampleId, words::PointScheme};
 
 const MESSAGE: &str = "PickSampling";
 
 /// Numbers of an obstacle: ground, container, own object, neighbour.
 const OBSTACLES: usize = PickObstacle::NAMES.len();
-
-/// Draw of the first point of a pair.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum PickScheme {
-    /// Uniform over the body's area.
-    Area,
-    /// Uniform over the octaves of the body's thickness.
-    Thickness,
-    /// Uniform over the cells of a grid of 20 mm.
-    Cells,
-}
-
-impl PickScheme {
-    /// Every scheme, in the order of their numbers on disk.
-    pub const ALL: [Self; 3] = [Self::Area, Self::Thickness, Self::Cells];
-
-    /// The name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Area => "area",
-            Self::Thickness => "thickness",
-            Self::Cells => "cells",
-        }
-    }
-}
 
 /// Poses of one body by result: `poses` is the sum of all others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -86,7 +61,7 @@ pub struct PickSampling {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnPick {
     /// Scheme that drew its first point.
-    pub scheme: PickScheme,
+    pub scheme: PointScheme,
     /// The two points between the pads, in `Object` [m].
     pub points: [[f64; 3]; 2],
     /// Distance between the opened pads [m].
@@ -222,13 +197,13 @@ fn drawn(raw: &proto::PickSampling) -> Result<Vec<DrawnPick>, RecordError> {
     }
     let one = |index: usize| {
         let number = raw.schemes[index];
-        let scheme = PickScheme::ALL.get(usize::from(number)).copied();
+        let scheme = PointScheme::ALL.get(usize::from(number)).copied();
         ranged(MESSAGE, "schemes", f64::from(number), scheme.is_some(), "0 to 2")?;
         let [opening, depth] = [raw.openings[index], raw.depths[index]];
         positive("openings", opening)?;
         positive("depths", depth)?;
         let point = |first: usize| std::array::from_fn(|axis| raw.points[6 * index + first + axis]);
-        Ok(DrawnPick { scheme: scheme.unwrap_or(PickScheme::Area), points: [point(0), point(3)], opening, depth })
+        Ok(DrawnPick { scheme: scheme.unwrap_or(PointScheme::Area), points: [point(0), point(3)], opening, depth })
     };
     (0..count).map(one).collect()
 }

@@ -5,7 +5,7 @@ use crate::{Facts, PressedContact, RecordError, SceneContainer};
 use kernel::{
     geom::Pose,
     ids::{Digest, ItemId, ObjectId, SampleId},
-    words::{BothWays, FreeWays, PathStage},
+    words::{BothWays, FreeWays, PathStage, PointScheme},
 };
 
 fn sample() -> SampleId {
@@ -257,7 +257,7 @@ fn sampled() -> (PickCandidates, PickSampling) {
         budget: 100,
         poses,
         palm_only: false,
-        drawn: vec![drawn(PickScheme::Cells, -0.01), drawn(PickScheme::Area, 0.01)],
+        drawn: vec![drawn(PointScheme::Cells, -0.01), drawn(PointScheme::Area, 0.01)],
     };
     (candidates, sampling)
 }

@@ -4,11 +4,12 @@ use std::f64::consts::TAU;
 
 use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3, Translation3, Unit, Vector3};
 
-use super::{
-    super::{pads::Grip, pairs::min_cos, solids::HandSolids},
-    points::{PointScheme, SurfacePoint},
+use super::super::{pads::Grip, pairs::min_cos, points::SurfacePoint, solids::HandSolids};
+use kernel::{
+    contact::ContactSurface,
+    geom::{SimdLevel, rotation_towards},
+    words::PointScheme,
 };
-use kernel::{contact::ContactSurface, geom::SimdLevel, geom::rotation_towards};
 
 /// Two points that are nearer make no pair [m].
 const MIN: f64 = 0.001;
@@ -92,7 +93,7 @@ impl Draw {
         level: SimdLevel,
         exits: &mut Vec<(f64, Vector3<f64>)>,
     ) -> Result<DrawnPair, NoPose> {
-        let (SurfacePoint { point, out, .. }, min_cos) = (first, min_cos(limits.friction));
+        let (SurfacePoint { point, out }, min_cos) = (first, min_cos(limits.friction));
         // Uniform over the disc that the cone cuts out of a plane.
         let axes: Matrix3<f64> = rotation_towards(&-out, 0.0);
         let (sin, cos) = libm::sincos(TAU * self.side);

@@ -6,12 +6,10 @@
 //! alone decides. Of the free poses those are kept that are unlike each other (`unlike`).
 
 mod draw;
-mod points;
 mod rejections;
 mod sampler;
 mod sweep;
 mod unlike;
 
-pub use points::{PointScheme, SurfacePoints};
 pub use rejections::OpenBox;
 pub use sampler::{PoseCounts, RejectedPose, SampledGrasp, SampledGrasps, SceneSampler, SceneSampling, SceneTarget};

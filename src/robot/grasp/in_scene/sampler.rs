@@ -8,17 +8,21 @@ use super::{
     super::{
         pads::{Grip, Pads},
         passage::{ClosingGrasp, HandPassage, Passage, PathObstacle, Surroundings},
+        points::SurfacePoints,
         solids::HandSolids,
         state::HandSearch,
     },
     draw::{Backmost, Draw, DrawnPair, Floor, Limits, NoPose},
-    points::{PointScheme, SurfacePoints},
     rejections::{Around, OpenBox, Test},
     sweep::{InnerBox, SweptBox},
     unlike::{Held, Unlike},
 };
 use crate::hand::Hand;
-use kernel::{geom::SimdLevel, seed::Stream, words::BothWays};
+use kernel::{
+    geom::SimdLevel,
+    seed::Stream,
+    words::{BothWays, PointScheme},
+};
 
 /// An opened pad is so far from its point at least [m].
 const MIN_GAP: f64 = 0.001;
