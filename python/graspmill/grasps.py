@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 VERDICTS = ("kept", "penetrates", "open_hand", "no_force_closure", "low_quality", "below_table")
 """Name of each verdict on a grasp."""
+POINT_SCHEMES = (None, "area", "thickness", "cells")
+"""Scheme by which the first point of a pair was drawn, by number; none for samplers without pairs."""
 TRIAL_VERDICTS = (
     *("held", "starts_too_deep", "not_touching", "one_link", "lost_closing", "lost_lifting", "lost_shaking"),
     *("lost_turned", "let_go", "unstable"),
@@ -81,7 +83,7 @@ _LEVEL_STATES = (None, "inferred held", "inferred lost", "unknown")
 # Verdicts of trials that are inconclusive.
 _INCONCLUSIVE = (TRIAL_VERDICTS.index("starts_too_deep"), TRIAL_VERDICTS.index("unstable"))
 # Columns of frames whose values may be missing, for all grasps or some, have a nullable type.
-_KINDS = dict.fromkeys(("verdict", "trial", "label", "table_trial", "free_ways"), "string")
+_KINDS = dict.fromkeys(("verdict", "point_scheme", "trial", "label", "table_trial", "free_ways"), "string")
 _KINDS |= dict.fromkeys(("object_in_way_posture", "object_in_way_opened"), "string")
 _KINDS |= dict.fromkeys(("held", "robust", "held_on_table"), "boolean")
 _KINDS |= dict.fromkeys(("type", *_COUNTS, "table_pose"), "Int64")
@@ -116,8 +118,8 @@ class GraspSample(Sample):
         for a hand without a width). ``shift`` (m) and ``turn`` (rad) of grippers. ``clearances`` and ``clearances_opened`` (m,
         one per resting pose of the object, as ``resting_poses`` lists them; NaN where not measured). ``object_in_way`` (2,
         indices into ``PATH_STAGES``): the stage in which the object obstructs the hand that approaches in its posture, and the
-        hand that approaches opened; 0 for none. ``type`` (-1: none), ``verdict`` (index into ``VERDICTS``), ``contacts`` (number
-        of its rows in ``contacts``).
+        hand that approaches opened; 0 for none. ``type`` (-1: none), ``verdict`` (index into ``VERDICTS``), ``point_scheme`` (index
+        into ``POINT_SCHEMES``), ``contacts`` (number of its rows in ``contacts``).
         """
         run = self.run
         rows: list[Message] = run["grasps"]
@@ -131,14 +133,14 @@ class GraspSample(Sample):
         fields += [("shift", "<f8", (3,)), ("turn", "<f8", (3,))]
         fields += [("clearances", "<f8", (poses,)), ("clearances_opened", "<f8", (poses,))]
         fields += [("object_in_way", "u1", (2,))]
-        fields += [("type", "<i8"), ("verdict", "u1"), ("contacts", "<i4")]
+        fields += [("type", "<i8"), ("verdict", "u1"), ("point_scheme", "u1"), ("contacts", "<i4")]
         table = np.zeros(len(rows), fields)
         for place, row in enumerate(rows):
             for name in ("object_from_approach", "object_from_base"):
                 table[name][place] = pose(row[name])
             for name in _JOINTS:
                 expect_lengths(sizes[name], **{name: row[name]})
-            for name in (*_JOINTS, *_NUMBERS, "verdict"):
+            for name in (*_JOINTS, *_NUMBERS, "verdict", "point_scheme"):
                 table[name][place] = row[name]
             for name in ("shift", "turn"):
                 if len(row[name]):
@@ -471,6 +473,7 @@ def _unchecked_columns(sample: GraspSample) -> Columns:
     rows: list[Message] = sample.run["grasps"]
     columns: Columns = {"rank": list(range(len(rows))), "verdict": [VERDICTS[row["verdict"]] for row in rows]}
     columns["type"] = [row["type"][0] if len(row["type"]) else None for row in rows]
+    columns["point_scheme"] = [POINT_SCHEMES[row["point_scheme"]] for row in rows]
     for name in _POSES:
         columns[name] = [pose(row[name]).reshape(16) for row in rows]
     backs = sample.grasps["object_from_base"].copy()

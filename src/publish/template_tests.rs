@@ -196,6 +196,7 @@ fn grasps_page(name: &str, sampler: Option<&str>, tried: Option<bool>, is_full: 
         kept_runs: 3,
         rejected: if is_full { [(name.to_owned(), 1)].into() } else { BTreeMap::new() },
         given_up: 1,
+        budget_spent: 1,
         verdicts: GraspVerdict::ALL.map(|verdict| (verdict.name().to_owned(), 1)).into(),
         energy: SPREAD,
         epsilon: SPREAD,

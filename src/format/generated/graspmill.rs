@@ -438,6 +438,12 @@ pub struct GraspRun {
     /// sampler of its states: empty for annealing, else uniform or antipodal.
     #[prost(string, tag = "40")]
     pub sampler: ::prost::alloc::string::String,
+    /// With the latter, steps and tries count states or pairs, failed those that gave no state,
+    /// accepted the others; energy rates the states
+    ///
+    /// of antipodal: steps is the job's budget of pairs, and the run has fewer states than the job sets
+    #[prost(bool, tag = "42")]
+    pub budget_spent: bool,
 }
 /// One state of the best list, closed and rated.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -527,6 +533,9 @@ pub struct Grasp {
     /// (3) rad: its rotation, an axis times an angle
     #[prost(double, repeated, tag = "31")]
     pub turn: ::prost::alloc::vec::Vec<f64>,
+    /// scheme by which the first point of its pair was drawn: 0 none, 1 area, 2 thickness, 3 cells
+    #[prost(uint32, tag = "32")]
+    pub point_scheme: u32,
 }
 /// Topic /grasps/hand, in shapes.mcap: shapes of the hand that can touch, so that grasps can be drawn and replayed.
 #[derive(Clone, PartialEq, ::prost::Message)]

@@ -73,6 +73,11 @@ impl Probe {
         Self { half: self.half.map(widened), ..*self }
     }
 
+    /// Whether the core is a cylinder about z, not a box.
+    pub(super) fn is_round(&self) -> bool {
+        self.round
+    }
+
     /// From the origin of its frame to its farthest point at most [m].
     pub fn radius(&self) -> f64 {
         self.core_radius() + self.thickness

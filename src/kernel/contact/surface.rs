@@ -55,7 +55,7 @@ pub struct ContactScratch {
     pub(super) waiting: Vec<Piece>,
     pub(super) seeds: Vec<Seed>,
     /// Balls in which nothing touches, around points of the core: centres and radii [m].
-    free: Vec<(Point3<f64>, f64)>,
+    pub(super) free: Vec<(Point3<f64>, f64)>,
     /// Points of the core from which the surface is at least so far away [m].
     pub(super) known: Vec<(Point3<f64>, f64)>,
     minima: Vec<Minimum>,
@@ -340,7 +340,7 @@ impl ContactSurface {
     }
 
     /// Slides a point of the core, outside of the mesh, to where core and surface are nearest to each other.
-    fn slide(
+    pub(super) fn slide(
         &self,
         probe: &Probe,
         [object_from_probe, probe_from_object]: [&IsometryMatrix3<f64>; 2],
@@ -421,7 +421,7 @@ impl ContactSurface {
 
     /// The points of the core that the distance grid does not rule out, the nearest first; how far the solid is from the
     /// surface elsewhere at least [m].
-    fn seeds(
+    pub(super) fn seeds(
         &self,
         probe: &Probe,
         object_from_probe: &IsometryMatrix3<f64>,

@@ -51,7 +51,7 @@ pub use short_edges::TOUCHED_EDGE;
 pub use simd::{SimdLevel, UnknownSimdLevel, simd_kernel};
 pub use spread::farthest_first;
 pub use symmetry::{Symmetries, SymmetryAxis};
-pub use triangle_tree::{Ray, TriangleTree};
+pub use triangle_tree::{BoxCluster, Ray, TriangleTree};
 pub use views::{ViewSet, closed_linspace, open_linspace, rotation_from_quaternion, super_fibonacci};
 pub(crate) use {
     lanes::{Affine, Lanes, each_of},

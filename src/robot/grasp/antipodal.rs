@@ -3,7 +3,7 @@
 
 use std::{f64::consts::TAU, sync::Arc};
 
-use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
+use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Vector3};
 
 use super::{
     best::{BestList, Candidate, Likeness},
@@ -12,7 +12,8 @@ use super::{
     object::ObjectSearch,
     opposition::Oppositions,
     pads::{Grip, Pads},
-    pairs::Pair,
+    pairs::{NoPair, Pair, PairRule},
+    points::PointMixture,
     rate::Start,
     sampled::{BEFORE, GraspSampler},
     settings::{Antipodal, PairHold, RestingChoice, Support},
@@ -24,6 +25,7 @@ use super::{
 use kernel::{
     geom::{RestingPose, rotation_towards},
     seed::Stream,
+    words::PointScheme,
 };
 
 /// Rolls about the line of a pair that are tried at most: of a gripper, and of every hold of another hand.
@@ -52,6 +54,22 @@ const MAX_OPPOSED: f64 = -0.5;
 enum Holds<'a> {
     Pads(&'a Pads),
     Contacts(&'a Oppositions),
+}
+
+/// Source of the pairs of a run.
+struct PairSource<'a> {
+    rule: PairRule<'a>,
+    mixture: PointMixture<'a>,
+    /// Straight up, in `Object`, above a table.
+    up: Option<Vector3<f64>>,
+}
+
+/// States that a run has.
+struct KnownStates {
+    alike: Likeness,
+    /// Middle between the pads of a gripper, else the origin, expressed in the approach frame [m].
+    middle: Point3<f64>,
+    frames: Vec<Frame>,
 }
 
 /// A table below an object.
@@ -107,45 +125,54 @@ impl GraspSampler {
                 table
             }
         };
-        let alike = Likeness::of_grasps();
-        let (mut energies, mut grasps, mut frames) = (Vec::new(), Vec::<RatedGrasp>::new(), Vec::<Frame>::new());
-        while losses.pairs < antipodal.pairs && grasps.len() < antipodal.best as usize {
+        let source = self.pair_source(object, holds, antipodal.friction, table.as_ref());
+        let mut known = self.known_states(holds);
+        let (mut energies, mut grasps) = (Vec::new(), Vec::<RatedGrasp>::new());
+        losses.nowhere_thin = source.mixture.is_empty();
+        let budget = if losses.no_resting_pose || losses.nowhere_thin { 0 } else { antipodal.pairs };
+        while losses.pairs < budget && grasps.len() < antipodal.best as usize {
             // Two points, then the opened hand about them.
-            let pair = match &table {
-                _ if losses.no_resting_pose => None,
-                // From above a gripper takes only level pairs; from aside it also takes others.
-                Some(table) if losses.pairs % 2 == 0 => {
-                    Pair::draw_level(&object.surface, antipodal.friction, &table.up, stream)
-                }
-                _ => Pair::draw(&object.surface, antipodal.friction, stream),
-            };
+            let (scheme, pair) = source.draw(losses.pairs, stream);
             losses.pairs += 1;
-            losses.unopposed += u32::from(pair.is_none());
-            let start = pair.and_then(|pair| self.place(object, holds, &pair, table.as_ref(), &mut losses, stream));
-            energies.push(start.as_ref().map(|start| self.rating.energies_of(object, start).total));
-            // Closing costs most: states like a known one are left out before.
-            let is_known = |frame: &Frame| frames.iter().any(|known| alike.joins(known, frame));
-            let Some(start) = start.filter(|start| !is_known(&Frame::of(&start.object_from_approach))) else {
-                continue;
+            energies.push(None);
+            let pair = match pair {
+                Ok(pair) => pair,
+                Err(NoPair::Unopposed) => {
+                    losses.unopposed += 1;
+                    continue;
+                }
+                Err(NoPair::TooWide) => {
+                    losses.too_wide += 1;
+                    continue;
+                }
             };
+            let Some(start) = self.place(object, holds, &pair, table.as_ref(), &mut losses, stream) else { continue };
+            // Closing costs most: states like a known one are left out before.
+            if known.has(&start.object_from_approach) {
+                losses.known += 1;
+                continue;
+            }
             let mut grasp = self.rating.placed(object, start.clone());
+            *energies.last_mut().expect("one of this pair") = Some(grasp.energies.total);
             if let (Some(table), Holds::Contacts(_)) = (&table, holds)
                 && let Some(lifted) = table.lifted(&grasp, start)
             {
                 grasp = self.rating.placed(object, lifted);
             }
             // Keep what the closed hand holds, what the table allows, and what is unlike the kept grasps.
-            let frame = Frame::of(&grasp.object_from_approach);
             if !self.is_held(holds, &grasp) {
                 losses.open += 1;
             } else if table.as_ref().is_some_and(|table| table.lacks(&grasp).is_none_or(|lacks| lacks > 0.0)) {
                 losses.lowered += 1;
-            } else if !is_known(&frame) {
-                grasps.push(grasp);
-                frames.push(frame);
+            } else if known.has(&grasp.object_from_approach) {
+                losses.known += 1;
+            } else {
+                known.add(&grasp.object_from_approach);
+                grasps.push(RatedGrasp { point_scheme: Some(scheme), ..grasp });
             }
         }
-        // Energies of all pairs, and the frame from which the run starts.
+        losses.budget_spent = budget > 0 && losses.pairs == budget && grasps.len() < antipodal.best as usize;
+        // Energies of the closed states, and the frame from which the run starts.
         let mut tally = Tally::new(losses.pairs);
         (0..).zip(energies).for_each(|(index, energy)| tally.count(index, energy));
         let seed = match &table {
@@ -153,6 +180,39 @@ impl GraspSampler {
             None => Translation3::from(object.middle.coords).into(),
         };
         SearchRun { losses: Some(losses), ..tally.run(&seed, grasps) }
+    }
+
+    /// Pairs of points that the hand may take, of an object on a table or in the air.
+    fn pair_source<'o>(
+        &self,
+        object: &'o ObjectSearch,
+        holds: &Holds<'_>,
+        friction: f64,
+        table: Option<&Table<'_>>,
+    ) -> PairSource<'o> {
+        let max = match holds {
+            Holds::Pads(pads) => pads.widest - 2.0 * MIN_GAP,
+            Holds::Contacts(oppositions) => oppositions.widest() - OPENED_BY[0],
+        };
+        let (surface, level) = (&*object.surface, self.level);
+        let rule = PairRule { surface, friction, max, level };
+        let mixture = PointMixture::new(surface, object.sample(level), rule.max_thickness(), level);
+        PairSource { rule, mixture, up: table.map(|table| table.up) }
+    }
+
+    /// No states yet, of a hand with its symmetry.
+    fn known_states(&self, holds: &Holds<'_>) -> KnownStates {
+        let hand = &self.search.hand;
+        let middle = match holds {
+            Holds::Pads(pads) => {
+                let frames = hand.link_frames(&hand.posture_values(&hand.opened()));
+                let approach_from_base = hand.approach_pose(&frames).isometry().inverse();
+                approach_from_base * Point3::from(pads.base_from_pads(hand, &frames).translation.vector)
+            }
+            Holds::Contacts(_) => Point3::origin(),
+        };
+        let alike = Likeness::of_grasps(self.search.is_half_turn_symmetric());
+        KnownStates { alike, middle, frames: Vec::new() }
     }
 
     /// The hand opened a little farther than a pair; `None` where it does not open so far.
@@ -288,8 +348,12 @@ impl GraspSampler {
         self.best = BestList::new(antipodal.best as usize);
         self.best.clear(object.radius);
         let mut tally = Tally::new(antipodal.pairs);
+        // Farther apart than the hand opens, no posture is found.
+        let rule =
+            PairRule { surface: &object.surface, friction: antipodal.friction, max: f64::INFINITY, level: self.level };
         for index in 0..antipodal.pairs {
-            let pair = Pair::draw(&object.surface, antipodal.friction, stream);
+            let point = rule.point_by_area(stream);
+            let pair = rule.draw(point, stream).ok();
             let roll = stream.uniform(0.0, TAU);
             let start = pair.and_then(|pair| self.on_middles(object, pads, &pair, roll));
             let energy = start.as_ref().map(|start| self.rating.energies_of(object, start).total);
@@ -322,6 +386,40 @@ impl GraspSampler {
         let object_from_approach = object_from_base * hand.approach_pose(&hand.link_frames(&joints)).isometry();
         let is_clear = !self.closing.overlaps(&object.surface, &object_from_base, &joints, ALLOWED_OVERLAP);
         is_clear.then_some(Start { object_from_approach, posture, amplitudes: Vec::new() })
+    }
+}
+
+impl PairSource<'_> {
+    /// Draws the pair with a number in its run.
+    fn draw(&self, number: u32, stream: &mut Stream) -> (PointScheme, Result<Pair, NoPair>) {
+        let scheme = PointMixture::scheme(stream);
+        let pair = match &self.up {
+            // From above a gripper takes only level pairs; from aside it also takes others.
+            Some(up) if number.is_multiple_of(2) => {
+                self.rule.draw_level(|stream| self.mixture.draw(scheme, stream), up, stream)
+            }
+            _ => {
+                let point = self.mixture.draw(scheme, stream);
+                self.rule.draw(point, stream)
+            }
+        };
+        (scheme, pair)
+    }
+}
+
+impl KnownStates {
+    /// Frame that is compared: the approach frame, moved to between the pads.
+    fn compared(&self, object_from_approach: &IsometryMatrix3<f64>) -> Frame {
+        Frame::of(&(object_from_approach * Translation3::from(self.middle)))
+    }
+
+    fn has(&self, object_from_approach: &IsometryMatrix3<f64>) -> bool {
+        let frame = self.compared(object_from_approach);
+        self.frames.iter().any(|known| self.alike.joins(known, &frame))
+    }
+
+    fn add(&mut self, object_from_approach: &IsometryMatrix3<f64>) {
+        self.frames.push(self.compared(object_from_approach));
     }
 }
 

@@ -12,7 +12,7 @@ use super::{
     solids::HandSolids,
 };
 use crate::hand::{Driven, Hand, Motor};
-use kernel::contact::{ContactScratch, ContactSurface, Probe, SurfaceContact};
+use kernel::contact::{ContactScratch, ContactSurface, OverlapProbe, Probe, SurfaceContact};
 
 /// A link that is so near touches [m].
 pub const TOUCHES: f64 = 1e-5;
@@ -45,6 +45,29 @@ pub(super) struct Closing {
     pub(super) sides: Vec<f64>,
     pub(super) scratch: ContactScratch,
     pub(super) found: Vec<SurfaceContact>,
+    overlap: OverlapTest,
+}
+
+/// Solids of a hand that are tested for overlap with an object.
+struct OverlapTest {
+    /// Overlap that is allowed [m].
+    depth: f64,
+    solids: Vec<OverlapProbe>,
+    /// The solids, those first that overlapped last, before that the farthest along the approach.
+    order: Vec<usize>,
+    /// Whether triangles in a solid are searched first, which is by far the cheaper test.
+    has_prefilter: bool,
+}
+
+impl OverlapTest {
+    fn new(hand: &Hand, solids: &HandSolids) -> Self {
+        let frames = hand.link_frames(&hand.posture_values(&hand.opened()));
+        let approach = hand.approach_direction(&frames);
+        let ahead = |solid: &usize| solids.solids[*solid].reach_along(&approach, &frames);
+        let mut order: Vec<usize> = (0..solids.solids.len()).collect();
+        order.sort_by(|one, other| ahead(other).total_cmp(&ahead(one)));
+        Self { depth: f64::NAN, solids: Vec::new(), order, has_prefilter: true }
+    }
 }
 
 /// Present state of the hand.
@@ -73,10 +96,16 @@ impl Closing {
             groups,
             line,
             sides,
+            overlap: OverlapTest::new(hand, solids),
             solids: solids.clone(),
             scratch: ContactScratch::default(),
             found: Vec::new(),
         }
+    }
+
+    /// Leaves out the test for triangles in a solid: every overlap is found by distances.
+    pub(super) fn without_prefilter(&mut self) {
+        self.overlap.has_prefilter = false;
     }
 
     /// Penetration of the object by the hand in a posture [m]; below 0 where it is clear, and then no less than
@@ -100,13 +129,22 @@ impl Closing {
         joints: &[f64],
         max_overlap: f64,
     ) -> bool {
+        if self.overlap.depth != max_overlap {
+            self.overlap.depth = max_overlap;
+            self.overlap.solids = self.probes.iter().map(|probe| OverlapProbe::new(probe, max_overlap)).collect();
+        }
         let frames = self.hand.link_frames(joints);
-        (0..self.probes.len()).any(|solid| {
-            let object_from_solid = self.object_from_solid(object_from_base, &frames, solid);
-            let (probe, scratch, found) = (&self.probes[solid], &mut self.scratch, &mut self.found);
-            surface.contacts(probe, &object_from_solid, -max_overlap, scratch, found);
-            !found.is_empty()
-        })
+        let poses: Vec<_> =
+            (0..self.probes.len()).map(|solid| self.object_from_solid(object_from_base, &frames, solid)).collect();
+        let (OverlapTest { solids, order, has_prefilter, .. }, scratch) = (&mut self.overlap, &mut self.scratch);
+        // Cheap test first, of all solids: a triangle in one of them. Exact distances decide on the rest.
+        let mut first = |overlaps: &mut dyn FnMut(usize) -> bool| {
+            let rank = order.iter().position(|solid| overlaps(*solid));
+            // Most likely the next pose is ruled out by the same solid.
+            rank.inspect(|rank| order[..=*rank].rotate_right(1)).is_some()
+        };
+        *has_prefilter && first(&mut |solid| surface.surely_overlaps(&solids[solid], &poses[solid]))
+            || first(&mut |solid| surface.overlaps(&solids[solid], &poses[solid], scratch))
     }
 
     /// Distance that the hand can come along a direction in `Object`, its joints still, until it meets the object [m]:

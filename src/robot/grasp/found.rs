@@ -5,7 +5,7 @@ use std::fmt;
 use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
 
 use super::table::TableClearance;
-use kernel::words::{GraspVerdict, STRETCHES};
+use kernel::words::{GraspVerdict, PointScheme, STRETCHES};
 
 /// Energies of a state of the hand; lower is better.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,6 +79,8 @@ pub struct RatedGrasp {
     /// For each pose in which the object rests on a table, how far the hand stays above it; none where the verdict is
     /// [`GraspVerdict::Penetrates`].
     pub clearances: Vec<TableClearance>,
+    /// Scheme by which the first point of its pair was drawn; `None` of other samplers.
+    pub point_scheme: Option<PointScheme>,
 }
 
 /// A tenth of an annealing run.
@@ -129,14 +131,23 @@ pub struct PairLosses {
     pub open: u32,
     /// Closed, the hand is nearer to the table than its margin.
     pub lowered: u32,
+    /// Like a state that the run has already.
+    pub known: u32,
     /// The object rests in no pose that is known: there is no table for it.
     pub no_resting_pose: bool,
+    /// The object is nowhere as thin as the hand opens: no pair was drawn.
+    pub nowhere_thin: bool,
+    /// The budget of pairs ended the run before it had its states.
+    pub budget_spent: bool,
 }
 
 impl fmt::Display for PairLosses {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.no_resting_pose {
             return f.write_str("no resting pose of the object is known, so there is no table for it");
+        }
+        if self.nowhere_thin {
+            return f.write_str("the object is nowhere as thin as the hand opens: check its unit and size");
         }
         write!(f, "of {} pairs of points", self.pairs)?;
         let counts = [
@@ -146,6 +157,7 @@ impl fmt::Display for PairLosses {
             (self.in_object, "would have the opened hand in the object"),
             (self.open, "are not held from both sides once closed"),
             (self.lowered, "are nearer to the table than the margin once closed"),
+            (self.known, "give a state like one that the run has"),
         ];
         let told = counts.into_iter().filter(|(count, _)| *count > 0);
         let told: Vec<String> = told.map(|(count, what)| format!(" {count} {what}")).collect();

@@ -29,6 +29,7 @@ mod sampled;
 mod settings;
 mod solids;
 mod state;
+mod symmetry;
 mod table;
 mod tally;
 mod unsearchable;

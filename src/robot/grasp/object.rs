@@ -4,11 +4,11 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::Point3;
 
-use super::{field::DistanceField, wrench::MassFrame};
+use super::{field::DistanceField, points::SurfaceSample, wrench::MassFrame};
 use assets::object::PreparedObject;
 use kernel::{
     contact::ContactSurface,
-    geom::{MassProperties, NoSurface, RestingPoses, TriMesh},
+    geom::{MassProperties, NoSurface, RestingPoses, SimdLevel, TriMesh},
 };
 
 /// An object, prepared for annealing: shared by threads.
@@ -16,6 +16,8 @@ pub struct ObjectSearch {
     pub(super) surface: Arc<ContactSurface>,
     /// Made on first use: pads on pairs of points need no field.
     field: OnceLock<DistanceField>,
+    /// Made on first use, by pairs of points.
+    sample: OnceLock<SurfaceSample>,
     /// The middle of its box.
     pub(super) middle: Point3<f64>,
     /// Distance from the middle to the farthest corner of the box [m].
@@ -52,6 +54,7 @@ impl ObjectSearch {
             resting,
             surface: Arc::clone(surface),
             field: OnceLock::new(),
+            sample: OnceLock::new(),
             middle: bounds.centre(),
             radius: (bounds.max - bounds.min).norm() / 2.0,
         }
@@ -60,6 +63,11 @@ impl ObjectSearch {
     /// Distances to the object as annealing reads them.
     pub(super) fn field(&self) -> &DistanceField {
         self.field.get_or_init(|| DistanceField::new(&self.surface))
+    }
+
+    /// Points of the surface by the thickness there, the same at every level of vector instructions.
+    pub(super) fn sample(&self, level: SimdLevel) -> &SurfaceSample {
+        self.sample.get_or_init(|| SurfaceSample::new(&self.surface, b"", level))
     }
 
     /// Poses in which the object rests on a table.

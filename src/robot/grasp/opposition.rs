@@ -106,6 +106,12 @@ impl Oppositions {
         Self { postures, tips, of_links }
     }
 
+    /// Largest width between two sides that face each other [m]; 0 where there are none.
+    pub(super) fn widest(&self) -> f64 {
+        let lists = self.of_links.iter().flatten();
+        lists.filter_map(|list| Some(list.last()?.width)).fold(0.0, f64::max)
+    }
+
     /// Draws two sides at a width within a range [m]: tips or contacts first, then links, then a posture, all as likely. `None`
     /// where no two face each other so.
     pub(super) fn draw(

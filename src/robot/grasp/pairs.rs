@@ -2,23 +2,19 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Matrix3, Point3, Unit, Vector3};
 
-use kernel::{contact::ContactSurface, geom::rotation_towards, seed::Stream};
+use super::points::SurfacePoint;
+use kernel::{
+    contact::ContactSurface,
+    geom::{SimdLevel, rotation_towards},
+    seed::Stream,
+};
 
 /// Two points that are nearer make no pair [m].
 const MIN: f64 = 0.001;
 
-/// A ray leaves the object where it is this near to the surface [m].
-const OUT: f64 = 1e-5;
-
-/// Step by which a ray moves on along the surface [m].
-const CREEPS: f64 = 1e-4;
-
-/// Searches along a ray.
-const MAX_STEPS: u32 = 1000;
-
-/// Points that are drawn at most until one lies on a side of the object.
+/// Rays from one point that are drawn at most until one is level enough.
 const LEVEL_DRAWS: u32 = 8;
 
 /// Two points of a surface that face each other, or face away from each other through the object, within the friction cones of
@@ -29,26 +25,43 @@ pub(super) struct Pair {
     pub(super) second: Point3<f64>,
 }
 
+/// Why a point has no opposite one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum NoPair {
+    /// None is within the friction cones of both.
+    Unopposed,
+    /// All are farther away than a hand opens.
+    TooWide,
+}
+
+/// Conditions of a pair.
+#[derive(Clone, Copy)]
+pub(super) struct PairRule<'a> {
+    pub(super) surface: &'a ContactSurface,
+    /// Coefficient of the friction cones.
+    pub(super) friction: f64,
+    /// The two points are no farther apart [m].
+    pub(super) max: f64,
+    pub(super) level: SimdLevel,
+}
+
 /// A ray into the object from a point of its surface.
-struct Ray {
+struct PairRay {
     first: Point3<f64>,
     /// The outward normal there.
     out: Vector3<f64>,
     inward: Vector3<f64>,
 }
 
-impl Ray {
-    /// Draws a point uniformly over the surface and a ray in its friction cone, and one more number for later choices.
-    fn draw(surface: &ContactSurface, friction: f64, stream: &mut Stream) -> (Option<Self>, f64) {
-        let [share, u, v, tilt, side, choice] = [(); 6].map(|()| stream.unit());
-        let ray = surface.point_at(share, u, v).map(|(first, out)| {
-            let axes: Matrix3<f64> = rotation_towards(&-out, 0.0);
-            let (sin, cos) = libm::sincos(TAU * side);
-            // Uniform over the disc that the cone cuts out of a plane.
-            let across = (axes.column(0) * cos + axes.column(1) * sin) * (friction * tilt.sqrt());
-            Self { first, out, inward: (across - out).normalize() }
-        });
-        (ray, choice)
+impl PairRay {
+    /// Draws a ray in the friction cone of a point.
+    fn draw(SurfacePoint { point, out }: SurfacePoint, friction: f64, stream: &mut Stream) -> Self {
+        let [tilt, side] = [(); 2].map(|()| stream.unit());
+        let axes: Matrix3<f64> = rotation_towards(&-out, 0.0);
+        let (sin, cos) = libm::sincos(TAU * side);
+        // Uniform over the disc that the cone cuts out of a plane.
+        let across = (axes.column(0) * cos + axes.column(1) * sin) * (friction * tilt.sqrt());
+        Self { first: point, out, inward: (across - out).normalize() }
     }
 }
 
@@ -57,43 +70,62 @@ pub(super) fn min_cos(friction: f64) -> f64 {
     1.0 / (1.0 + friction * friction).sqrt()
 }
 
-impl Pair {
-    /// Draws a point uniformly over the surface and a ray in its friction cone; the second point is one of those where
-    /// the ray leaves the object, each with equal probability. `None` if the ray is not within the friction cone there.
-    pub(super) fn draw(surface: &ContactSurface, friction: f64, stream: &mut Stream) -> Option<Self> {
-        let (ray, choice) = Ray::draw(surface, friction, stream);
-        Self::through(surface, friction, &ray?, choice)
+impl PairRule<'_> {
+    /// Largest thickness along the normal of a point from which a ray in its cone may end within the largest distance [m].
+    pub(super) fn max_thickness(&self) -> f64 {
+        self.max / min_cos(self.friction)
     }
 
-    /// Draws a level pair: a point and a ray as [`Pair::draw`] does, the ray's part along `up` taken away, again until the rest
-    /// is within the point's friction cone. `None` where it never is, or not within the one of the second point.
+    /// A point uniformly over the surface.
+    pub(super) fn point_by_area(&self, stream: &mut Stream) -> Option<SurfacePoint> {
+        let [share, u, v] = [(); 3].map(|()| stream.unit());
+        self.surface.point_at(share, u, v).map(|(point, out)| SurfacePoint { point, out })
+    }
+
+    /// Draws a ray in the friction cone of a point; the second point is one of those where the ray leaves the object within
+    /// the largest distance, each as likely.
+    pub(super) fn draw(&self, point: Option<SurfacePoint>, stream: &mut Stream) -> Result<Pair, NoPair> {
+        let ray = PairRay::draw(point.ok_or(NoPair::TooWide)?, self.friction, stream);
+        self.through(&ray, stream.unit())
+    }
+
+    /// Draws a level pair: a point and a ray as [`PairRule::draw`] does, the ray's part along `up` taken away, again until the rest
+    /// is within the point's friction cone.
     pub(super) fn draw_level(
-        surface: &ContactSurface,
-        friction: f64,
+        &self,
+        mut point: impl FnMut(&mut Stream) -> Option<SurfacePoint>,
         up: &Vector3<f64>,
         stream: &mut Stream,
-    ) -> Option<Self> {
+    ) -> Result<Pair, NoPair> {
         for _ in 0..LEVEL_DRAWS {
-            let (ray, choice) = Ray::draw(surface, friction, stream);
-            let level = ray.and_then(|ray| {
-                let inward = (ray.inward - up * ray.inward.dot(up)).try_normalize(MIN)?;
-                Some(Ray { inward, ..ray }).filter(|level| -level.out.dot(&level.inward) >= min_cos(friction))
-            });
-            if let Some(ray) = level {
-                return Self::through(surface, friction, &ray, choice);
+            let ray = PairRay::draw(point(stream).ok_or(NoPair::TooWide)?, self.friction, stream);
+            let inward = (ray.inward - up * ray.inward.dot(up)).try_normalize(MIN);
+            let level = inward.filter(|inward| -ray.out.dot(inward) >= min_cos(self.friction));
+            if let Some(inward) = level {
+                return self.through(&PairRay { inward, ..ray }, stream.unit());
             }
         }
-        None
+        Err(NoPair::Unopposed)
     }
 
     /// Follows a ray to one of the points where it leaves the object.
-    fn through(surface: &ContactSurface, friction: f64, ray: &Ray, choice: f64) -> Option<Self> {
-        let exits = exits(surface, &ray.first, &ray.inward);
-        let second = *exits.get((choice * exits.len() as f64) as usize)?;
-        let (out, _) = surface.outward(&second);
-        (out.dot(&ray.inward) >= min_cos(friction)).then_some(Self { first: ray.first, second })
+    fn through(&self, ray: &PairRay, choice: f64) -> Result<Pair, NoPair> {
+        let along = Unit::new_unchecked(ray.inward);
+        let (begin, mut exits) = (ray.first + ray.inward * MIN, Vec::new());
+        self.surface.exits(self.level, &begin, &along, f64::INFINITY, &mut exits);
+        if exits.is_empty() {
+            return Err(NoPair::Unopposed);
+        }
+        exits.retain(|(exit, _)| exit + MIN <= self.max);
+        let (exit, _) = exits.get((choice * exits.len() as f64) as usize).ok_or(NoPair::TooWide)?;
+        let second = begin + ray.inward * *exit;
+        let (out, _) = self.surface.outward(&second);
+        let opposes = out.dot(&ray.inward) >= min_cos(self.friction);
+        if opposes { Ok(Pair { first: ray.first, second }) } else { Err(NoPair::Unopposed) }
     }
+}
 
+impl Pair {
     /// From the first to the second, of unit length.
     pub(super) fn inward(&self) -> Vector3<f64> {
         (self.second - self.first).normalize()
@@ -107,25 +139,4 @@ impl Pair {
     pub(super) fn middle(&self) -> Point3<f64> {
         nalgebra::center(&self.first, &self.second)
     }
-}
-
-/// Where a ray leaves the object, from a point on.
-fn exits(surface: &ContactSurface, from: &Point3<f64>, inward: &Vector3<f64>) -> Vec<Point3<f64>> {
-    let bounds = surface.bounds();
-    let reach = (bounds.max - bounds.min).norm();
-    let (mut along, mut was_inside, mut exits) = (MIN, false, Vec::new());
-    for _ in 0..MAX_STEPS {
-        let at = from + inward * along;
-        let distance = surface.signed_distance(&at);
-        let inside = distance < -OUT;
-        if was_inside && !inside {
-            exits.push(at);
-        }
-        was_inside = inside;
-        along += distance.abs().max(CREEPS);
-        if along > reach {
-            break;
-        }
-    }
-    exits
 }

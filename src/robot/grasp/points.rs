@@ -19,6 +19,9 @@ const CELL: f64 = 0.02;
 /// A ray begins so far below the surface [m].
 const BELOW: f64 = 1e-6;
 
+/// Points by area that are drawn at most until one is on a part that is thin enough.
+const AREA_DRAWS: u32 = 8;
+
 /// A point of a surface with the outward unit normal, in `Object`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SurfacePoint {
@@ -141,10 +144,62 @@ fn index(share: f64, count: usize) -> usize {
     ((share * count as f64) as usize).min(count - 1)
 }
 
+/// Draws points of a surface where it is no thicker than a hand opens, by one of three schemes, each as likely. Points by area are
+/// always new ones; those of the other schemes are of a sample.
+pub(super) struct PointMixture<'a> {
+    surface: &'a ContactSurface,
+    points: SurfacePoints,
+    /// Thicker parts are left out [m].
+    max: f64,
+    level: SimdLevel,
+}
+
+impl<'a> PointMixture<'a> {
+    /// Points where the thickness is at most `max` [m].
+    pub(super) fn new(surface: &'a ContactSurface, sample: &SurfaceSample, max: f64, level: SimdLevel) -> Self {
+        Self { surface, points: sample.no_thicker_than(max), max, level }
+    }
+
+    /// Whether no part is thin enough.
+    pub(super) fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// Chooses a scheme.
+    pub(super) fn scheme(stream: &mut Stream) -> PointScheme {
+        PointScheme::ALL[stream.below(PointScheme::ALL.len() as u64) as usize]
+    }
+
+    /// Draws a point by a scheme; `None` where no part is thin enough.
+    pub(super) fn draw(&self, scheme: PointScheme, stream: &mut Stream) -> Option<SurfacePoint> {
+        if scheme == PointScheme::Area {
+            let mut draw = AreaDraw::new(self.surface, self.level);
+            let mut draws = (0..AREA_DRAWS).filter_map(|_| draw.next(stream));
+            return draws.find(|(_, thickness)| *thickness <= self.max).map(|(point, _)| point);
+        }
+        self.points.of_scheme(scheme, [(); 2].map(|()| stream.unit())).copied()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use kernel::{geom::TriMesh, voxel::InsideTest};
+
+    /// Boxes side by side, given by corners and sides [m].
+    fn boxes(of: &[[[f64; 3]; 2]]) -> ContactSurface {
+        let mut mesh = TriMesh::default();
+        for [low, sides] in of {
+            let first = mesh.vertices.len() as u32;
+            let corner =
+                |i: usize| std::array::from_fn(|axis| (low[axis] + sides[axis] * (i >> (2 - axis) & 1) as f64) as f32);
+            mesh.vertices.extend((0..8).map(corner));
+            let quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+            let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
+            mesh.triangles.extend(triangles.map(|triangle: [u32; 3]| triangle.map(|vertex| vertex + first)));
+        }
+        ContactSurface::new(&mesh, InsideTest::Crossings).expect("a surface")
+    }
 
     #[test]
     fn octaves_begin_at_half_a_millimetre() {
@@ -172,5 +227,51 @@ mod tests {
             assert_eq!(drawn.0, scheme);
         }
         assert!(SurfacePoints::new(&surface, b"tray", 0.001, SimdLevel::Scalar).is_empty());
+    }
+
+    /// A block of 60 mm and a handle of 5 mm apart from it: the handle has .05 of the area, half of the octaves, and a
+    /// share of the cells.
+    #[test]
+    fn schemes_share_the_surface_by_their_measures() {
+        let surface = boxes(&[[[0.0; 3], [0.06; 3]], [[0.1, 0.0, 0.0], [0.005, 0.02, 0.02]]]);
+        let level = SimdLevel::Scalar;
+        let sample = SurfaceSample::new(&surface, b"", level);
+        let mixture = PointMixture::new(&surface, &sample, 0.08, level);
+        let mut stream = Stream::of_job(1, b"", "mixture");
+        let share = |scheme: PointScheme, stream: &mut Stream| {
+            let drawn = (0..3000).map(|_| mixture.draw(scheme, stream).expect("a thin part").point.x > 0.08);
+            drawn.filter(|on_handle| *on_handle).count() as f64 / 3000.0
+        };
+        let by_area = share(PointScheme::Area, &mut stream);
+        assert!((by_area - 1.2e-3 / 22.8e-3).abs() < 0.015, "{by_area}");
+        // Thicknesses of 5, 20 and 60 mm: three octaves, two of them on the handle.
+        let by_thickness = share(PointScheme::Thickness, &mut stream);
+        assert!((by_thickness - 2.0 / 3.0).abs() < 0.03, "{by_thickness}");
+        let by_cells = share(PointScheme::Cells, &mut stream);
+        assert!(by_cells > 0.02 && by_cells < 0.2, "{by_cells}");
+        let schemes: Vec<_> = (0..3000).map(|_| PointMixture::scheme(&mut stream)).collect();
+        for scheme in PointScheme::ALL {
+            let count = schemes.iter().filter(|other| **other == scheme).count();
+            assert!((900..1100).contains(&count), "{scheme:?}: {count}");
+        }
+    }
+
+    #[test]
+    fn parts_that_are_too_thick_are_left_out() {
+        let surface = boxes(&[[[0.0; 3], [0.1, 0.1, 0.03]]]);
+        let level = SimdLevel::Scalar;
+        let sample = SurfaceSample::new(&surface, b"", level);
+        let mut stream = Stream::of_job(2, b"", "mixture");
+        let mixture = PointMixture::new(&surface, &sample, 0.05, level);
+        for _ in 0..300 {
+            for scheme in PointScheme::ALL {
+                let point = mixture.draw(scheme, &mut stream);
+                // Eight draws by area may all be on the narrow sides.
+                let level = point.is_none_or(|point| point.out.z.abs() > 0.99);
+                assert!(level && (point.is_some() || scheme == PointScheme::Area), "{scheme:?}");
+            }
+        }
+        let none = PointMixture::new(&surface, &sample, 0.01, level);
+        assert!(none.is_empty() && PointScheme::ALL.iter().all(|scheme| none.draw(*scheme, &mut stream).is_none()));
     }
 }

@@ -62,6 +62,11 @@ impl Rating {
         }
     }
 
+    /// Finds every overlap by exact distances.
+    pub(super) fn without_prefilter(&mut self) {
+        self.closing.without_prefilter();
+    }
+
     /// The energies of a state, with exact distances.
     pub(super) fn energies_of(&mut self, object: &ObjectSearch, start: &Start) -> Energies {
         let frames = self.hand.link_frames(&self.hand.posture_values(&start.posture));
@@ -104,6 +109,7 @@ impl Rating {
             kind: None,
             verdict: GraspVerdict::Penetrates,
             clearances: Vec::new(),
+            point_scheme: None,
         };
         // A hand that starts too deep is not closed.
         if penetration > self.keeping.max_penetration {

@@ -51,6 +51,14 @@ impl GraspSampler {
         }
     }
 
+    /// Finds every overlap of hand and object by exact distances: for comparison, with the same states in several times the time.
+    #[must_use]
+    pub fn with_exact_overlaps(mut self) -> Self {
+        self.closing.without_prefilter();
+        self.rating.without_prefilter();
+        self
+    }
+
     /// A run all round the z axis of a frame.
     pub fn uniform(
         &mut self,

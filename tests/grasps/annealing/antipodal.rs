@@ -4,8 +4,9 @@
 use graspmill::{
     geom::{RestingPose, SimdLevel},
     grasp::{Antipodal, GraspSampler, PairHold, RatedGrasp, RestingChoice, STAND_OFF, SearchRun, Support},
+    hand::Hand,
 };
-use nalgebra::{IsometryMatrix3, Point3, Translation3, Vector3};
+use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Vector3};
 
 use super::{
     QUICK, Searcher,
@@ -13,7 +14,12 @@ use super::{
     stream,
     table::{lowest, object_from_base},
 };
-use crate::support::meshes::centred_block;
+use crate::support::{
+    files::repository_path,
+    meshes::centred_block,
+    robots::{BARRETT, GRIPPER},
+    workspace::Workspace,
+};
 
 const PANDA_HAND: &str = "scenes/panda_hand.xml";
 
@@ -65,13 +71,31 @@ fn depth(grasp: &RatedGrasp) -> f64 {
     grasp.contacts.iter().map(|contact| (from_palm * contact.point).z).sum::<f64>() / grasp.contacts.len() as f64
 }
 
-pub(super) fn are_unlike(grasps: &[RatedGrasp]) -> bool {
-    let frames: Vec<_> = grasps.iter().map(|grasp| grasp.object_from_approach).collect();
+/// Whether no two grasps are alike by the middles of the pads of a gripper that is the same after half a turn, or by the
+/// approach frames of any other hand.
+pub(super) fn are_unlike(searcher: &Searcher, grasps: &[RatedGrasp]) -> bool {
+    let middle = middle_of_pads(&searcher.hand);
+    let frame = |grasp: &RatedGrasp| grasp.object_from_approach * middle.unwrap_or_else(Translation3::identity);
+    let frames: Vec<_> = grasps.iter().map(frame).collect();
+    let half_turn = Rotation3::from_axis_angle(&Vector3::z_axis(), std::f64::consts::PI);
     let alike = |one: &IsometryMatrix3<f64>, other: &IsometryMatrix3<f64>| {
-        (one.translation.vector - other.translation.vector).norm() < 0.02
-            && one.rotation.angle_to(&other.rotation) < 14.99f64.to_radians()
+        let rotated = one.rotation.angle_to(&other.rotation);
+        let twin = if middle.is_some() { one.rotation.angle_to(&(other.rotation * half_turn)) } else { f64::INFINITY };
+        (one.translation.vector - other.translation.vector).norm() < 0.01999
+            && rotated.min(twin) < 14.99f64.to_radians()
     };
     !frames.iter().enumerate().any(|(index, one)| frames[..index].iter().any(|other| alike(one, other)))
+}
+
+/// From the approach frame of a gripper to the middle between its pads: the mean of their contacts.
+fn middle_of_pads(hand: &Hand) -> Option<Translation3<f64>> {
+    hand.closing_line()?;
+    let frames = hand.link_frames(&hand.posture_values(&hand.opened()));
+    let approach_from_base = hand.approach_pose(&frames).isometry().inverse();
+    let of_pads = (0..hand.contacts().len()).filter(|contact| hand.closing_side(hand.contacts()[*contact].link) != 0.0);
+    let points: Vec<_> =
+        of_pads.map(|contact| (approach_from_base * hand.contact_in_base(contact, &frames).0).coords).collect();
+    Some(Translation3::from(points.iter().sum::<Vector3<f64>>() / points.len() as f64))
 }
 
 /// Every state keeps its margin over the table that its run has drawn, both pads hold the object, and no two are alike.
@@ -88,7 +112,7 @@ fn on_a_table_hands_stay_above_it() {
             tables.push(format!("{name} {:?}", pose.world_from_object));
             let [low, high] = heights(&searcher, pose);
             assert!(low.abs() < 1e-5, "{name} lies {low} m off its table");
-            assert!(are_unlike(&run.grasps) && run.grasps.len() <= 12);
+            assert!(are_unlike(&searcher, &run.grasps) && run.grasps.len() <= 12);
             for grasp in &run.grasps {
                 let height = height_of_hand(&searcher, pose, grasp);
                 assert!(height >= MARGIN - 1e-9, "{name}: {height} m above the table");
@@ -130,11 +154,12 @@ fn runs_lie_in_the_likeliest_pose_on_demand() {
 #[test]
 fn pairs_are_taken_anywhere_along_the_pads_and_from_any_side() {
     let searcher = Searcher::with_hand("can-01", FETCH_GRIPPER);
-    let runs: Vec<SearchRun> = (0..3)
-        .map(|seed| sampler(&searcher).antipodal(&searcher.object, &antipodal(150, Support::Air), &mut stream(seed)))
-        .collect();
+    // One state in fifteen is held along the axis.
+    let settings = Antipodal { best: 40, ..antipodal(600, Support::Air) };
+    let runs: Vec<SearchRun> =
+        (0..3).map(|seed| sampler(&searcher).antipodal(&searcher.object, &settings, &mut stream(seed))).collect();
     let grasps: Vec<&RatedGrasp> = runs.iter().flat_map(|run| &run.grasps).collect();
-    assert!(grasps.len() >= 30 && runs.iter().all(|run| are_unlike(&run.grasps)), "{}", grasps.len());
+    assert!(grasps.len() >= 100 && runs.iter().all(|run| are_unlike(&searcher, &run.grasps)), "{}", grasps.len());
     let depths = grasps.iter().map(|grasp| depth(grasp));
     let [nearest, farthest] = depths.fold([f64::INFINITY, 0.0f64], |[low, high], at| [low.min(at), high.max(at)]);
     // Contacts of the pads lie 17.8 to 47.8 mm before the palm, the tips at 62.8 mm.
@@ -198,4 +223,68 @@ pub(super) fn assert_is_the_same(searcher: &Searcher, settings: &Antipodal) {
     assert_eq!(run(&mut sampler(searcher)), first);
     let mut scalar = GraspSampler::new(&searcher.search, &QUICK, &WITH_TORSION, SimdLevel::Scalar);
     assert_eq!(run(&mut scalar), first);
+}
+
+/// The mug's wall is 3 mm thick and its handle 12 mm: a few per cent of the pairs fit the Panda's hand on a table. The budget is
+/// large enough for all states, and the run ends long before it.
+#[test]
+fn a_mug_on_a_table_has_grasps_of_the_pandas_hand() {
+    let searcher = Searcher::with_hand("mug-01", PANDA_HAND);
+    let table = Antipodal { best: 6, ..antipodal(20_000, on_table(0.002)) };
+    let run = sampler(&searcher).antipodal(&searcher.object, &table, &mut stream(5));
+    let losses = run.losses.expect("pairs were drawn");
+    println!("{losses}");
+    assert_eq!(run.grasps.len(), 6, "{losses}");
+    assert!(!losses.budget_spent && losses.pairs < 20_000 && run.steps == losses.pairs);
+    assert!(are_unlike(&searcher, &run.grasps));
+    // Draws do not depend on the budget.
+    let smaller = Antipodal { pairs: losses.pairs, ..table };
+    let again = sampler(&searcher).antipodal(&searcher.object, &smaller, &mut stream(5));
+    assert_eq!(format!("{again:?}"), format!("{run:?}"));
+    let short = Antipodal { pairs: losses.pairs - 1, ..table };
+    let short = sampler(&searcher).antipodal(&searcher.object, &short, &mut stream(5));
+    assert!(short.losses.expect("pairs").budget_spent && short.grasps.len() == 5);
+    let schemes: std::collections::BTreeSet<_> = run.grasps.iter().map(|grasp| grasp.point_scheme).collect();
+    assert!(!schemes.contains(&None) && schemes.len() > 1, "{schemes:?}");
+}
+
+/// Triangles in a solid of the hand are found before distances are measured, and rule out no state that distances allow.
+#[test]
+fn states_are_those_of_exact_distances() {
+    for (name, scene, support) in [
+        ("mug-01", PANDA_HAND, on_table(0.002)),
+        ("bottle-01", FETCH_GRIPPER, Support::Air),
+        ("can-01", BARRETT, on_table(0.002)),
+    ] {
+        let searcher = Searcher::with_hand(name, scene);
+        let settings = antipodal(60, support);
+        let run = sampler(&searcher).antipodal(&searcher.object, &settings, &mut stream(2));
+        let exact = sampler(&searcher).with_exact_overlaps().antipodal(&searcher.object, &settings, &mut stream(2));
+        assert_eq!(format!("{run:?}"), format!("{exact:?}"), "{name}");
+        assert!(!run.grasps.is_empty(), "{name}");
+    }
+}
+
+/// Half a turn about the approach: the Panda's hand and the Fetch's gripper are the same after it, but not with a finger or a palm
+/// moved, and no hand of several fingers is.
+#[test]
+fn grippers_are_symmetric_by_their_solids() {
+    let is_symmetric =
+        |scene: &str| Searcher::with_mesh(centred_block([0.04; 3]), scene).search.is_half_turn_symmetric();
+    assert_eq!([PANDA_HAND, FETCH_GRIPPER, GRIPPER, BARRETT].map(is_symmetric), [true, true, true, false]);
+    let workspace = Workspace::new();
+    let read = |name: &str| std::fs::read_to_string(repository_path(name)).expect("a hand of the repository");
+    let panda = read(PANDA_HAND);
+    for (number, (from, to)) in [
+        (r#"<geom name="palm" pos="0 0 0.029""#, r#"<geom name="palm" pos="0 0.01 0.029""#),
+        (r#"quat="0 0 0 1">"#, r#"quat="0 0 0 1"><geom pos="0.012 0.01 0.03" size="0.002 0.002 0.002" mass="0.001"/>"#),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        assert!(panda.contains(from));
+        let file = workspace.write(format!("hand-{number}.xml"), panda.replace(from, to));
+        workspace.write(format!("hand-{number}.toml"), read("scenes/panda_hand.toml"));
+        assert!(!is_symmetric(file.to_str().expect("text")), "{to}");
+    }
 }

@@ -239,7 +239,7 @@ fn pairs_are_taken_along_the_pads_unless_the_thesis_is_asked() {
     assert_ne!(job(&[GRIPPER, antipodal]).digest(), job(&[GRIPPER]).digest());
     for other in [
         "antipodal.pairs=70",
-        "antipodal.friction=0.4",
+        "antipodal.friction=0.25",
         "antipodal.best=7",
         "antipodal.depth=middle",
         "antipodal.support=table",

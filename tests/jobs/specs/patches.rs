@@ -94,6 +94,7 @@ impl MadeUpGrasps {
             verdict,
             clearances: vec![[0.1, 0.1]],
             object_in_way: Some(BothWays::default()),
+            point_scheme: None,
         }
     }
 
@@ -139,6 +140,7 @@ impl MadeUpGrasps {
             },
             grasps,
             resting_poses: 1,
+            budget_spent: false,
         }
     }
 

@@ -106,5 +106,6 @@ fn of_grasp(grasp: &grasp::RatedGrasp, hand: &Hand) -> Grasp {
         verdict: grasp.verdict,
         clearances: grasp.clearances.iter().map(|lowest| [lowest.shaped, lowest.opened]).collect(),
         object_in_way: None,
+        point_scheme: grasp.point_scheme,
     }
 }

@@ -104,11 +104,12 @@ pub enum AxisSpec {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AntipodalSpec {
-    /// Largest number of pairs of points that a run draws from the whole surface; with `depth = "any"` it ends once it
-    /// has its states.
+    /// Budget of a run: the largest number of pairs of points that it draws. With `depth = "any"` the run ends earlier,
+    /// once it has `best` states.
     #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "pairs"))]
     pub pairs: u32,
-    /// Friction coefficient of these cones. Cones narrower than those of the contacts leave friction in reserve.
+    /// Friction coefficient of these cones, separate from that of quality and trials. Cones narrower than those of the
+    /// contacts leave friction in reserve.
     #[schemars(extend("exclusiveMinimum" = 0), range(max = 10))]
     pub friction: f64,
     /// Number of states that a run keeps, no two alike.
@@ -145,7 +146,8 @@ pub enum RestingSpec {
 pub enum PairDepthSpec {
     /// Anywhere between the innermost contacts of a gripper's pads, or the middle of the two contacts of another hand,
     /// and 3 mm before the tips; the hand stays there. States are those that, once closed, both pads hold, or two links
-    /// that press against each other; no two states are within 2 cm and 15 degrees of each other.
+    /// that press against each other; no two states are within 2 cm and 15 degrees of each other, also if one is
+    /// rotated by 180 degrees about the approach of a gripper that is the same after it.
     Any,
     /// Half way along a gripper's pads; the hand then advances to the object by `keep.advance`. States are the best by
     /// energy, without duplicates as in annealing.

@@ -91,6 +91,7 @@ impl<'j> GraspWorker<'j> {
             method: method(&job.settings),
             grasps: Vec::new(),
             resting_poses: 0,
+            budget_spent: false,
         };
         let sampling = || Box::new(GraspSampler::new(&hand.search, annealing, keeping, level));
         let search = match sampler {
@@ -170,6 +171,7 @@ impl Producer for GraspWorker<'_> {
         }
         // A run over pairs ends once it has its states: it takes no more pairs than it has drawn.
         self.record.asked_steps = if run.losses.is_some() { run.steps } else { self.job.settings.steps() };
+        self.record.budget_spent = run.losses.is_some_and(|losses| losses.budget_spent);
         self.record.resting_poses = object.search.resting().poses.len() as u32;
         let mut facts = self.record.facts();
         if run.grasps.is_empty() {

@@ -16,6 +16,8 @@ pub struct GraspFacts {
     pub best_epsilon: f64,
     /// Whether the seed was given up before the run was over.
     pub given_up: bool,
+    /// Whether a run over pairs drew its whole budget before it had its states.
+    pub budget_spent: bool,
     /// Outcomes of physical trials; zeros where there were none.
     pub trials: TrialFacts,
     /// Counts of graded labels; zero without graded labels.
@@ -73,7 +75,7 @@ const fn ladder(name: &'static str, meaning: &'static str) -> FactFormat {
 }
 
 /// Columns of the facts: verdicts in the order of [`GraspVerdict::ALL`], then the others.
-pub(super) const FACTS: [FactFormat; VERDICTS + TRIAL_FACTS + LADDER_FACTS + 3] = [
+pub(super) const FACTS: [FactFormat; VERDICTS + TRIAL_FACTS + LADDER_FACTS + 4] = [
     fact("grasps_kept", FactKind::Count, "Kept grasps."),
     fact("grasps_penetrates", FactKind::Count, "States whose hand is too deep in the mesh before it closes."),
     fact("grasps_open_hand", FactKind::Count, "States whose closed hand touches with one link or none."),
@@ -81,6 +83,11 @@ pub(super) const FACTS: [FactFormat; VERDICTS + TRIAL_FACTS + LADDER_FACTS + 3] 
     fact("grasps_low_quality", FactKind::Count, "States whose epsilon is below the job's minimum."),
     fact("grasps_below_table", FactKind::Count, "States that come below the table in every resting pose."),
     fact("given_up", FactKind::Count, "1 if the search gave up its seed early, else 0."),
+    fact(
+        "budget_spent",
+        FactKind::Count,
+        "1 if a run over pairs of points drew its whole budget before it had its states, else 0.",
+    ),
     trials("grasps_tried", "Grasps with a physical trial."),
     trials("grasps_held", "Tried grasps that held."),
     trials("grasps_refused", "Tried grasps whose hand starts too deep in the object."),
@@ -100,7 +107,7 @@ pub(super) const FACTS: [FactFormat; VERDICTS + TRIAL_FACTS + LADDER_FACTS + 3] 
 pub(super) const TRIAL_FACTS: usize = 5;
 
 /// Index of the first fact of trials.
-pub(super) const FIRST_OF_TRIALS: usize = VERDICTS + 1;
+pub(super) const FIRST_OF_TRIALS: usize = VERDICTS + 2;
 
 /// Number of the facts of graded labels.
 pub(super) const LADDER_FACTS: usize = 6;
@@ -115,6 +122,7 @@ impl Default for GraspFacts {
             best_energy: f64::INFINITY,
             best_epsilon: 0.0,
             given_up: false,
+            budget_spent: false,
             trials: TrialFacts::default(),
             ladder: LadderFacts::default(),
         }
@@ -151,8 +159,8 @@ impl LadderFacts {
 
 impl From<GraspFacts> for Facts {
     fn from(facts: GraspFacts) -> Self {
-        let GraspFacts { verdicts, best_energy, best_epsilon, given_up, trials, ladder } = facts;
-        let counts = verdicts.into_iter().chain([u32::from(given_up)]).map(f64::from);
+        let GraspFacts { verdicts, best_energy, best_epsilon, given_up, budget_spent, trials, ladder } = facts;
+        let counts = verdicts.into_iter().chain([given_up, budget_spent].map(u32::from)).map(f64::from);
         let numbers = trials.values().into_iter().chain([best_energy, best_epsilon]);
         Self::new(counts.chain(numbers).chain(ladder.values()))
     }
@@ -169,6 +177,7 @@ impl From<&Facts> for GraspFacts {
             ladder,
             verdicts: std::array::from_fn(|index| facts.integer(index)),
             given_up: facts.integer(VERDICTS) != 0,
+            budget_spent: facts.integer(VERDICTS + 1) != 0,
             trials: TrialFacts { tried, held, refused, tried_on_table, held_on_table },
             best_energy: facts.values()[FIRST_OF_TRIALS + TRIAL_FACTS],
             best_epsilon: facts.values()[FIRST_OF_TRIALS + TRIAL_FACTS + 1],
@@ -190,6 +199,7 @@ mod tests {
             best_energy: -0.5,
             best_epsilon: 0.25,
             given_up: true,
+            budget_spent: true,
             trials: TrialFacts { tried: 7, held: 8, refused: 9, tried_on_table: 10, held_on_table: 11 },
             ladder: LadderFacts { tried: 12, held: 13, partial: 14, failed: 15, blocked: 16, trials: 17 },
         };

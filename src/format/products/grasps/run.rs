@@ -12,7 +12,7 @@ use crate::codec::{
 use kernel::{
     geom::{Approach, Frame, HandBase, Object, Pose},
     ids::{Digest, ObjectId, SampleId},
-    words::{BothWays, FreeWays, GraspVerdict, PathStage, STRETCHES},
+    words::{BothWays, FreeWays, GraspVerdict, PathStage, PointScheme, STRETCHES},
 };
 
 const MESSAGE: &str = "GraspRun";
@@ -147,6 +147,8 @@ pub struct Grasp {
     /// Phase of each way of approach in which the object obstructs the hand before it closes; `None` if it does not. No phases at
     /// all if the verdict is [`GraspVerdict::Penetrates`].
     pub object_in_way: Option<BothWays<Option<PathStage>>>,
+    /// Scheme by which the first point of its pair was drawn; `None` of samplers without pairs.
+    pub point_scheme: Option<PointScheme>,
 }
 
 /// Obstacles of a hand that approaches a grasp.
@@ -247,6 +249,8 @@ pub struct GraspRun {
     /// Resting poses of the object, which the asset table lists; each grasp that was closed has a clearance over the table
     /// for every one of them.
     pub resting_poses: u32,
+    /// Whether a run over pairs drew its whole budget before it had its states.
+    pub budget_spent: bool,
 }
 
 /// Names of spaces, energies and contact models.
@@ -277,6 +281,7 @@ impl GraspRun {
             best_energy: self.grasps.iter().map(|grasp| grasp.energy).fold(f64::INFINITY, f64::min),
             best_epsilon: self.kept().map(|grasp| grasp.epsilon(&self.method)).fold(0.0, f64::max),
             given_up: self.is_given_up(),
+            budget_spent: self.budget_spent,
             trials: TrialFacts::default(),
             ladder: LadderFacts::default(),
         }
@@ -313,6 +318,7 @@ impl GraspRun {
             wire::bytes(out, 40, self.method.sampler.as_bytes());
         }
         wire::uint32(out, 41, self.resting_poses);
+        wire::uint32(out, 42, u32::from(self.budget_spent));
     }
 
     /// Reads and checks a payload.
@@ -354,6 +360,7 @@ impl GraspRun {
             method,
             grasps,
             resting_poses: run.resting_poses,
+            budget_spent: run.budget_spent,
             hand: HandNames { name: run.hand, id, links: run.links, joints: run.joints, driven: run.driven },
         })
     }
@@ -466,6 +473,7 @@ impl Grasp {
         wire::uint32s(out, 26, numbers.iter().copied());
         wire::doubles_of(out, 30, self.shift.iter().flatten().copied());
         wire::doubles_of(out, 31, self.turn.iter().flatten().copied());
+        wire::uint32(out, 32, self.point_scheme.map_or(0, PointScheme::number));
     }
 
     /// Reads a grasp of a run whose names have been checked.
@@ -541,8 +549,16 @@ impl Grasp {
             verdict: verdict.ok_or(unknown)?,
             clearances: grasp.clearances.iter().zip(&grasp.clearances_opened).map(|(a, b)| [*a, *b]).collect(),
             object_in_way: object_in_way(&grasp.object_in_way)?,
+            point_scheme: point_scheme(grasp.point_scheme)?,
         })
     }
+}
+
+/// A scheme by its number, or none.
+fn point_scheme(number: u32) -> Result<Option<PointScheme>, RecordError> {
+    let scheme = PointScheme::of_number(number);
+    ranged(MESSAGE, "grasps.point_scheme", f64::from(number), number == 0 || scheme.is_some(), "0 to 3")?;
+    Ok(scheme)
 }
 
 /// Phases in which the object is an obstacle, from two numbers, or none.

@@ -11,7 +11,7 @@ use crate::codec::proto;
 use kernel::{
     geom::{HandBase, Object, Pose, Shape, TriMesh, Triangles},
     ids::{Digest, ItemId, ObjectId, SampleId},
-    words::{BothWays, GraspVerdict, PathStage, STRETCHES},
+    words::{BothWays, GraspVerdict, PathStage, PointScheme, STRETCHES},
 };
 
 fn pose() -> impl Strategy<Value = [f64; 6]> {
@@ -61,6 +61,7 @@ fn grasp() -> impl Strategy<Value = Grasp> {
                 verdict: GraspVerdict::ALL[verdict],
                 clearances: if verdict == 1 { Vec::new() } else { lowest.to_vec() },
                 object_in_way: (verdict != 1).then_some(BothWays { shaped: stages.0, opened: stages.1 }),
+                point_scheme: PointScheme::of_number(verdict as u32 % 4),
             }
         },
     )
@@ -109,6 +110,7 @@ fn run() -> impl Strategy<Value = GraspRun> {
                 },
                 grasps,
                 resting_poses: 2,
+                budget_spent: soft,
             }
         },
     )
@@ -188,7 +190,7 @@ proptest! {
         let facts = run.facts();
         prop_assert_eq!(facts.found() as usize, run.grasps.len());
         prop_assert_eq!(facts.kept() as usize, run.kept().count());
-        prop_assert_eq!(facts.given_up, run.steps < run.asked_steps);
+        prop_assert_eq!((facts.given_up, facts.budget_spent), (run.steps < run.asked_steps, run.budget_spent));
         prop_assert_eq!(facts.best_energy.is_finite(), !run.grasps.is_empty());
     }
 
@@ -200,7 +202,7 @@ proptest! {
         }], ..extra }];
         run.encode(&mut payload);
         let generated = proto::GraspRun::decode(payload.as_slice()).unwrap();
-        let lies: [fn(&mut proto::GraspRun); 26] = [
+        let lies: [fn(&mut proto::GraspRun); 27] = [
             |run| run.grasps[0].object_in_way.push(0),
             |run| run.grasps[0].object_in_way = vec![4, 0],
             |run| run.grasps[0].object_in_way = vec![0, 3],
@@ -222,6 +224,7 @@ proptest! {
             |run| run.grasps[0].links[0] = 3,
             |run| run.grasps[0].normals[2] = 0.5,
             |run| run.grasps[0].verdict = 6,
+            |run| run.grasps[0].point_scheme = 4,
             |run| run.grasps[0].clearances.push(0.1),
             |run| run.grasps[0].clearances_opened.push(0.1),
             |run| (run.resting_poses, run.grasps[0].clearances) = (3, vec![0.1; 2]),

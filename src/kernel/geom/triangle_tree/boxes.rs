@@ -1,4 +1,4 @@
-//! Whether a box meets a triangle of a tree: yes or no, without a distance.
+//! Boxes against the triangles of a tree, yes or no, without a distance: the first triangle that meets one ends the search.
 //!
 //! Separating axes (Gottschalk, Lin and Manocha 1996; of a triangle Akenine-Moeller 2001, "Fast 3D triangle-box overlap
 //! testing"), in double precision: exact by IEEE 754 on every machine.
@@ -9,6 +9,28 @@ use super::{LEAF, Leaf, NONE, Node, TriangleTree, WIDTH};
 
 /// Waiting children: three per level; medians of 2^31 triangles make at most 16 levels.
 const WAITING: usize = 64;
+
+/// Boxes about the origin of one frame, each by half its sides [m].
+#[derive(Clone, Debug, PartialEq)]
+pub struct BoxCluster {
+    boxes: Vec<Vector3<f64>>,
+    /// The smallest box that contains them all.
+    hull: Vector3<f64>,
+}
+
+impl BoxCluster {
+    /// Boxes by half their sides [m].
+    pub fn new(boxes: &[[f64; 3]]) -> Self {
+        let boxes: Vec<Vector3<f64>> = boxes.iter().map(|half| Vector3::from(*half)).collect();
+        let hull = boxes.iter().fold(Vector3::zeros(), |hull, half| hull.sup(half));
+        Self { boxes, hull }
+    }
+
+    /// Whether a triangle in the frame of the boxes, which meets their hull, meets one of them.
+    fn meets(&self, triangle: &[Vector3<f64>; 3]) -> bool {
+        self.boxes.iter().any(|half| *half == self.hull || triangle_meets(triangle, half))
+    }
+}
 
 /// A box placed in `Object`.
 struct Placed {
@@ -25,17 +47,28 @@ impl TriangleTree {
     /// Whether a box, given by its pose in `Object` and half its sides [m], meets a triangle. The first hit ends the search.
     /// A box inside of a closed mesh that touches no triangle does not meet it.
     pub fn meets_box(&self, object_from_box: &IsometryMatrix3<f64>, half: &Vector3<f64>) -> bool {
-        let placed = Placed::new(object_from_box, half);
+        self.has_in(&Placed::new(object_from_box, half), |_| true)
+    }
+
+    /// Whether a triangle meets one of the boxes, whose common frame has this pose in `Object`. Boxes and triangles that only touch
+    /// count as one that meets or not, by rounding.
+    pub fn meets_boxes(&self, object_from_box: &IsometryMatrix3<f64>, cluster: &BoxCluster) -> bool {
+        !cluster.boxes.is_empty()
+            && self.has_in(&Placed::new(object_from_box, &cluster.hull), |triangle| cluster.meets(triangle))
+    }
+
+    /// Whether one of the triangles that meet a box passes a test, by its corners in the frame of the box.
+    fn has_in(&self, placed: &Placed, passes: impl Fn(&[Vector3<f64>; 3]) -> bool) -> bool {
         let (mut waiting, mut depth) = ([NONE; WAITING], 0);
         let mut next = self.root;
         while next != NONE {
             if next & LEAF != 0 {
-                if self.leaves[(next & !LEAF) as usize].meets(&placed) {
+                if self.leaves[(next & !LEAF) as usize].has_in(placed, &passes) {
                     return true;
                 }
             } else {
                 let node = &self.nodes[next as usize];
-                for lane in (0..WIDTH).filter(|lane| node.children[*lane] != NONE && node.may_meet(*lane, &placed)) {
+                for lane in (0..WIDTH).filter(|lane| node.children[*lane] != NONE && node.may_meet(*lane, placed)) {
                     waiting[depth] = node.children[lane];
                     depth += 1;
                 }
@@ -68,39 +101,51 @@ impl Node {
 }
 
 impl Leaf {
-    fn meets(&self, placed: &Placed) -> bool {
+    fn has_in(&self, placed: &Placed, passes: impl Fn(&[Vector3<f64>; 3]) -> bool) -> bool {
         (0..self.count as usize).any(|lane| {
             let corner = |corner: usize| {
                 let at = Vector3::from_fn(|axis, _| f64::from(self.corners[corner][axis][lane]));
                 placed.axes * (at - placed.centre)
             };
-            triangle_meets(&[corner(0), corner(1), corner(2)], &placed.half)
+            let triangle = [corner(0), corner(1), corner(2)];
+            triangle_meets(&triangle, &placed.half) && passes(&triangle)
         })
     }
 }
 
-/// Whether a triangle meets a box around the origin.
+/// Whether a triangle meets a box about the origin with these half sides.
 fn triangle_meets(corners: &[Vector3<f64>; 3], half: &Vector3<f64>) -> bool {
-    let apart = |axis: &Vector3<f64>| {
-        let [a, b, c] = corners.each_ref().map(|corner| axis.dot(corner));
-        let reach = axis.abs().dot(half);
-        a.min(b).min(c) > reach || a.max(b).max(c) < -reach
-    };
+    let is_apart = |[a, b, c]: [f64; 3], reach: f64| a.min(b).min(c) > reach || a.max(b).max(c) < -reach;
+    // Faces of the box.
+    if (0..3).any(|axis| is_apart(corners.map(|corner| corner[axis]), half[axis])) {
+        return false;
+    }
+    // The triangle's plane.
     let [a, b, c] = corners;
     let edges = [b - a, c - b, a - c];
-    // The box's faces, the triangle's own plane, and the products of the edges of both.
-    let faces = [Vector3::x(), Vector3::y(), Vector3::z()];
-    !(faces.iter().any(apart)
-        || apart(&edges[0].cross(&edges[1]))
-        || edges.iter().any(|edge| faces.iter().any(|face| apart(&face.cross(edge)))))
+    let normal = edges[0].cross(&edges[1]);
+    if is_apart(corners.map(|corner| normal.dot(&corner)), normal.abs().dot(half)) {
+        return false;
+    }
+    // Cross products of the box's axes with the edges: e_i x edge has no part along i.
+    edges.iter().all(|edge| {
+        (0..3).all(|axis| {
+            let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+            let reach = half[u] * edge[v].abs() + half[v] * edge[u].abs();
+            !is_apart(corners.map(|corner| corner[v] * edge[u] - corner[u] * edge[v]), reach)
+        })
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Point3, Rotation3};
+    use nalgebra::{Point3, Rotation3, Translation3};
 
     use super::*;
-    use crate::{geom::TriMesh, seed::Stream};
+    use crate::{
+        geom::{TriMesh, rotation_from_rpy},
+        seed::Stream,
+    };
 
     /// Points of a triangle on a grid that lie in the box, by how far inside [m].
     fn deepest(corners: &[Point3<f64>; 3], placed: &IsometryMatrix3<f64>, half: &Vector3<f64>) -> f64 {
@@ -161,5 +206,80 @@ mod tests {
             met += usize::from(meets);
         }
         assert!((200..1800).contains(&met), "{met}");
+    }
+
+    /// Triangles clipped by the faces of a box (Sutherland and Hodgman 1974) keep a corner where they meet it.
+    fn clipped(triangle: &[Vector3<f64>; 3], half: &Vector3<f64>) -> bool {
+        let mut polygon = triangle.to_vec();
+        for axis in 0..3 {
+            for sign in [1.0, -1.0] {
+                let inside = |point: &Vector3<f64>| half[axis] - sign * point[axis];
+                let mut kept = Vec::new();
+                for (index, point) in polygon.iter().enumerate() {
+                    let next = &polygon[(index + 1) % polygon.len()];
+                    let (here, there) = (inside(point), inside(next));
+                    if here >= 0.0 {
+                        kept.push(*point);
+                    }
+                    if here * there < 0.0 {
+                        kept.push(point + (next - point) * (here / (here - there)));
+                    }
+                }
+                polygon = kept;
+            }
+        }
+        !polygon.is_empty()
+    }
+
+    fn vector(stream: &mut Stream, low: f64, high: f64) -> Vector3<f64> {
+        Vector3::from_fn(|_, _| stream.uniform(low, high))
+    }
+
+    #[test]
+    fn a_triangle_meets_a_box_where_clipping_leaves_a_part_of_it() {
+        let mut stream = Stream::of_job(1, b"", "boxes");
+        let mut met = 0;
+        for _ in 0..4000 {
+            let triangle = [(); 3].map(|()| vector(&mut stream, -2.0, 2.0));
+            let half = vector(&mut stream, 0.1, 1.0);
+            let meets = triangle_meets(&triangle, &half);
+            assert_eq!(meets, clipped(&triangle, &half), "{triangle:?} {half:?}");
+            met += u32::from(meets);
+        }
+        assert!((500..3500).contains(&met), "{met}");
+    }
+
+    #[test]
+    fn a_cluster_meets_what_one_of_its_boxes_meets() {
+        let mut stream = Stream::of_job(2, b"", "boxes");
+        let mut met = 0;
+        for _ in 0..400 {
+            let count = 1 + stream.below(40) as u32;
+            let mut vertices: Vec<[f32; 3]> = Vec::new();
+            for _ in 0..count {
+                let first = vector(&mut stream, -1.0, 1.0);
+                let edges = [(); 2].map(|()| vector(&mut stream, -0.2, 0.2));
+                vertices.extend(
+                    [first, first + edges[0], first + edges[1]].map(|at| -> [f32; 3] { at.map(|x| x as f32).into() }),
+                );
+            }
+            let triangles = (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+            let mesh = TriMesh { vertices, triangles };
+            let [roll, pitch, yaw] = [(); 3].map(|()| stream.uniform(-3.0, 3.0));
+            let at = vector(&mut stream, -0.7, 0.7);
+            let pose = IsometryMatrix3::from_parts(Translation3::from(at), rotation_from_rpy(roll, pitch, yaw));
+            let sides: Vec<[f64; 3]> =
+                (0..1 + stream.below(3)).map(|_| vector(&mut stream, 0.01, 0.4).into()).collect();
+            let any = mesh.triangles.iter().any(|triangle| {
+                let placed = triangle.map(|vertex| {
+                    let point = Vector3::from(mesh.vertices[vertex as usize].map(f64::from));
+                    pose.rotation.inverse() * (point - at)
+                });
+                sides.iter().any(|half| triangle_meets(&placed, &Vector3::from(*half)))
+            });
+            assert_eq!(TriangleTree::new(&mesh).meets_boxes(&pose, &BoxCluster::new(&sides)), any);
+            met += u32::from(any);
+        }
+        assert!((50..350).contains(&met), "{met}");
     }
 }

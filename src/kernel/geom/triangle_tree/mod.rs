@@ -1,4 +1,5 @@
-//! A tree of boxes, four children a node and four triangles a leaf: the triangle next to a point, those that a ray meets.
+//! A tree of boxes, four children a node and four triangles a leaf: the triangle next to a point, those that a ray meets, whether
+//! a box meets any.
 //!
 //! Plain arrays hold four numbers at a time, which the compiler vectorises; every operation is exact by IEEE 754, so an
 //! answer is a function of the mesh and the query on every machine.
@@ -7,6 +8,7 @@ mod boxes;
 mod nearest;
 mod rays;
 
+pub use boxes::BoxCluster;
 pub use rays::Ray;
 
 use super::TriMesh;

@@ -317,7 +317,7 @@ impl TableRow for ContactRow<'_> {
 }
 
 /// Columns of the verdict and of the hand's pose and joints.
-fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 14] {
+fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 15] {
     [
         RowColumn::new("rank", U32, "number of the grasp in its run, lowest energy first", |row: &GraspRow<'a>| {
             Value::U32(row.rank)
@@ -333,6 +333,12 @@ fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 14] {
             U32,
             "type of the grasp, the closed joints in bins; none for a hand without types",
             |row| row.grasp.kind.map_or(Value::Empty, Value::U32),
+        ),
+        RowColumn::optional(
+            "point_scheme",
+            Text,
+            "scheme by which the first point of its pair was drawn: area, thickness or cells; none without pairs",
+            |row| row.grasp.point_scheme.map_or(Value::Empty, |scheme| Value::Text(scheme.name())),
         ),
         RowColumn::new(
             "object_from_base",

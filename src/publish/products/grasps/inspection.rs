@@ -41,6 +41,9 @@ pub struct GraspsInspection {
     pub rejected: BTreeMap<String, u64>,
     /// Runs whose seed was given up early.
     pub given_up: u64,
+    /// Runs over pairs of points that drew their whole budget before they had their states.
+    #[serde(default)]
+    pub budget_spent: u64,
     /// Closed states by verdict.
     pub verdicts: BTreeMap<String, u64>,
     /// Energies of all states.
@@ -347,6 +350,7 @@ fn facts(
         kept_runs: manifest.counts.kept,
         rejected: manifest.counts.rejected.clone(),
         given_up: manifest.counts.fact("given_up"),
+        budget_spent: manifest.counts.fact("budget_spent"),
         verdicts: counted_verdicts(manifest),
         energy: Spread::of(pass.energies.clone()),
         epsilon: Spread::of(pass.epsilons.clone()),
@@ -427,7 +431,11 @@ impl fmt::Display for GraspsInspection {
             writeln!(f, "  hand      {}", hand.shown())?;
         }
         let [runs, given_up] = [self.runs, self.given_up].map(grouped);
-        writeln!(f, "  runs      {runs}, {given_up} given up early")?;
+        write!(f, "  runs      {runs}, {given_up} given up early")?;
+        match self.budget_spent {
+            0 => writeln!(f)?,
+            spent => writeln!(f, ", {} with their whole budget of pairs drawn", grouped(spent))?,
+        }
         InspectionHeader::write_rejected(f, &self.rejected)?;
         self.header.write_shards(f)?;
         writeln!(f)?;
