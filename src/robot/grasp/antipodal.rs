@@ -6,7 +6,8 @@ use std::{f64::consts::TAU, sync::Arc};
 use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Vector3};
 
 use super::{
-    best::{BestList, Candidate, Likeness},
+    alike::KnownGrasps,
+    best::{BestList, Candidate},
     found::{GraspContact, PairLosses, RatedGrasp, SearchRun},
     frame::Frame,
     object::ObjectSearch,
@@ -66,10 +67,9 @@ struct PairSource<'a> {
 
 /// States that a run has.
 struct KnownStates {
-    alike: Likeness,
+    grasps: KnownGrasps,
     /// Middle between the pads of a gripper, else the origin, expressed in the approach frame [m].
     middle: Point3<f64>,
-    frames: Vec<Frame>,
 }
 
 /// A table below an object.
@@ -211,8 +211,7 @@ impl GraspSampler {
             }
             Holds::Contacts(_) => Point3::origin(),
         };
-        let alike = Likeness::of_grasps(self.search.is_half_turn_symmetric());
-        KnownStates { alike, middle, frames: Vec::new() }
+        KnownStates { grasps: KnownGrasps::new(self.search.is_half_turn_symmetric()), middle }
     }
 
     /// The hand opened a little farther than a pair; `None` where it does not open so far.
@@ -414,12 +413,12 @@ impl KnownStates {
     }
 
     fn has(&self, object_from_approach: &IsometryMatrix3<f64>) -> bool {
-        let frame = self.compared(object_from_approach);
-        self.frames.iter().any(|known| self.alike.joins(known, &frame))
+        self.grasps.has(&self.compared(object_from_approach))
     }
 
     fn add(&mut self, object_from_approach: &IsometryMatrix3<f64>) {
-        self.frames.push(self.compared(object_from_approach));
+        let frame = self.compared(object_from_approach);
+        self.grasps.add(frame);
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! After Ciocarlie and Allen 2009 and the thesis, chapters 4 and 7.3. Of class `exact`.
 
+mod alike;
 mod anneal;
 mod antipodal;
 mod best;

@@ -11,7 +11,7 @@ use super::{
     meeting::{ClearPostures, overlap},
     opposition::Oppositions,
     solids::{ALLOWED_OVERLAP, Balls, HandSolids, LANES, Solid},
-    symmetry::is_half_turn_symmetric,
+    symmetry::{SolidTolerances, is_half_turn_symmetric},
     unsearchable::UnsearchableHand,
     variables::check_amplitudes,
 };
@@ -115,7 +115,7 @@ impl HandSearch {
     /// Whether the hand is a gripper whose solids are the same after half a turn about its approach, those of the fingers within
     /// 0.1 mm, the others within 4 mm: a grasp and the one rotated so count as one.
     pub fn is_half_turn_symmetric(&self) -> bool {
-        is_half_turn_symmetric(&self.hand, &self.solids)
+        is_half_turn_symmetric(&self.hand, &self.solids, SolidTolerances::GRASPS)
     }
 
     /// Whether no two links overlap for sure in the posture of these amplitudes.

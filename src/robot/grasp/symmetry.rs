@@ -1,4 +1,4 @@
-//! Whether a gripper is the same after half a turn about its approach: then a grasp and the one rotated by half a turn are one.
+//! Whether a gripper is the same after 180 degrees about its approach: then a grasp and the one rotated so count as one.
 
 use nalgebra::{IsometryMatrix3, Matrix3, Point3, Rotation3};
 
@@ -6,22 +6,31 @@ use super::solids::{HandSolids, Solid};
 use crate::hand::Hand;
 use kernel::geom::Shape;
 
-/// Solids of the fingers coincide where their corners are nearer to each other [m].
-const FINGERS: f64 = 1e-4;
+/// Largest distances between corners of solids that coincide [m].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SolidTolerances {
+    /// Solids of links that close.
+    pub(super) fingers: f64,
+    /// Solids that hold nothing, such as those of the palm.
+    pub(super) others: f64,
+}
 
-/// Solids that hold nothing, such as those of the palm, coincide where their corners are nearer to each other [m]: a fifth of the
-/// distance at which two grasps are unlike.
-const OTHERS: f64 = 0.004;
+impl SolidTolerances {
+    /// For grasps that count as one: fingers within 0.1 mm, since they determine the contacts, the others within 4 mm, a fifth of the
+    /// distance at which two grasps are unlike.
+    pub(super) const GRASPS: Self = Self { fingers: 1e-4, others: 0.004 };
+}
 
-/// Whether the solids of a hand with a [`Hand::closing_line`] are the same after half a turn about the approach, opened and
-/// closed: those of the fingers within [`FINGERS`], the others within [`OTHERS`]. `false` of every other hand.
-pub(super) fn is_half_turn_symmetric(hand: &Hand, solids: &HandSolids) -> bool {
+/// Whether the solids of a hand with a [`Hand::closing_line`] are the same after 180 degrees about the approach, opened and
+/// closed, within tolerances. `false` of every other hand.
+pub(super) fn is_half_turn_symmetric(hand: &Hand, solids: &HandSolids, tolerances: SolidTolerances) -> bool {
     let half_turn = Rotation3::from_matrix_unchecked(Matrix3::from_diagonal(&[-1.0, -1.0, 1.0].into()));
     let is_same = |posture: &[f64]| {
         let frames = hand.link_frames(&hand.posture_values(posture));
         let approach_from_base = hand.approach_pose(&frames).isometry().inverse();
         let outline = |solid: &Solid| {
-            let tolerance = if hand.closing_side(solid.link) == 0.0 { OTHERS } else { FINGERS };
+            let holds = hand.closing_side(solid.link) != 0.0;
+            let tolerance = if holds { tolerances.fingers } else { tolerances.others };
             Outline::of(solid, &(approach_from_base * solid.base_from_shape(&frames)), tolerance)
         };
         let outlines: Vec<Outline> = solids.solids.iter().map(outline).collect();

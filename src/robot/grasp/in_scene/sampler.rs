@@ -6,6 +6,8 @@ use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::{
     super::{
+        alike::KnownGrasps,
+        frame::Frame,
         pads::{Grip, Pads},
         passage::{ClosingGrasp, HandPassage, Passage, PathObstacle, Surroundings},
         points::SurfacePoints,
@@ -15,7 +17,6 @@ use super::{
     draw::{Backmost, Draw, DrawnPair, Floor, Limits, NoPose},
     rejections::{Around, OpenBox, Test},
     sweep::{InnerBox, SweptBox},
-    unlike::{Held, Unlike},
 };
 use crate::hand::Hand;
 use kernel::{
@@ -130,7 +131,8 @@ pub struct SceneSampler {
     pads: Pads,
     boxes: Vec<InnerBox>,
     is_finger: Vec<bool>,
-    unlike: Unlike,
+    /// Whether the hand is the same after 180 degrees about its approach.
+    is_symmetric: bool,
     margin: f64,
     level: SimdLevel,
     exits: Vec<(f64, Vector3<f64>)>,
@@ -185,10 +187,8 @@ impl SceneSampler {
     pub fn new(search: &HandSearch, margin: f64, level: SimdLevel) -> Option<Self> {
         let (hand, solids) = (&search.hand, search.solids.clone());
         let pads = Pads::new(hand)?;
-        let opened = pads.grip(hand, &solids, pads.value(pads.widest)?);
-        let middle = Point3::from(opened.base_from_line.translation.vector);
         Some(Self {
-            unlike: Unlike::new(hand, &solids, &opened.frames, &middle),
+            is_symmetric: search.is_half_turn_symmetric(),
             boxes: InnerBox::all(&solids, |link| hand.closing_side(link), margin),
             is_finger: solids.solids.iter().map(|solid| hand.closing_side(solid.link) != 0.0).collect(),
             hand: Arc::clone(hand),
@@ -216,7 +216,7 @@ impl SceneSampler {
     ) -> SampledGrasps {
         let around = Around::new(body.scene, body.target, body.container, self.level);
         let limits = self.limits(body, sampling);
-        let (mut found, mut held) = (SampledGrasps::default(), Vec::<Held>::new());
+        let (mut found, mut known) = (SampledGrasps::default(), KnownGrasps::new(self.is_symmetric));
         let mut blocked = 0;
         while !body.points.is_empty() && found.counts.poses < sampling.poses && found.counts.free < sampling.grasps {
             let (number, draw) = (found.counts.poses, Draw::next(stream));
@@ -231,8 +231,8 @@ impl SceneSampler {
                 }
             };
             // A grasp like a free one is known to be possible: it costs no exact path.
-            let here = self.held(body, &pose);
-            if held.iter().any(|known| self.unlike.are_alike(known, &here)) {
+            let here = self.compared(body, &pose);
+            if known.has(&here) {
                 found.counts.alike += 1;
                 continue;
             }
@@ -240,7 +240,7 @@ impl SceneSampler {
             match grasp.ways.shaped.blocked {
                 None => {
                     found.counts.free += 1;
-                    held.push(here);
+                    known.add(here);
                 }
                 Some((_, by)) => {
                     found.counts.blocked[self::number(by)] += 1;
@@ -339,12 +339,14 @@ impl SceneSampler {
         of_palm.map(Loss::Rejected)
     }
 
-    fn held(&self, body: &SceneTarget<'_>, pose: &Pose) -> Held {
+    /// Frame that is compared, in `Object`: origin between the pads, axes of the approach frame.
+    fn compared(&self, body: &SceneTarget<'_>, pose: &Pose) -> Frame {
         let object_from_scene = body.scene.objects[body.target].scene_from_obstacle.inverse();
         let object_from_base = object_from_scene * pose.scene_from_base;
         let approach = self.hand.approach_pose(&pose.grip.frames);
-        Held {
-            middle: object_from_base * Point3::from(pose.grip.base_from_line.translation.vector),
+        Frame {
+            origin: object_from_base.transform_vector(&pose.grip.base_from_line.translation.vector)
+                + object_from_base.translation.vector,
             rotation: (object_from_base.rotation * approach.isometry().rotation).into_inner(),
         }
     }
