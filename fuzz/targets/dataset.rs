@@ -31,7 +31,7 @@ struct Copy(tempfile::TempDir);
 
 impl Copy {
     fn new() -> Self {
-        let (golden, copy) = (repository_folder("tests/golden/v2"), scratch());
+        let (golden, copy) = (repository_folder("tests/golden/v4"), scratch());
         fs::create_dir(copy.path().join("shards")).expect("a folder");
         for folder in ["", "shards"] {
             for entry in fs::read_dir(golden.join(folder)).expect("files") {

@@ -19,7 +19,7 @@ from .errors import (
 )
 from .inside import read_text, size_inside
 
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 SPLITS = ("training", "holdout", "validation", "test")
 
 _KEYS = {

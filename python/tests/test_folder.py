@@ -56,9 +56,9 @@ def test_other_formats_and_products_are_refused(copy: Path) -> None:
     path = copy / "manifest.json"
     manifest = json.loads(path.read_text(encoding="utf-8"))
     path.write_text(json.dumps(manifest | {"format_version": 1}), encoding="utf-8")
-    refused(UnknownFormat, copy, "manifest.json", "format version 1", "reads 3", "graspmill run")
-    path.write_text(json.dumps(manifest | {"format_version": 4}), encoding="utf-8")
-    refused(UnknownFormat, copy, "manifest.json", "format version 4", "install")
+    refused(UnknownFormat, copy, "manifest.json", "format version 1", "reads 4", "graspmill run")
+    path.write_text(json.dumps(manifest | {"format_version": 5}), encoding="utf-8")
+    refused(UnknownFormat, copy, "manifest.json", "format version 5", "install")
     path.write_text(json.dumps(manifest | {"colour": 1}), encoding="utf-8")
     refused(UnknownFormat, copy, "unknown keys colour")
     path.write_text("{", encoding="utf-8")

@@ -58,4 +58,4 @@ pub use products::{
 };
 
 /// Number of the format on disk; a reader refuses every other.
-pub const FORMAT_VERSION: u32 = 3;
+pub const FORMAT_VERSION: u32 = 4;

@@ -277,7 +277,7 @@ fn open<W: io::Write + Send>(out: W, format: &TableFormat) -> Result<SerializedF
     let metadata = format.metadata.iter().map(|(key, value)| KeyValue::new(key.clone(), value.clone()));
     let mut properties = WriterProperties::builder()
         // The default contains the library's version, which would change bytes.
-        .set_created_by("graspmill format 3".to_owned())
+        .set_created_by("graspmill format 4".to_owned())
         .set_key_value_metadata((!format.metadata.is_empty()).then(|| metadata.collect()))
         .set_compression(Compression::ZSTD(ZstdLevel::try_new(3)?))
         .set_statistics_enabled(EnabledStatistics::Chunk);

@@ -128,9 +128,9 @@ fn changed_tables_are_named() {
     }
     let path = folder.path("manifest.json");
     let text = read_text(&path);
-    fs::write(&path, text.replacen("\"format_version\": 3", "\"format_version\": 4", 1)).unwrap();
+    fs::write(&path, text.replacen("\"format_version\": 4", "\"format_version\": 5", 1)).unwrap();
     let error = verify(&Folder::at(folder.folder()), HASHES, |_| {}).unwrap_err();
-    assert!(matches!(error, DatasetError::Version { found: 4, expected: 3, .. }), "{error}");
+    assert!(matches!(error, DatasetError::Version { found: 5, expected: 4, .. }), "{error}");
     fs::write(&path, text.replacen("\"kept\": 29", "\"kept\": 28", 1)).unwrap();
     assert!(matches!(verify(&Folder::at(folder.folder()), HASHES, |_| {}).unwrap_err(), DatasetError::Invalid { .. }));
     fs::write(&path, text.replacen("\"root\": \"", "\"root\": \"00", 1).replacen("00\",", "\",", 1)).unwrap();

@@ -39,13 +39,13 @@ fn golden(version: &str) -> PathBuf {
 
 #[test]
 fn older_versions_are_refused_with_their_number_and_the_remedy() {
-    for old in [1, 2] {
+    for old in [1, 2, 3] {
         let folder = golden(&format!("v{old}"));
         let assert_refused = |error: DatasetError| {
-            assert!(matches!(error, DatasetError::Version { found, expected: 3, .. } if found == old), "{error}");
+            assert!(matches!(error, DatasetError::Version { found, expected: 4, .. } if found == old), "{error}");
             let text = error.to_string();
             for part in [
-                format!("has format version {old}, this program reads 3"),
+                format!("has format version {old}, this program reads 4"),
                 "make it again from its job with `graspmill run`".to_owned(),
                 format!("read it with a graspmill of format {old}"),
             ] {
@@ -63,7 +63,7 @@ fn older_versions_are_refused_with_their_number_and_the_remedy() {
     }
 }
 
-/// One shard of version 1 under a name of version 3: the manifest does not give it away, its own header does.
+/// One shard of version 1 under a name of version 4: the manifest does not give it away, its own header does.
 #[test]
 fn a_shard_of_version_1_among_others_is_refused_with_its_number() {
     let workspace = Workspace::new();
@@ -80,7 +80,7 @@ fn a_shard_of_version_1_among_others_is_refused_with_its_number() {
     let text = text.replacen(&format!("\"bytes\": {}", shard.bytes), &format!("\"bytes\": {}", old.len()), 1);
     workspace.write("manifest.json", unseal(&text));
     let error = DatasetReader::open(&Folder::at(workspace.folder())).map(|_| ()).unwrap_err();
-    assert!(matches!(error, DatasetError::Version { found: 1, expected: 3, .. }), "{error}");
+    assert!(matches!(error, DatasetError::Version { found: 1, expected: 4, .. }), "{error}");
     assert!(error.to_string().contains(&name), "{error}");
     let VerifyReport { problems, intact_shards, .. } =
         verify(&Folder::at(workspace.folder()), CHECK_INSIDE, |_| {}).unwrap();
@@ -90,8 +90,8 @@ fn a_shard_of_version_1_among_others_is_refused_with_its_number() {
 }
 
 #[test]
-fn version_3_reads_back() {
-    let (small, reader) = (small(), DatasetReader::open(&Folder::at(golden("v3"))).unwrap());
+fn version_4_reads_back() {
+    let (small, reader) = (small(), DatasetReader::open(&Folder::at(golden("v4"))).unwrap());
     let mut kept = 0;
     for index in 0..small.samples() {
         let (id, sample) = (small.id(index), reader.sample(SampleIndex(index)).unwrap());
@@ -109,12 +109,12 @@ fn version_3_reads_back() {
         assert_eq!(touched.touch, TOUCH.map(|channel| (channel, make_touch(channel, &pair))));
     }
     assert_eq!(kept, small.samples() - 1);
-    assert_intact(golden("v3"), CHECK_INSIDE);
+    assert_intact(golden("v4"), CHECK_INSIDE);
 }
 
 #[test]
-fn ledgers_of_version_3_read_back() {
-    let (small, reader) = (small(), DatasetReader::open(&Folder::at(golden("v3"))).unwrap());
+fn ledgers_of_version_4_read_back() {
+    let (small, reader) = (small(), DatasetReader::open(&Folder::at(golden("v4"))).unwrap());
     let mut rows = Vec::new();
     for shard in 0..2 {
         let ledger = reader.ledger(shard).unwrap();
@@ -140,13 +140,13 @@ fn ledgers_of_version_3_read_back() {
 }
 
 #[test]
-fn tables_of_version_3_read_back() {
-    let (small, folder) = (small(), golden("v3"));
+fn tables_of_version_4_read_back() {
+    let (small, folder) = (small(), golden("v4"));
     let reader = DatasetReader::open(&Folder::at(&folder)).unwrap();
     let (manifest, header) = (reader.manifest(), small.header());
     assert_eq!(read_mark(&Folder::at(&folder)).unwrap(), Some(small.mark()));
     assert_eq!(scan_shards(&Folder::at(&folder), &small.mark()).unwrap().done.len(), 2);
-    assert_eq!((manifest.format_version, manifest.product), (3, Product::COMPLETION));
+    assert_eq!((manifest.format_version, manifest.product), (4, Product::COMPLETION));
     assert_eq!((&manifest.generator, manifest.job), (&header.generator, header.job));
     assert_eq!((&manifest.platform, &manifest.warnings), (&header.platform, &header.warnings));
     assert_eq!(manifest.channels(), small.channels);
@@ -192,8 +192,8 @@ fn tables_of_version_3_read_back() {
 /// distinguish a change of packing from a change of data. A change of data needs a new FORMAT_VERSION or a CHANGELOG
 /// entry with `Regenerate:`; then `GRASPMILL_WRITE_GOLDEN=1` writes the folder again.
 #[test]
-fn version_3_is_written_byte_for_byte() {
-    let golden = golden("v3");
+fn version_4_is_written_byte_for_byte() {
+    let golden = golden("v4");
     if env::var_os("GRASPMILL_WRITE_GOLDEN").is_some() {
         let _ = fs::remove_dir_all(&golden);
         small().finish(&golden);

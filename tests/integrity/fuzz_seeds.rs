@@ -24,12 +24,12 @@ pub fn write() {
         dataset(name, &out);
     }
     for table in TABLES {
-        let golden = Path::new("tests/golden/v3").join(table);
+        let golden = Path::new("tests/golden/v4").join(table);
         if let Ok(bytes) = fs::read(golden) {
             table_seed("golden", table, &bytes);
         }
     }
-    let set = br#"{"format_version":3,"name":"all","jobs":[{"name":"a","product":"completion"},{"name":"b","product":"grasps"}]}"#;
+    let set = br#"{"format_version":4,"name":"all","jobs":[{"name":"a","product":"completion"},{"name":"b","product":"grasps"}]}"#;
     table_seed("set", "set.json", set);
     texts();
     meshes();

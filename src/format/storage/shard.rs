@@ -33,7 +33,7 @@ pub const CHUNK_BYTES: usize = 64 << 10;
 /// slower (12,000 instead of 18,000/s) and reading at random a fifth slower.
 pub(crate) const ZSTD_LEVEL: u32 = 1;
 /// Written into each shard's header instead of the MCAP crate's name and version, which would change bytes.
-pub(crate) const LIBRARY: &str = "graspmill format 3";
+pub(crate) const LIBRARY: &str = "graspmill format 4";
 /// Beginning of that text, without the number of the format.
 pub(super) const LIBRARY_PREFIX: &str = "graspmill format ";
 /// Names of the attachments that hold the ledger: identity and fate, facts, digests.

@@ -100,7 +100,7 @@ impl<W: std::io::Write + Seek> Preview<W> {
             .compression(Some(Compression::Zstd))
             .compression_level(3)
             .compression_threads(0)
-            .library("graspmill format 3")
+            .library("graspmill format 4")
             .create(file)?;
         Ok(Self { writer, descriptors, channels: BTreeMap::new() })
     }
