@@ -6,7 +6,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Point3};
 use serde::Serialize;
 
 use super::{
@@ -17,7 +17,7 @@ use super::{
     machine,
     model::refused,
     parallel::in_parallel,
-    picture::{FRAME, PictureRow, PlaneRow, SegmentedPicture, milliseconds_since},
+    picture::{FRAME, PictureRow, PlaneRow, SegmentedPicture, given_pose, milliseconds_since},
     printer::Printer,
     scene_picture::completed_picture,
     segment::write,
@@ -25,7 +25,7 @@ use super::{
 use format::dataset::NewFolder;
 use kernel::{files::Folder, geom::TriMesh, words::Show};
 use measure::free_space_violation;
-use perception::{LabelImage, PLANE_LABEL, read_mask};
+use perception::{CONTAINER_LABEL, LabelImage, PLANE_LABEL, read_mask};
 use runtime::completion::{Completed, Completer, CompletionError, CompletionModel, InputName, SegmentedScene};
 use surface::{LooseBodies, MeshBody, TablePlane, write_mjcf, write_obj, write_ply, write_stl};
 
@@ -136,7 +136,8 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
         let message = format!("{} is not a dataset: leave out --split and --limit", arguments.picture.depth.shown());
         return Err(Failure::message(Exit::BadSpec, message));
     }
-    let world_from_camera = arguments.camera_pose.as_deref().map(given_pose).transpose()?;
+    let world_from_camera =
+        arguments.camera_pose.as_deref().map(|text| given_pose("--camera-pose", text)).transpose()?;
     let contacts = arguments.touch.as_deref().map(read_contacts).transpose()?.unwrap_or_default();
     let began = Instant::now();
     let detail = arguments.detail.unwrap_or(DetailName::Joined);
@@ -230,7 +231,7 @@ fn write_meshes(
         None => format!("method: {}", arguments.method.as_deref().unwrap_or_default()),
     };
     let mut rows = Vec::new();
-    for (index, (label, result)) in (1..PLANE_LABEL).zip(results).enumerate() {
+    for (index, (label, result)) in (1..CONTAINER_LABEL).zip(results).enumerate() {
         let name = format!("object-{label}");
         let role = if targets.contains(&index) { "target" } else { "obstacle" };
         let pixels = extents.get(&label).map_or(0, |extent| extent.pixels);
@@ -271,23 +272,6 @@ fn complete_all(
         } else {
             completer.complete_obstacle(scene, cluster)
         }
-    })
-}
-
-/// Camera pose in the world from seven numbers.
-fn given_pose(text: &str) -> Result<Isometry3<f64>, Failure> {
-    let numbers: Option<Vec<f64>> =
-        text.split(',').map(|number| number.trim().parse().ok().filter(|number: &f64| number.is_finite())).collect();
-    let numbers: Option<[f64; 7]> = numbers.and_then(|numbers| numbers.try_into().ok());
-    let pose = numbers.and_then(|[x, y, z, w, i, j, k]| {
-        let rotation = Quaternion::new(w, i, j, k);
-        // Rounded numbers pass; a quaternion whose norm is far from 1 is refused.
-        let is_unit = (rotation.norm() - 1.0).abs() < 1e-3;
-        is_unit.then(|| Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_quaternion(rotation)))
-    });
-    pose.ok_or_else(|| {
-        let remedy = "give seven numbers X,Y,Z,QW,QX,QY,QZ: a position in metres and a unit quaternion";
-        Failure::message(Exit::BadSpec, format!("--camera-pose {text}: {remedy}"))
     })
 }
 
@@ -342,6 +326,7 @@ fn object_at([u, v]: [f64; 2], picture: &SegmentedPicture) -> Result<usize, Stri
         return Err(format!("the picture has {} x {} pixels", labels.width, labels.height));
     };
     match labels.at(column, row) {
+        Some(CONTAINER_LABEL) => Err("the pixel shows the container, not an object".to_owned()),
         Some(PLANE_LABEL) => Err("the pixel shows the table, not an object".to_owned()),
         Some(label) if label > 0 => Ok(usize::from(label) - 1),
         _ if !picture.scene.frame.has_return_at(column, row) => Err("the pixel has no depth".to_owned()),
@@ -361,7 +346,7 @@ fn nearest_to_middle(picture: &SegmentedPicture) -> Option<usize> {
     let labels = picture.labels();
     let extents = labels.extents();
     let middle = [labels.width, labels.height].map(|side| 0.5 * (f64::from(side) - 1.0));
-    let clusters = (1..PLANE_LABEL).zip(&picture.scene.clusters);
+    let clusters = (1..CONTAINER_LABEL).zip(&picture.scene.clusters);
     let whole = clusters.filter(|(_, cluster)| !cluster.touches_border);
     let distances = whole.filter_map(|(label, _)| {
         let [column, row] = extents.get(&label)?.mean;

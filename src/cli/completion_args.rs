@@ -46,6 +46,14 @@ pub struct PictureArgs {
     /// Do not search for a plane: all points belong to objects.
     #[arg(long)]
     pub no_plane: bool,
+    /// Container that the objects are in: `auto` finds the walls of a bin in the picture, `off` keeps walls as objects, and the inner
+    /// size of a box in metres, such as 0.45x0.35x0.2, needs --container-pose.
+    #[arg(long, value_name = "auto|off|WIDTHxDEPTHxHEIGHT", default_value = "auto", value_parser = container)]
+    pub container: ContainerName,
+    /// Pose of that box in the camera's frame (x right, y down, z forward): the middle of its floor [m], and the unit quaternion of
+    /// its axes along width, depth and height.
+    #[arg(long, value_name = "X,Y,Z,QW,QX,QY,QZ", allow_hyphen_values = true, conflicts_with_all = ["plane", "no_plane"])]
+    pub container_pose: Option<String>,
     /// Largest distance between neighbouring points of one object. Default: 0.012, or 0.02 with --concavity off.
     #[arg(long, value_name = "METRES", value_parser = positive)]
     pub gap: Option<f64>,
@@ -63,6 +71,17 @@ pub struct PictureArgs {
 /// Smallest angle of a concave edge that separates objects [degree]; `None` to separate them by distance alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Concavity(pub Option<f64>);
+
+/// Container around the objects.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ContainerName {
+    /// Found in the picture, if it shows one.
+    Auto,
+    /// None.
+    Off,
+    /// A box of this inner size [m].
+    Size([f64; 3]),
+}
 
 /// Coordinate of the first pixel's centre.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -107,6 +126,19 @@ fn concavity(text: &str) -> Result<Concavity, String> {
     let angle = text.parse().ok().filter(|angle: &f64| *angle > 0.0 && *angle <= 180.0);
     let angle = angle.ok_or_else(|| "give an angle in degrees above 0 and up to 180, or off".to_owned())?;
     Ok(Concavity((angle < 180.0).then_some(angle)))
+}
+
+/// A container, or the inner size of a box.
+fn container(text: &str) -> Result<ContainerName, String> {
+    match text {
+        "auto" => return Ok(ContainerName::Auto),
+        "off" => return Ok(ContainerName::Off),
+        _ => {}
+    }
+    let lengths: Option<Vec<f64>> = text.split('x').map(|length| positive(length).ok()).collect();
+    let size = lengths.and_then(|lengths| lengths.try_into().ok());
+    size.map(ContainerName::Size)
+        .ok_or_else(|| "give auto, off, or three lengths in metres such as 0.45x0.35x0.2".to_owned())
 }
 
 /// A number above 0.

@@ -5,14 +5,15 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::{
-    completion_args::{PictureArgs, PixelCentre},
+    completion_args::{ContainerName, PictureArgs, PixelCentre},
     exit::{Exit, Failure},
 };
 use kernel::{ids::Digest, words::Show};
+use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3};
 use perception::{
-    CENTRE_AT_HALF, CENTRE_AT_ZERO, CameraDescription, CameraRule, ClusterRule, DepthFrame, FrameRule, LabelImage,
-    LabelledFrame, MAX_OBJECTS, PartitionRule, Plane, PlaneChoice, PlaneRule, Rectification, SceneRule, SegmentedScene,
-    read_frame,
+    CENTRE_AT_HALF, CENTRE_AT_ZERO, CameraDescription, CameraRule, ClusterRule, Container, ContainerChoice, DepthFrame,
+    FrameRule, LabelImage, LabelledFrame, MAX_OBJECTS, Outline, PartitionRule, Plane, PlaneChoice, PlaneRule,
+    Rectification, SceneRule, SegmentedScene, Wall, read_frame,
 };
 
 /// Frame of every number in `scene.json`.
@@ -29,6 +30,8 @@ pub struct SegmentedPicture {
     pub segment: f64,
     /// Height above the plane up to which points belong to it [m].
     min_height: f64,
+    /// Largest distance of neighbouring points of one object [m].
+    gap: f64,
     digest: Digest,
     file: String,
 }
@@ -63,6 +66,32 @@ pub struct PlaneRow {
     offset: f64,
     /// Points of the plane; `None` if the plane was given.
     points: Option<usize>,
+    /// Origin of the plane's frame: the point nearest to the camera [m].
+    position: [f64; 3],
+    /// Unit quaternion w, x, y, z of the plane's frame in the camera's: z is the normal, x is nearest to the camera's x.
+    quaternion: [f64; 4],
+}
+
+/// Container in `scene.json`.
+#[derive(Serialize)]
+pub struct ContainerRow {
+    /// Height of the rim above the floor, which is the plane [m].
+    rim: f64,
+    /// Inner faces of the walls.
+    walls: Vec<WallRow>,
+    /// Pixels of walls and rim.
+    pixels: usize,
+}
+
+/// Inner face of a wall in `scene.json`: normal . point + offset = 0.
+#[derive(Serialize)]
+struct WallRow {
+    /// Unit normal into the container.
+    normal: [f64; 3],
+    /// Distance of the camera from the face, positive on the container's side [m].
+    offset: f64,
+    /// Whether the picture shows the face.
+    seen: bool,
 }
 
 impl SegmentedPicture {
@@ -81,7 +110,8 @@ impl SegmentedPicture {
         let LabelledFrame { frame, digest, .. } = read_frame(&arguments.depth, &rule).map_err(Failure::of_input)?;
         let read = milliseconds_since(began);
         let began = Instant::now();
-        let scene = SegmentedScene::segment(frame, &scene_rule(arguments)?);
+        let rule = scene_rule(arguments)?;
+        let scene = SegmentedScene::segment(frame, &rule);
         let segment = milliseconds_since(began);
         if scene.clusters.len() > MAX_OBJECTS {
             let found = format!("{} objects, more than {MAX_OBJECTS}", scene.clusters.len());
@@ -89,12 +119,18 @@ impl SegmentedPicture {
             return Err(Failure::message(Exit::BadSpec, message));
         }
         let file = arguments.depth.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { scene, read, segment, min_height: arguments.min_height, digest, file })
+        let (min_height, gap) = (arguments.min_height, rule.clusters.tolerance);
+        Ok(Self { scene, read, segment, min_height, gap, digest, file })
     }
 
     /// The object that each pixel of the given picture shows.
     pub fn labels(&self) -> LabelImage {
         self.scene.labels(self.min_height)
+    }
+
+    /// The outline of each object.
+    pub fn outlines(&self) -> Vec<Outline> {
+        self.scene.outlines(self.gap, self.min_height)
     }
 
     /// The picture and its camera.
@@ -122,18 +158,35 @@ impl SegmentedPicture {
             normal: plane.normal.into(),
             offset: plane.offset,
             points: (plane.points > 0).then_some(plane.points),
+            position: plane.foot().into(),
+            quaternion: quaternion(&plane.normal),
         };
         self.scene.plane.map(row)
     }
 
-    /// The plane in words.
+    /// The container, if there is one.
+    pub fn container_row(&self) -> Option<ContainerRow> {
+        let row = |wall: &Wall| WallRow { normal: wall.normal.into(), offset: wall.offset, seen: wall.is_seen };
+        self.scene.container.as_ref().map(|container| ContainerRow {
+            rim: container.rim,
+            walls: container.walls.iter().map(row).collect(),
+            pixels: self.scene.container_pixels.len(),
+        })
+    }
+
+    /// The plane and the container in words.
     pub fn plane_text(&self, arguments: &PictureArgs) -> String {
         match &self.scene.plane {
             Some(plane) => {
                 let [x, y, z] = plane.normal.into();
                 let share = 100.0 * plane.points as f64 / self.scene.frame.returns().count().max(1) as f64;
                 let points = if plane.points > 0 { format!("{share:.0} % of the points") } else { "given".to_owned() };
-                format!("plane: normal {x:.3} {y:.3} {z:.3}, {:.3} m below the camera, {points}", plane.offset)
+                let container = self.scene.container.as_ref().map_or(String::new(), |container| {
+                    let seen = container.walls.iter().filter(|wall| wall.is_seen).count();
+                    format!("\ncontainer: {seen} walls, {:.0} mm high; the plane is its floor", 1e3 * container.rim)
+                });
+                let plane = format!("plane: normal {x:.3} {y:.3} {z:.3}, {:.3} m below the camera", plane.offset);
+                format!("{plane}, {points}{container}")
             }
             None if arguments.no_plane => "plane: not searched".to_owned(),
             None => {
@@ -142,6 +195,15 @@ impl SegmentedPicture {
             }
         }
     }
+}
+
+/// Unit quaternion w, x, y, z of a frame whose z is this unit vector, and whose x is nearest to the camera's x, or to its y.
+fn quaternion(z: &Vector3<f64>) -> [f64; 4] {
+    let helper = if z.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
+    let x = (helper - z * z.dot(&helper)).normalize();
+    let rotation = Rotation3::from_basis_unchecked(&[x, z.cross(&x), *z]);
+    let rotation = UnitQuaternion::from_rotation_matrix(&rotation);
+    [rotation.w, rotation.i, rotation.j, rotation.k]
 }
 
 /// Milliseconds since `began`.
@@ -172,7 +234,45 @@ fn scene_rule(arguments: &PictureArgs) -> Result<SceneRule, Failure> {
         min_height: arguments.min_height,
         min_points: arguments.min_points as usize,
     };
-    Ok(SceneRule { plane, clusters, partition })
+    Ok(SceneRule { plane, container: container_choice(arguments)?, clusters, partition })
+}
+
+/// Camera pose in the world from seven numbers.
+pub fn given_pose(option: &str, text: &str) -> Result<Isometry3<f64>, Failure> {
+    let numbers: Option<Vec<f64>> =
+        text.split(',').map(|number| number.trim().parse().ok().filter(|number: &f64| number.is_finite())).collect();
+    let numbers: Option<[f64; 7]> = numbers.and_then(|numbers| numbers.try_into().ok());
+    let pose = numbers.and_then(|[x, y, z, w, i, j, k]| {
+        let rotation = Quaternion::new(w, i, j, k);
+        // Rounded numbers pass; a quaternion whose norm is far from 1 is refused.
+        let is_unit = (rotation.norm() - 1.0).abs() < 1e-3;
+        is_unit.then(|| Isometry3::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_quaternion(rotation)))
+    });
+    pose.ok_or_else(|| {
+        let remedy = "give seven numbers X,Y,Z,QW,QX,QY,QZ: a position in metres and a unit quaternion";
+        Failure::message(Exit::BadSpec, format!("{option} {text}: {remedy}"))
+    })
+}
+
+/// The container that the command line describes.
+fn container_choice(arguments: &PictureArgs) -> Result<ContainerChoice, Failure> {
+    let wrong = |problem: &str| Err(Failure::message(Exit::BadSpec, problem.to_owned()));
+    match (arguments.container, &arguments.container_pose) {
+        (ContainerName::Auto, None) => Ok(ContainerChoice::Find),
+        (ContainerName::Off, None) => Ok(ContainerChoice::Without),
+        (ContainerName::Size(size), Some(text)) => {
+            let pose = given_pose("--container-pose", text)?;
+            let container = Container::from_size(size, pose.translation.vector.into(), pose.rotation);
+            container.map_or_else(
+                || wrong("--container: the box has no size"),
+                |container| Ok(ContainerChoice::Given(container)),
+            )
+        }
+        (ContainerName::Size(_), None) => wrong(
+            "--container with a size also needs --container-pose X,Y,Z,QW,QX,QY,QZ; without a size, the walls are found",
+        ),
+        (_, Some(_)) => wrong("--container-pose also needs the size of the box, such as --container 0.45x0.35x0.2"),
+    }
 }
 
 fn given_plane(text: &str) -> Result<Plane, Failure> {

@@ -13,12 +13,12 @@ use serde::Serialize;
 use super::{
     completion_args::{PictureArgs, SegmentArgs},
     exit::{Exit, Failure},
-    picture::{FRAME, PictureRow, PlaneRow, SegmentedPicture, milliseconds_since},
+    picture::{ContainerRow, FRAME, PictureRow, PlaneRow, SegmentedPicture, milliseconds_since},
     printer::Printer,
 };
 use format::dataset::NewFolder;
 use kernel::{files::Folder, words::Show};
-use perception::{Cluster, DepthFrame, PLANE_LABEL, Refusal, draw_outlines};
+use perception::{CONTAINER_LABEL, Cluster, DepthFrame, OrientedBox, PLANE_LABEL, Refusal, Support, draw_outlines};
 use surface::write_ply;
 
 /// Summary of several pictures.
@@ -31,11 +31,13 @@ struct SceneReport {
     frame: &'static str,
     picture: PictureRow,
     plane: Option<PlaneRow>,
+    container: Option<ContainerRow>,
     objects: Vec<ObjectRow>,
     outlines: &'static str,
-    /// File of the labels: 0 for no object, n for the n-th object, `table_label` for the table.
+    /// File of the labels: 0 for no object, n for the n-th object, `table_label` for the table, `container_label` for the container.
     labels: &'static str,
     table_label: u16,
+    container_label: u16,
     milliseconds: Times,
 }
 
@@ -54,8 +56,35 @@ struct ObjectRow {
     /// Largest height of the object's points above the plane [m].
     height: Option<f64>,
     triangles: usize,
+    /// Box of smallest footprint around the visible points; `None` if all are outliers.
+    #[serde(rename = "box")]
+    cuboid: Option<BoxRow>,
+    /// Share of the outline at which the picture shows that the object ends.
+    confidence: f64,
+    /// Things that the object leans on, in contact with it.
+    leans_on: Vec<SupportRow>,
     /// Reason why the object cannot be completed.
     refusal: Option<String>,
+}
+
+/// Box of an object.
+#[derive(Serialize)]
+struct BoxRow {
+    /// Middle [m].
+    centre: [f64; 3],
+    /// Unit vectors: the longer and the shorter side of the footprint, and the plane's normal.
+    axes: [[f64; 3]; 3],
+    /// Full lengths along them [m].
+    size: [f64; 3],
+}
+
+/// Something that an object leans on.
+#[derive(Serialize)]
+struct SupportRow {
+    /// Name of an object, `ground` or `container`.
+    on: String,
+    /// Length of the border that both share in the picture [m].
+    border: f64,
 }
 
 /// Time by part [ms].
@@ -171,8 +200,10 @@ fn write_scene(picture: &SegmentedPicture, folder: &Folder) -> Result<SceneRepor
     let surfaces = milliseconds_since(began);
     let labels = picture.labels();
     let extents = labels.extents();
+    let outlines = picture.outlines();
     let mut objects = Vec::new();
-    for (number, (cluster, sheet)) in (1..PLANE_LABEL).zip(scene.clusters.iter().zip(&sheets)) {
+    let parts = scene.clusters.iter().zip(&sheets).zip(&outlines);
+    for (number, ((cluster, sheet), outline)) in (1..CONTAINER_LABEL).zip(parts) {
         let name = format!("object-{number}");
         let file = (!sheet.triangles.is_empty()).then(|| format!("{name}.ply"));
         if let Some(file) = &file {
@@ -192,6 +223,9 @@ fn write_scene(picture: &SegmentedPicture, folder: &Folder) -> Result<SceneRepor
                 heights.fold(f64::NEG_INFINITY, f64::max)
             }),
             triangles: sheet.triangles.len(),
+            cuboid: scene.box_of(cluster).map(box_row),
+            confidence: outline.confidence,
+            leans_on: outline.leans_on.iter().map(support_row).collect(),
             refusal: Refusal::from_cluster(cluster, sheet).map(|refusal| refusal.to_string()),
         });
     }
@@ -202,10 +236,12 @@ fn write_scene(picture: &SegmentedPicture, folder: &Folder) -> Result<SceneRepor
         frame: FRAME,
         picture: picture.picture_row(),
         plane: picture.plane_row(),
+        container: picture.container_row(),
         objects,
         outlines: "outlines.png",
         labels: "labels.png",
         table_label: PLANE_LABEL,
+        container_label: CONTAINER_LABEL,
         milliseconds: Times { read: picture.read, segment: picture.segment, surfaces },
     };
     write(folder, "scene.json", (serde_json::to_string_pretty(&report)? + "\n").as_bytes())?;
@@ -223,6 +259,19 @@ impl SceneReport {
 pub fn write(folder: &Folder, name: &str, content: &[u8]) -> Result<(), Failure> {
     let written = folder.create_new(name).and_then(|mut file| file.write_all(content));
     written.map_err(|error| anyhow::Error::new(error).context(folder.path_of(name).shown().to_string()).into())
+}
+
+fn box_row(OrientedBox { centre, axes, size }: OrientedBox) -> BoxRow {
+    BoxRow { centre: centre.into(), axes: axes.map(Into::into), size }
+}
+
+fn support_row((support, border): (&Support, &f64)) -> SupportRow {
+    let on = match support {
+        Support::Object(index) => format!("object-{}", index + 1),
+        Support::Ground => "ground".to_owned(),
+        Support::Container => "container".to_owned(),
+    };
+    SupportRow { on, border: *border }
 }
 
 fn mean_point(frame: &DepthFrame, cluster: &Cluster) -> [f64; 3] {

@@ -6,8 +6,10 @@ use crate::{clusters::Cluster, frame::DepthFrame, plane::Plane, sheet::JUMP};
 
 /// Label of the objects' support plane.
 pub const PLANE_LABEL: u16 = u16::MAX;
+/// Label of a container's walls and rim.
+pub const CONTAINER_LABEL: u16 = PLANE_LABEL - 1;
 /// Most objects that labels can count.
-pub const MAX_OBJECTS: usize = PLANE_LABEL as usize - 1;
+pub const MAX_OBJECTS: usize = CONTAINER_LABEL as usize - 1;
 
 /// A label for each pixel of the picture that was given, whatever its lens.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,7 +18,7 @@ pub struct LabelImage {
     pub width: u32,
     /// Height [px].
     pub height: u32,
-    /// 0 for no object, n for the n-th, [`PLANE_LABEL`] for the plane. Shape (height, width), row-major.
+    /// 0 for no object, n for the n-th, [`PLANE_LABEL`] for the plane, [`CONTAINER_LABEL`] for a container. Shape (height, width), row-major.
     pub labels: Vec<u16>,
 }
 
@@ -37,9 +39,20 @@ impl LabelImage {
         Self::in_given(frame, &owners(frame, clusters))
     }
 
-    /// Labels of clusters, and of the plane where no cluster is: pixels whose points lie within `reach` of it [m].
-    pub(crate) fn of_scene(frame: &DepthFrame, clusters: &[Cluster], plane: Option<&Plane>, reach: f64) -> Self {
+    /// Labels of clusters; where no cluster is, those of the container's pixels, and of the plane: pixels whose points lie within
+    /// `reach` of it [m].
+    pub(crate) fn of_scene(
+        frame: &DepthFrame,
+        clusters: &[Cluster],
+        container: &[u32],
+        plane: Option<&Plane>,
+        reach: f64,
+    ) -> Self {
         let mut labels = owners(frame, clusters);
+        for pixel in container {
+            let label = &mut labels[*pixel as usize];
+            *label = if *label == 0 { CONTAINER_LABEL } else { *label };
+        }
         if let Some(plane) = plane {
             for pixel in frame.returns().filter(|pixel| plane.height(&frame.point(*pixel)).abs() <= reach) {
                 let label = &mut labels[pixel as usize];
@@ -103,7 +116,7 @@ impl LabelImage {
 /// The number of the cluster that each pixel of the picture without distortion belongs to, from 1.
 fn owners(frame: &DepthFrame, clusters: &[Cluster]) -> Vec<u16> {
     let mut labels = vec![0; frame.depth.len()];
-    for (label, cluster) in (1..PLANE_LABEL).zip(clusters) {
+    for (label, cluster) in (1..CONTAINER_LABEL).zip(clusters) {
         cluster.pixels.iter().for_each(|pixel| labels[*pixel as usize] = label);
     }
     labels

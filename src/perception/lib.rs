@@ -9,6 +9,9 @@
 
 mod camera;
 mod clusters;
+mod contact;
+mod container;
+mod cuboid;
 mod frame;
 mod input;
 mod labels;
@@ -29,9 +32,12 @@ pub use camera::{
     CameraProblem, CameraRule, Distortion, KeyTreatment, RosImage, is_depth_scale,
 };
 pub use clusters::{Cluster, ClusterRule, find_clusters};
+pub use contact::{Outline, Support};
+pub use container::{Container, ContainerChoice, Wall};
+pub use cuboid::OrientedBox;
 pub use frame::{DepthFrame, LabelledFrame};
 pub use input::{InputError, NetworkInput, without_outliers};
-pub use labels::{LabelExtent, LabelImage, MAX_OBJECTS, PLANE_LABEL};
+pub use labels::{CONTAINER_LABEL, LabelExtent, LabelImage, MAX_OBJECTS, PLANE_LABEL};
 pub use outline::{cluster_colour, draw_outlines, outline_pixels};
 pub use partition::{PartitionRule, find_parts};
 pub use plane::{Plane, PlaneRule, find_plane};

@@ -56,7 +56,7 @@ impl Plane {
     }
 
     /// A plane by a normal and a point; `None` without a direction.
-    fn through(normal: Vector3<f64>, point: &Vector3<f64>) -> Option<Self> {
+    pub(crate) fn through(normal: Vector3<f64>, point: &Vector3<f64>) -> Option<Self> {
         let normal = normal.try_normalize(1e-12)?;
         let offset = -normal.dot(point);
         let sign = if offset < 0.0 { -1.0 } else { 1.0 };
@@ -116,7 +116,7 @@ impl Judges {
 }
 
 /// The plane of least squares; sums are of offsets from a point near it.
-fn fitted<'a>(points: impl Iterator<Item = &'a Point3<f64>>, origin: &Point3<f64>) -> Option<Plane> {
+pub(crate) fn fitted<'a>(points: impl Iterator<Item = &'a Point3<f64>>, origin: &Point3<f64>) -> Option<Plane> {
     let (mut count, mut sum, mut squares) = (0_u32, Vector3::zeros(), Matrix3::zeros());
     for offset in points.map(|point| point - origin) {
         count += 1;

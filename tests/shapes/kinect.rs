@@ -40,7 +40,7 @@ fn objects_on_tables_are_found_as_people_labelled_them() {
         for (value, wanted) in [(camera.fx, 525.0), (camera.fy, 525.0), (camera.cx, 320.0), (camera.cy, 240.0)] {
             assert!((value - wanted).abs() < 0.05, "frame {number}: {camera:?}");
         }
-        let SegmentedScene { frame, plane, clusters } = SegmentedScene::segment(frame, &SceneRule::default());
+        let SegmentedScene { frame, plane, clusters, .. } = SegmentedScene::segment(frame, &SceneRule::default());
         let plane = plane.expect("a table");
         let labels = read.labels.expect("labels");
         let objects_of: Vec<u32> = labels.iter().map(|label| if *label < OBJECT { 0 } else { label / 10 }).collect();

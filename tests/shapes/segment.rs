@@ -6,7 +6,7 @@ use graspmill::{
     geom::{Intrinsics, Object, TriMesh},
     perception::{CameraDescription, FrameRule, read_frame},
 };
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 
 use super::table::{CAMERA, STANDING, camera_from_table, png_of, render, scene_depth, standing, table_top};
@@ -59,6 +59,25 @@ fn every_object_on_the_table_has_its_visible_surface() {
     assert!(cosine > 0.99996, "{normal:?}, not {up:?}");
     let height = camera_from_table().inverse().translation().z;
     assert!((number_at(&report, "/plane/offset") - height).abs() < 0.002);
+    // The plane's frame has its normal as z, and its origin on it.
+    assert_eq!(report["container"], Value::Null);
+    let numbers = |value: &Value| -> Vec<f64> { value.as_array().expect("a list").iter().map(number).collect() };
+    let position = numbers(&report["plane"]["position"]);
+    assert!((0..3).all(|axis| (position[axis] + normal[axis] * height).abs() < 0.002), "{position:?}");
+    let [w, x, y, z] = numbers(&report["plane"]["quaternion"]).try_into().expect("four numbers");
+    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+    assert!((rotation * Vector3::z()).dot(&up) > 0.99996);
+    // Boxes are upright and around the visible part of a shape; each object rests on the table, apart from the others.
+    for object in report["objects"].as_array().expect("objects") {
+        let size = numbers(&object["box"]["size"]);
+        let axes: Vec<Vec<f64>> = object["box"]["axes"].as_array().expect("axes").iter().map(numbers).collect();
+        assert!(size[0] >= size[1] && size[2] > 0.02 && size[0] < 0.3, "{object}");
+        assert!(axes[2].iter().zip(&normal).all(|(axis, normal)| (axis - normal).abs() < 1e-12), "{object}");
+        assert!(size[2] < number_at(object, "/height") + 0.001, "{object}");
+        assert!((0.5..=1.0).contains(&number_at(object, "/confidence")), "{object}");
+        let names: Vec<&Value> = object["leans_on"].as_array().expect("a list").iter().map(|row| &row["on"]).collect();
+        assert_eq!(names, ["ground"], "{object}");
+    }
     // Each mesh lies on one shape and in front of it, and none is left without.
     let objects = report["objects"].as_array().expect("objects");
     let mut found = Vec::new();
@@ -91,6 +110,51 @@ fn every_object_on_the_table_has_its_visible_surface() {
     for name in wanted.into_iter().filter(|name| *name != "scene.json") {
         assert!(fs::read(out.join(name)).expect("a file") == fs::read(again.join(name)).expect("a file"), "{name}");
     }
+}
+
+#[test]
+fn python_runs_the_program_and_reads_its_files() {
+    const LINES: &str = "
+import json, sys
+import numpy as np
+from graspmill.errors import DatasetError
+from graspmill.segmenting import PLANE_LABEL, SegmentationFailed, read_segmentation, segment
+
+program, folder, other = sys.argv[1:]
+scene = read_segmentation(folder)
+report = json.load(open(folder + '/scene.json'))
+for found, row in zip(scene.objects, report['objects'], strict=True):
+    assert (scene.labels == found.label).sum() == row['pixels'] and len(found.triangles) == row['triangles']
+    left, top, right, bottom = row['pixel_box']
+    rows, columns = np.nonzero(scene.labels == found.label)
+    assert [columns.min(), rows.min(), columns.max(), rows.max()] == [left, top, right, bottom]
+    assert found.triangles.max() == len(found.vertices) - 1 and abs(found.vertices.mean(axis=0) - found.centre).max() < 0.01
+assert (scene.labels == PLANE_LABEL).any() and scene.container is None and len(scene.objects) == 5
+
+depth = np.full((240, 320), 1.0)
+depth[80:155, 100:220] = 0.9
+for array in (depth, (1000 * depth).astype(np.uint16)):
+    scene = segment(array, (270.0, 270.0, 160.0, 120.0), pixel_centre=0.5, program=program)
+    (box,) = [found.box for found in scene.objects]
+    assert abs(box.size - (0.397, 0.247, 0.0)).max() < 0.002 and abs(scene.plane.offset - 1.0) < 1e-6, box
+    wanted = np.where(depth < 1.0, 1, PLANE_LABEL)
+    assert (scene.labels == wanted).all()
+try:
+    segment(np.full((240, 320), np.nan), (270.0, 270.0, 160.0, 120.0), program=program)
+    raise SystemExit('no error')
+except SegmentationFailed as error:
+    assert 'no pixel has a depth' in str(error), error
+try:
+    read_segmentation(other)
+    raise SystemExit('no error')
+except DatasetError as error:
+    assert 'scene.json' in str(error), error
+";
+    let workspace = Workspace::new();
+    let out = workspace.path("scene");
+    segment(PICTURE, &out).option("--intrinsics", CAMERA_FILE).succeed();
+    let python = Program::python_lines(LINES).env("PYTHONPATH", repository_path("python"));
+    python.arg(env!("CARGO_BIN_EXE_graspmill")).arg(&out).arg(workspace.path("nowhere")).succeed();
 }
 
 #[test]
@@ -146,6 +210,22 @@ fn wrong_pictures_and_cameras_mean_two_and_name_the_remedy() {
     let said =
         segment(PICTURE, &out).option("--intrinsics", CAMERA_FILE).option("--plane", "0,0,0,1").expect_code(2).stderr;
     assert!(said.contains("--plane 0,0,0,1: give four numbers"), "{said}");
+    for (options, says) in [
+        (&["--container", "0.4x0.3"][..], "three lengths in metres such as 0.45x0.35x0.2"),
+        (&["--container", "0.4x0.3x0.2"][..], "also needs --container-pose X,Y,Z,QW,QX,QY,QZ"),
+        (
+            &["--container-pose", "0,0,1,0,1,0,0"][..],
+            "also needs the size of the box, such as --container 0.45x0.35x0.2",
+        ),
+        (
+            &["--container", "0.4x0.3x0.2", "--container-pose", "0,0,1"][..],
+            "--container-pose 0,0,1: give seven numbers",
+        ),
+    ] {
+        let run = segment(PICTURE, &out).option("--intrinsics", CAMERA_FILE).args(options.iter().copied());
+        let said = run.expect_code(2).stderr;
+        assert!(said.contains(says), "{says}: {said}");
+    }
     // The disk's own troubles are 74.
     let said = segment(PICTURE, Path::new("/proc/scene")).option("--intrinsics", CAMERA_FILE).expect_code(74).stderr;
     assert!(said.contains("/proc/scene"), "{said}");
@@ -211,6 +291,10 @@ fn several_pictures_get_a_subfolder_each_and_the_rest_is_refused() {
     let same = workspace.write("other/table.png", fs::read(repository_path(PICTURE)).expect("a picture"));
     let said = several(&[&same], &none).expect_code(2).stderr;
     assert!(said.contains("both would be written to table; rename one of them") && !none.exists(), "{said}");
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().expect("a number")
 }
 
 /// A mesh of `write_ply`, read by its own rules: little-endian, triangles alone.

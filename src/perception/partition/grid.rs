@@ -168,7 +168,7 @@ impl Grid {
 
     /// Gradients of the inverse depth along a row and a column [1/m per px], averaged over a window.
     fn gradients(&self, inverse: &[f32], half: usize) -> [Vec<f32>; 2] {
-        [1, self.stride].map(|beside| {
+        let slopes = [1, self.stride].map(|beside| {
             let mut central = vec![f32::NAN; inverse.len()];
             for run in self.runs.iter().cloned() {
                 for cell in run {
@@ -178,29 +178,38 @@ impl Grid {
                     }
                 }
             }
-            let mut means = vec![f32::NAN; inverse.len()];
-            for run in self.runs.iter().cloned() {
-                let count = run.len();
-                let middle = &inverse[run.clone()];
-                let (mut sums, mut weights) = (vec![0.0_f32; count], vec![0.0_f32; count]);
-                for line in 0..=2 * half {
-                    for across in 0..=2 * half {
-                        let start = run.start + line * self.stride + across - half * self.stride - half;
-                        let (others, slopes) = (&inverse[start..start + count], &central[start..start + count]);
-                        for index in 0..count {
-                            let is_near = ((others[index] - middle[index]).abs() < WINDOW_JUMP * middle[index])
-                                & !slopes[index].is_nan();
-                            sums[index] += if is_near { slopes[index] } else { 0.0 };
-                            weights[index] += if is_near { 1.0 } else { 0.0 };
-                        }
+            central
+        });
+        let mut means = [(); 2].map(|()| vec![f32::NAN; inverse.len()]);
+        for run in self.runs.iter().cloned() {
+            let count = run.len();
+            let middle = &inverse[run.clone()];
+            let reach: Vec<f32> = middle.iter().map(|value| WINDOW_JUMP * value).collect();
+            // Sums and weights along a row and along a column.
+            let [mut sums, mut weights] = [(); 2].map(|()| [(); 2].map(|()| vec![0.0_f32; count]));
+            let ([along_sums, down_sums], [along_weights, down_weights]) = (&mut sums, &mut weights);
+            for line in 0..=2 * half {
+                for across in 0..=2 * half {
+                    let start = run.start + line * self.stride + across - half * self.stride - half;
+                    let others = &inverse[start..start + count];
+                    let [along, down] = slopes.each_ref().map(|values| &values[start..start + count]);
+                    for index in 0..count {
+                        let is_near = (others[index] - middle[index]).abs() < reach[index];
+                        let [is_along, is_down] = [is_near & !along[index].is_nan(), is_near & !down[index].is_nan()];
+                        along_sums[index] += if is_along { along[index] } else { 0.0 };
+                        along_weights[index] += if is_along { 1.0 } else { 0.0 };
+                        down_sums[index] += if is_down { down[index] } else { 0.0 };
+                        down_weights[index] += if is_down { 1.0 } else { 0.0 };
                     }
                 }
-                for (index, mean) in means[run].iter_mut().enumerate() {
+            }
+            for (means, (sums, weights)) in means.iter_mut().zip(sums.iter().zip(&weights)) {
+                for (index, mean) in means[run.clone()].iter_mut().enumerate() {
                     *mean = if weights[index] > 0.0 { sums[index] / weights[index] } else { f32::NAN };
                 }
             }
-            means
-        })
+        }
+        means
     }
 
     /// Points and normals by inverse depths and their gradients.
