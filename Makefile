@@ -232,6 +232,12 @@ bench-neighbours: setup build $(PEERS)/.complete ## do plans among completed nei
 	$(PROGRAM) run benches/studies/jobs/neighbours.toml --out $(NEIGHBOURS)
 	$(PEERS)/bin/python benches/neighbours.py $(NEIGHBOURS) --model $(NEIGHBOURS_MODEL) --graspmill $(PROGRAM)
 
+# Datasets of views with a sensor. GRASPMILL_SAMPLES may name a folder of labelled clouds.
+SEGMENTED ?=
+.PHONY: bench-segmentation
+bench-segmentation: build deps-test ## objects found in labelled depth images, beside DBSCAN: SEGMENTED="VIEWS..." and GRASPMILL_SAMPLES
+	$(VENV_PYTHON) benches/segmentation.py $(addprefix --views ,$(SEGMENTED)) --graspmill $(PROGRAM)
+
 .PHONY: bench-data
 bench-data: build deps-test ## does good data beat planted faults? numpy only
 	$(VENV_PYTHON) benches/data.py --graspmill $(PROGRAM)
