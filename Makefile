@@ -115,6 +115,17 @@ model-quick: setup build $(TORCH)/.complete ## train with fewer data and steps: 
 	@$(PROGRAM) run jobs/model-quick.toml --out datasets/model-quick
 	@$(MAKE) train-model RECIPE=completion-quick RUN=datasets/model-quick-run DATA=datasets/model-quick
 
+# The network in the program: src/infer/tabletop has the model that this makes, and docs/models.md its scores.
+TABLETOP := datasets/tabletop-model
+TABLETOP_PAIRS := $(foreach place,lone table heap bin,$(foreach sensor,clean kinect-v1 d435,$(TABLETOP)/$(place)-$(sensor)))
+.PHONY: tabletop-model
+tabletop-model: setup build $(TORCH)/.complete ## train the network in the program again: data, training, scores; an hour and a half on two cores
+	@$(PROGRAM) run jobs/tabletop-model.toml --out $(TABLETOP)
+	@PYTHONPATH=python $(TORCH)/bin/python -m graspmill.train completion-tabletop --out datasets/tabletop-run --threads 1 \
+	  $(addprefix --data ,$(TABLETOP_PAIRS)) $(if $(wildcard datasets/tabletop-run/recipe.toml),--resume)
+	@$(PROGRAM) model check datasets/tabletop-run/model
+	@$(PYTHON) benches/tabletop.py --graspmill $(PROGRAM) --data $(TABLETOP) --model datasets/tabletop-run/model
+
 .PHONY: train-model
 train-model:
 	@PYTHONPATH=python $(TORCH)/bin/python -m graspmill.train $(RECIPE) --out $(RUN) \

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .completion import Cells, CompletionSample
-from .geometry import bytes_of_cells, unpack
+from .geometry import bytes_of_cells, heights, unpack
 from .samples import content, expect_lengths
 
 
@@ -74,3 +74,11 @@ class AmodalSample(CompletionSample):
             others_seen=unpack(grids["others_seen"], n),
             others_solid=unpack(grids["others_solid"], n),
         )
+
+    @content
+    def below_support(self) -> Cells:
+        """Cells of the table or of a bin's floor: their centre is below the plane z = 0 of the world, and something other than
+        the body is in them. (n, n, n), indexed (x, y, z). A runtime knows this plane, so networks may see these cells."""
+        pair = self.pair
+        below: Cells = heights(pair.grid, pair.world_from_camera) < 0.0
+        return below & self.clutter.others_solid & ~self.partial

@@ -93,6 +93,14 @@ class Grid:
         return self.lower_corner + (np.asarray(cells, np.float64) + 0.5) * self.cell_size
 
 
+def heights(grid: Grid, world_from_camera: Floats) -> Floats:
+    """Heights of all cell centres of a grid above the plane z = 0 of the world: (n, n, n) m, indexed (x, y, z)."""
+    n, axis = grid.resolution, world_from_camera[2, :3]
+    x, y, z = (axis[:, None] * (grid.lower_corner[:, None] + (np.arange(n) + 0.5) * grid.cell_size))
+    found: Floats = x[:, None, None] + y[None, :, None] + z[None, None, :] + world_from_camera[2, 3]
+    return found
+
+
 def pose(rows: npt.NDArray[np.float64]) -> Floats:
     """A pose ``a_from_b`` as (4, 4), from its twelve stored numbers."""
     return np.vstack([rows.reshape(3, 4), [0.0, 0.0, 0.0, 1.0]])

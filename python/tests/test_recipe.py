@@ -147,7 +147,7 @@ def test_the_command_line_says_what_is_wrong(data: Path, tmp_path: Path, capsys:
     for arguments, said in (
         (
             ["nothing", "--data", pairs, "--out", out],
-            "there are completion-quick, completion-standard, completion-thesis, heatmap-standard, heatmap-thesis",
+            "there are completion-quick, completion-standard, completion-tabletop, completion-thesis, heatmap-standard, heatmap-thesis",
         ),
         (["completion-quick", "--data", str(tmp_path), "--out", out], "manifest.json"),
         (["completion-quick", "--data", str(data / "set/grasps"), "--out", out], "learn from pairs: completion or"),

@@ -24,7 +24,7 @@ import onnxruntime  # noqa: E402
 from graspmill import AmodalSample, Dataset  # noqa: E402
 from graspmill.train import loop  # noqa: E402
 from graspmill.train.__main__ import main  # noqa: E402
-from graspmill.train.data import open_sources  # noqa: E402
+from graspmill.train.data import arrays_of, open_sources  # noqa: E402
 from graspmill.train.networks import Block, Thesis, UNet, from_blocks, parameters_of, to_blocks  # noqa: E402
 from graspmill.train.recipe import Recipe, Training  # noqa: E402
 
@@ -262,3 +262,17 @@ def test_pairs_in_clutter_train_a_model(data: Path, tmp_path: Path) -> None:
     assert facts["scores"]["validation"]["all"]["objects"] == len(bodies) == 3
     assert {"hollow or thin", "rest"} <= set(facts["scores"]["validation"])
     assert "CC0-1.0" in (run / "model" / "card.md").read_text()
+
+
+def test_cells_of_the_floor_count_as_free(data: Path) -> None:
+    samples = list(Dataset(data / "cluttered", AmodalSample, split="training")[:6])
+    arrays = arrays_of(samples, replace(Recipe(), outputs=("occupancy",)))
+    found = 0
+    for sample, free in zip(samples, arrays["free"]):
+        pair, n = sample.pair, sample.resolution
+        centres = pair.grid.centres(np.indices((n, n, n)).transpose(1, 2, 3, 0))
+        in_world = centres @ pair.world_from_camera[:3, :3].T + pair.world_from_camera[:3, 3]
+        below = (in_world[..., 2] < 0) & sample.clutter.others_solid & ~sample.partial
+        np.testing.assert_array_equal(free, sample.free | below)
+        found += int(below.sum())
+    assert found > 0

@@ -299,6 +299,12 @@ pub struct ReportArgs {
     /// reports of the datasets.
     #[arg(short, long, value_name = "FILE", value_parser = local_path())]
     pub out: Option<PathBuf>,
+    /// Picture to show first on the page of a set (PNG), such as an `overlay.png` of `graspmill complete`.
+    #[arg(long, value_name = "FILE.png", requires = "cover_text")]
+    pub cover: Option<PathBuf>,
+    /// Caption of this picture.
+    #[arg(long, value_name = "TEXT", requires = "cover")]
+    pub cover_text: Option<String>,
     /// Open the page in the browser: the program that BROWSER names, or else the desktop's default.
     #[arg(long)]
     pub open: bool,

@@ -10,8 +10,8 @@ use nalgebra::{Isometry3, Point3};
 use serde::Serialize;
 
 use super::{
-    completion_args::{CompleteArgs, DetailName, MeshFormat},
-    completion_method::{baseline_of, smoothed},
+    completion_args::{CompleteArgs, DetailName, LooseName, MeshFormat},
+    completion_method::{BUNDLED, baseline_of, smoothed},
     contacts::read_contacts,
     exit::{Exit, Failure},
     machine,
@@ -55,6 +55,8 @@ struct SceneReport<'a> {
 
 #[derive(Serialize)]
 struct ModelRow<'a> {
+    /// Folder as given, or `bundled` for the network in the program.
+    folder: String,
     network: &'a str,
     /// SHA-256 of `model.json`.
     digest: &'a str,
@@ -144,13 +146,20 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
     let completer = match (&arguments.model, &arguments.method) {
         (Some(folder), _) => Completer::new(CompletionModel::open(folder).map_err(refused)?, detail.into()),
         (None, method) => {
-            let (name, rule) = smoothed(method.as_deref().unwrap_or_default(), arguments.smoothing);
-            let completer = Completer::by_baseline(baseline_of(name)?, detail.into());
+            let (name, rule) = smoothed(method.as_deref().unwrap_or(BUNDLED), arguments.smoothing);
+            let completer = match name {
+                BUNDLED => Completer::new(CompletionModel::bundled(), detail.into()),
+                _ => Completer::by_baseline(baseline_of(name)?, detail.into()),
+            };
             match rule {
                 Some(rule) => completer.with_smoothing(rule),
                 None => completer,
             }
         }
+    };
+    let completer = match arguments.loose {
+        LooseName::Keep => completer,
+        LooseName::Drop => completer.without_loose_bodies(),
     };
     let open_model = milliseconds_since(began);
     let mut picture = SegmentedPicture::open(&arguments.picture)?;
@@ -179,6 +188,7 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
         plane: picture.plane_row(),
         world_from_camera: world_from_camera.map(|pose| pose.to_homogeneous().transpose().into()),
         model: completer.model().map(|model| ModelRow {
+            folder: arguments.model.as_deref().map_or_else(|| BUNDLED.to_owned(), |folder| folder.shown().to_string()),
             network: &model.facts().network,
             digest: model.digest(),
             inputs: &model.facts().inputs,
@@ -413,6 +423,9 @@ pub fn loose_words(found: &LooseBodies) -> String {
 
 fn text(report: &SceneReport<'_>, plane: &str, targets: usize, out: &Path) -> String {
     let mut text = format!("{plane}\n");
+    if let Some(ModelRow { folder, digest, .. }) = report.model.as_ref().filter(|model| model.folder == BUNDLED) {
+        _ = writeln!(text, "model: {folder}, the network in this program ({}); --model selects another", &digest[..12]);
+    }
     if report.objects.is_empty() {
         text.push_str("no objects found: lower --min-points or --min-height\n");
     }

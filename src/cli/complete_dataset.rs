@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::{
     complete::mesh_bytes,
-    completion_args::{CompleteArgs, DetailName, MeshFormat},
-    completion_method::CompletionMethod,
+    completion_args::{CompleteArgs, DetailName, LooseName, MeshFormat},
+    completion_method::{BUNDLED, CompletionMethod},
     exit::{Exit, Failure},
     machine,
     parallel::in_parallel,
@@ -19,7 +19,7 @@ use super::{
 use format::dataset::NewFolder;
 use kernel::{files::Folder, geom::TriMesh, words::Show};
 use measure::GridOverlap;
-use surface::LooseBodies;
+use surface::{LooseBodies, keep_largest_body};
 
 /// Content of `samples.json`.
 #[derive(Serialize)]
@@ -68,14 +68,17 @@ pub fn complete_dataset(arguments: &CompleteArgs, printer: &Printer) -> Result<E
     let (reader, chosen) = choose_samples(&folder, "complete", arguments.split.as_deref(), arguments.limit)?;
     let method = match (&arguments.model, &arguments.method) {
         (Some(folder), _) => CompletionMethod::open(folder)?,
-        (None, name) => CompletionMethod::by_name(name.as_deref().unwrap_or_default(), arguments.smoothing, &reader)?,
+        (None, name) => CompletionMethod::by_name(name.as_deref().unwrap_or(BUNDLED), arguments.smoothing, &reader)?,
     };
     let made_by = method.digest().map_or_else(|| method.name(), str::to_owned);
     let began = Instant::now();
     let work = |index: usize| -> Result<(SampleRow, TriMesh), Failure> {
         let sample = StoredSample::read(&reader, chosen[index])?;
         let answer = method.complete(&sample)?;
-        let mesh = method.mesh(&answer, &sample, detail)?;
+        let mut mesh = method.mesh(&answer, &sample, detail)?;
+        if arguments.loose == LooseName::Drop {
+            keep_largest_body(&mut mesh);
+        }
         let file = format!("{}.{}", plain(&sample.name), arguments.to.extension());
         let row = SampleRow {
             overlap: GridOverlap::new(&answer.cells(), &sample.pair.complete, &sample.pair.partial),

@@ -151,11 +151,12 @@ fn positive(text: &str) -> Result<f64, String> {
 pub struct CompleteArgs {
     #[command(flatten)]
     pub picture: PictureArgs,
-    /// Model folder.
-    #[arg(long, value_name = "DIR", required_unless_present = "method")]
+    /// Model folder, to use instead of the network in this program.
+    #[arg(long, value_name = "DIR")]
     pub model: Option<PathBuf>,
-    /// Baseline to use instead of a model: partial, extrude, hull, mirror-far, mirror, mirror-shell, primitive. The ending
-    /// +smooth, as in hull+smooth, smooths its meshes.
+    /// Method to use instead of a model folder: bundled, the network in this program (the default); partial, extrude, hull,
+    /// hull-to-table, extrude-to-table, mirror-far, mirror, mirror-shell, primitive. The ending +smooth, as in hull+smooth,
+    /// smooths its meshes.
     #[arg(long, value_name = "NAME", conflicts_with = "model")]
     pub method: Option<String>,
     /// Object to grasp: `auto` (the one nearest to the picture's middle), `all`, its number by size from 1, a pixel (column, row)
@@ -182,6 +183,9 @@ pub struct CompleteArgs {
     pub detail: Option<DetailName>,
     #[command(flatten)]
     pub smoothing: SmoothArgs,
+    /// Disconnected bodies of a mesh: report them, or drop all but the largest.
+    #[arg(long, value_enum, default_value_t = LooseName::Keep)]
+    pub loose: LooseName,
     /// File format of the meshes.
     #[arg(long, value_enum, default_value_t = MeshFormat::Ply)]
     pub to: MeshFormat,
@@ -231,6 +235,15 @@ impl From<DetailName> for Detail {
             DetailName::Joined => Self::Joined,
         }
     }
+}
+
+/// Treatment of disconnected bodies of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LooseName {
+    /// Keep and report them.
+    Keep,
+    /// Drop all bodies but the largest.
+    Drop,
 }
 
 /// Smoothing of the meshes of methods with the ending `+smooth`.
@@ -325,11 +338,12 @@ pub struct EvaluateCompletionArgs {
     #[arg(value_parser = folder(), value_hint = ValueHint::DirPath)]
     pub dir: Folder,
     /// Model folder (repeatable).
-    #[arg(long, value_name = "DIR", required_unless_present = "method")]
+    #[arg(long, value_name = "DIR")]
     pub model: Vec<PathBuf>,
-    /// Baseline (repeatable): partial, extrude, hull, mirror-far, mirror, mirror-shell; primitive, which needs depth
-    /// (`channels.depth`); knn and mean, which learn from the dataset's training pairs; or truth: the true grids, as a perfect
-    /// network would return them. The ending +smooth, as in hull+smooth, smooths its meshes.
+    /// Method (repeatable): bundled, the network in this program (the default without --model and --method); partial, extrude,
+    /// hull, mirror-far, mirror, mirror-shell; hull-to-table and extrude-to-table, for pairs of scenes; primitive, which needs
+    /// depth (`channels.depth`); knn and mean, which learn from the dataset's training pairs; or truth: the true grids, as a
+    /// perfect network would return them. The ending +smooth, as in hull+smooth, smooths its meshes.
     #[arg(long, value_name = "NAME")]
     pub method: Vec<String>,
     /// Meshing method; `thesis` and `joined` need depth (`channels.depth`). Baselines have no coverage: their surface is that of the
@@ -377,8 +391,8 @@ pub enum ModelCommand {
 
 #[derive(Args, Debug)]
 pub struct ModelCheckArgs {
-    /// Model folder.
-    pub dir: PathBuf,
+    /// Model folder. Default: the network in this program.
+    pub dir: Option<PathBuf>,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,

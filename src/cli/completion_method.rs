@@ -18,6 +18,8 @@ use runtime::completion::{Answer, CompletionModel, LaplacianRule, Prediction, se
 
 /// Baselines that remember the training pairs of the dataset.
 const LEARNED: [&str; 2] = ["knn", "mean"];
+/// Name of the network in this program.
+pub const BUNDLED: &str = "bundled";
 /// Ending of the name of a method whose meshes are smoothed.
 const SMOOTHED: &str = "+smooth";
 
@@ -54,6 +56,7 @@ impl CompletionMethod {
             "knn" => Ok(Self::Nearest(training_pairs(reader)?)),
             "mean" => mean_of(reader),
             "truth" => Ok(Self::Truth),
+            BUNDLED => Ok(Self::Model { name: BUNDLED.to_owned(), model: Box::new(CompletionModel::bundled()) }),
             _ => baseline_of(name).map(Self::Baseline),
         }
     }
@@ -92,8 +95,12 @@ impl CompletionMethod {
             Self::Baseline(baseline) => {
                 let object = baseline.needs_points().then(|| sample.seen_object()).transpose()?;
                 let points = object.map(seen_points).unwrap_or_default();
-                let (free, up) = (sample.free.as_ref(), SeenCells::IMAGE_UP);
-                let seen = SeenCells { partial, free, points: &points, placement, up };
+                if baseline.needs_table() && sample.support.is_none() {
+                    let remedy = "it needs the table below an object, and the dataset has isolated ones: use pairs of scenes (product amodal)";
+                    return Err(Failure::message(Exit::BadSpec, format!("--method {baseline}: {remedy}")));
+                }
+                let (free, support) = (sample.free.as_ref(), sample.support);
+                let seen = SeenCells { partial, free, points: &points, placement, support };
                 Answer::of_cells(&baseline.complete(&seen))
             }
             Self::Nearest(pairs) => Answer::of_cells(&pairs.nearest_vote(partial)),
@@ -137,7 +144,7 @@ pub fn baseline_of(name: &str) -> Result<Baseline, Failure> {
             format!("--method {name}: it learns from training pairs; use it on a dataset")
         } else {
             format!(
-                "--method {name}: no such baseline; use one of {}, each also with the ending {SMOOTHED}",
+                "--method {name}: no such method; use {BUNDLED} or one of {}, each also with the ending {SMOOTHED}",
                 known.join(", ")
             )
         };

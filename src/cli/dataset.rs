@@ -152,6 +152,11 @@ pub fn inspect(arguments: &DatasetArgs, printer: &Printer) -> Result<Exit, Failu
 
 /// `graspmill report`.
 pub fn report(arguments: &ReportArgs, printer: &Printer) -> Result<Exit, Failure> {
+    if arguments.cover.is_some() {
+        let message =
+            format!("--cover: {} is a dataset; only the page of a set has a cover", arguments.dir.path().shown());
+        return Err(Failure::message(Exit::BadSpec, message));
+    }
     let summary = publish::report(&arguments.dir, arguments.out.as_deref())?;
     printer.result(&page_words(&summary));
     if arguments.open {

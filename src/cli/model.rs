@@ -53,7 +53,10 @@ struct Times {
 /// `graspmill model check`.
 pub fn check(arguments: &ModelCheckArgs, printer: &Printer) -> Result<Exit, Failure> {
     let began = Instant::now();
-    let model = CompletionModel::open(&arguments.dir).map_err(refused)?;
+    let model = match &arguments.dir {
+        Some(folder) => CompletionModel::open(folder).map_err(refused)?,
+        None => CompletionModel::bundled(),
+    };
     let open = milliseconds_since(began);
     let golden = model.check_golden().map_err(refused)?;
     let sample = milliseconds_per_sample(&model)?;

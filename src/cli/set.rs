@@ -27,6 +27,7 @@ use kernel::{
     files::{self, Folder},
     words::{Show, counted},
 };
+use publish::Cover;
 
 /// A set and the findings of a command about its datasets, as JSON.
 #[derive(Serialize)]
@@ -168,7 +169,13 @@ pub fn verify(arguments: &VerifyArgs, table: &SetTable, printer: &Printer) -> Re
 
 /// Writes the page of a set and those of its datasets.
 pub fn report(arguments: &ReportArgs, table: &SetTable, printer: &Printer) -> Result<Exit, Failure> {
-    let summary = publish::report_set(&arguments.dir, table, arguments.out.as_deref())?;
+    let cover = arguments.cover.as_deref().map(|file| {
+        let caption = arguments.cover_text.clone().unwrap_or_default();
+        let cover = Cover::read(file, caption)
+            .map_err(|error| anyhow::Error::new(error).context(format!("--cover {}", file.shown())));
+        cover.map_err(Failure::of_input)
+    });
+    let summary = publish::report_set(&arguments.dir, table, arguments.out.as_deref(), cover.transpose()?.as_ref())?;
     let pages = summary.datasets.iter().chain([&summary.set]);
     printer.result(&pages.map(dataset::page_words).collect::<Vec<_>>().join("\n"));
     if arguments.open {

@@ -7,7 +7,7 @@ use super::{
     folder::{refuse_other_products, refuse_set},
 };
 use format::{
-    Coverage, Depth, Occlusion, PixelMask, Visibility, VoxelPair,
+    Clutter, Coverage, Depth, Occlusion, PixelMask, Visibility, VoxelPair,
     dataset::{DatasetReader, Sample, Selection},
 };
 use kernel::{
@@ -16,8 +16,9 @@ use kernel::{
     ids::{ObjectId, SampleIndex},
     words::{Show, Split},
 };
+use nalgebra::Vector3;
 use perception::{DepthFrame, without_outliers};
-use runtime::completion::{CompletionModel, InputName, Inputs, Prediction, completable_products};
+use runtime::completion::{CompletionModel, InputName, Inputs, Prediction, Support, completable_products};
 use surface::{CubeField, SeenObject};
 
 /// A sample with all inputs of networks, and the truth.
@@ -26,7 +27,10 @@ pub struct StoredSample {
     /// The object that is completed.
     pub object: ObjectId,
     pub pair: VoxelPair,
+    /// Cells that the camera sees through, and those of the table or of a bin's floor.
     pub free: Option<OccupancyGrid>,
+    /// Plane z = 0 of the world below a body of a scene; `None` for an isolated object.
+    pub support: Option<Support>,
     pub touch: Option<OccupancyGrid>,
     /// Solid share of each cell, if stored.
     pub coverage: Option<CubeField>,
@@ -82,10 +86,17 @@ impl StoredSample {
             let values = coverage.share.iter().map(|share| f32::from(*share) / 255.0).collect();
             CubeField::from_values(coverage.resolution as usize, values)
         });
+        let clutter = sample.find::<Clutter>()?;
+        let support = clutter.as_ref().map(|_| support_of(&pair));
+        let mut free = sample.find::<Visibility>()?.map(|visibility| visibility.free);
+        if let (Some(free), Some(clutter), Some(support)) = (&mut free, &clutter, &support) {
+            set_below(free, &pair, &clutter.others_solid, support);
+        }
         Ok(Self {
             name: sample.id.to_string(),
             object: sample.object()?,
-            free: sample.find::<Visibility>()?.map(|visibility| visibility.free),
+            free,
+            support,
             touch: sample.touched()?.map(|touched| touched.tactile),
             coverage,
             depth: sample.find::<Depth>()?.map(|depth| depth.crop),
@@ -158,5 +169,23 @@ impl StoredSample {
             return Err(Failure::message(Exit::BadSpec, message));
         }
         model.predict(&inputs).map_err(|error| Failure::new(Exit::BadSpec, error))
+    }
+}
+
+/// The plane z = 0 of the world, in the camera's frame.
+fn support_of(pair: &VoxelPair) -> Support {
+    let [_, _, _, _, _, _, _, _, x, y, z, offset] = pair.world_from_camera.to_rows();
+    Support { normal: [x, y, z].into(), offset }
+}
+
+/// Sets the cells below a support that something other than the object is in: in a tilted bin, free space is below z = 0, too.
+/// A picture's own plane is treated in the same way (`NetworkInput`).
+fn set_below(free: &mut OccupancyGrid, pair: &VoxelPair, others: &OccupancyGrid, support: &Support) {
+    let corner = pair.grid.lower_corner();
+    for cell in others.cells().filter(|cell| !pair.partial.get(*cell)) {
+        let centre = corner + Vector3::from(cell.map(|index| (f64::from(index) + 0.5) * pair.grid.cell_size));
+        if support.height(&centre) < 0.0 {
+            free.set(cell);
+        }
     }
 }

@@ -117,19 +117,7 @@ impl ModelFolder {
         let at_json = |problem| ModelError { file: json.clone(), problem };
         let folder = Folder::at(path);
         let text = folder.read(MODEL_JSON, Bound::MODEL_TABLE).map_err(|error| at_json(error.into()))?;
-        // Other kinds of models have different keys.
-        if let Ok(FormatVersion { format }) = serde_json::from_slice(&text)
-            && format != FORMAT
-        {
-            let (found, wanted) = (format!("\"{format}\""), format!("\"{FORMAT}\""));
-            return Err(at_json(ModelProblem::Value { key: "format", found, wanted }));
-        }
-        let facts: ModelFacts = serde_json::from_slice(&text).map_err(|error| {
-            let message = error.to_string();
-            let found = message.split(" at line ").next().unwrap_or_default().to_owned();
-            at_json(ModelProblem::Json { line: error.line(), column: error.column(), found })
-        })?;
-        let inputs = check_values(&facts).map_err(at_json)?;
+        let (facts, inputs) = parse_facts(&text).map_err(at_json)?;
         check_names(&folder, &facts).map_err(at_json)?;
         let mut contents: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
         for (name, stated) in &facts.files {
@@ -154,6 +142,24 @@ impl ModelFolder {
             facts,
         })
     }
+}
+
+/// Reads and checks the content of `model.json`; returns it with the inputs.
+pub(crate) fn parse_facts(text: &[u8]) -> Result<(ModelFacts, Vec<InputName>), ModelProblem> {
+    // Other kinds of models have different keys.
+    if let Ok(FormatVersion { format }) = serde_json::from_slice(text)
+        && format != FORMAT
+    {
+        let (found, wanted) = (format!("\"{format}\""), format!("\"{FORMAT}\""));
+        return Err(ModelProblem::Value { key: "format", found, wanted });
+    }
+    let facts: ModelFacts = serde_json::from_slice(text).map_err(|error| {
+        let message = error.to_string();
+        let found = message.split(" at line ").next().unwrap_or_default().to_owned();
+        ModelProblem::Json { line: error.line(), column: error.column(), found }
+    })?;
+    let inputs = check_values(&facts)?;
+    Ok((facts, inputs))
 }
 
 pub(crate) fn sha256(bytes: &[u8]) -> String {

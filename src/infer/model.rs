@@ -8,6 +8,7 @@ use std::{
 use surface::CubeField;
 
 use crate::{
+    bundled,
     error::{ModelError, ModelProblem, PredictError},
     folder::{GOLDEN_NPZ, MODEL_ONNX, ModelFacts, ModelFolder, OUTPUTS, RESOLUTION},
     golden::{GoldenCheck, GoldenSamples},
@@ -37,7 +38,23 @@ impl CompletionModel {
     /// # Errors
     /// When the folder does not match `docs/models.md`, with the file and the remedy.
     pub fn open(folder: &Path) -> Result<Self, ModelError> {
-        let ModelFolder { path, facts, inputs, digest, onnx, golden } = ModelFolder::open(folder)?;
+        Self::of_folder(ModelFolder::open(folder)?)
+    }
+
+    /// Opens the network in this program, trained on objects alone, on tables and in bins. `docs/models.md` has its recipe and scores.
+    ///
+    /// ```
+    /// use graspmill_infer::{CompletionModel, InputName};
+    ///
+    /// let model = CompletionModel::bundled();
+    /// assert_eq!(model.inputs(), [InputName::Partial, InputName::Free]);
+    /// ```
+    pub fn bundled() -> Self {
+        Self::of_folder(bundled::folder()).expect("a network that a test has opened")
+    }
+
+    fn of_folder(folder: ModelFolder) -> Result<Self, ModelError> {
+        let ModelFolder { path, facts, inputs, digest, onnx, golden } = folder;
         let failed = |problem| ModelError { file: path.join(MODEL_ONNX), problem };
         let network = Network::read(&onnx, &facts.inputs, &facts.outputs).map_err(failed)?;
         let (work, written) = (network.work, Written::of(network));

@@ -203,3 +203,12 @@ fn stored_answers_of_another_network_do_not_agree() {
     let said = rewrite(include_bytes!("test_data/stored.npz")).expect_err("other arrays").to_string();
     assert!(said.contains("the array 'a' is not one of partial, free, occupancy, coverage"), "{said}");
 }
+
+#[test]
+fn the_network_in_the_program_is_the_folder_next_to_it() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tabletop");
+    let (opened, bundled) = (CompletionModel::open(&folder).expect("a model"), CompletionModel::bundled());
+    assert_eq!((opened.digest(), opened.facts()), (bundled.digest(), bundled.facts()));
+    let golden = bundled.check_golden().expect("its samples");
+    assert!(golden.samples > 0 && golden.agrees(), "{golden:?}");
+}

@@ -8,7 +8,7 @@ use nalgebra::Point3;
 use crate::{
     mirror::{Union, mirrored_by_plane},
     primitive::filled_primitive,
-    seen_cells::SeenCells,
+    seen_cells::{SeenCells, Support},
 };
 
 /// Cells this far outside of a facet still count as inside: the facets are rounded [cells].
@@ -23,6 +23,10 @@ pub enum Baseline {
     Extrude,
     /// The convex hull of the observed cells' centres.
     Hull,
+    /// The convex hull of the observed cells' centres and of their feet on the table.
+    HullToTable,
+    /// Each observed cell extended straight down to the table.
+    ExtrudeToTable,
     /// Each observed cell joined to its mirror image behind the last layer with an observed cell.
     MirrorFar,
     /// Seen cells and their images in the upright plane that contradicts least of what was seen (Bohg et al. 2011), filled
@@ -36,8 +40,17 @@ pub enum Baseline {
 
 impl Baseline {
     /// All baselines.
-    pub const ALL: [Self; 7] =
-        [Self::Partial, Self::Extrude, Self::Hull, Self::MirrorFar, Self::Mirror, Self::MirrorShell, Self::Primitive];
+    pub const ALL: [Self; 9] = [
+        Self::Partial,
+        Self::Extrude,
+        Self::Hull,
+        Self::HullToTable,
+        Self::ExtrudeToTable,
+        Self::MirrorFar,
+        Self::Mirror,
+        Self::MirrorShell,
+        Self::Primitive,
+    ];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -45,6 +58,8 @@ impl Baseline {
             Self::Partial => "partial",
             Self::Extrude => "extrude",
             Self::Hull => "hull",
+            Self::HullToTable => "hull-to-table",
+            Self::ExtrudeToTable => "extrude-to-table",
             Self::MirrorFar => "mirror-far",
             Self::Mirror => "mirror",
             Self::MirrorShell => "mirror-shell",
@@ -62,18 +77,26 @@ impl Baseline {
         self == Self::Primitive
     }
 
+    /// Whether the baseline requires a known table below the object.
+    pub fn needs_table(self) -> bool {
+        matches!(self, Self::HullToTable | Self::ExtrudeToTable)
+    }
+
     /// Completes the observed cells.
     ///
     /// # Panics
-    /// If the grids' resolutions are not the placement's.
+    /// If the grids' resolutions are not the placement's, or a baseline that [needs a table](Self::needs_table) gets none.
     pub fn complete(self, seen: &SeenCells<'_>) -> OccupancyGrid {
         let SeenCells { partial, free, placement, .. } = *seen;
         assert!(free.is_none_or(|free| free.resolution() == placement.resolution), "grids match the placement");
         assert_eq!(partial.resolution(), placement.resolution, "the grid matches its placement");
+        let table = || seen.support.expect("a table below the object");
         match self {
             Self::Partial => partial.clone(),
             Self::Extrude => extruded(partial, placement),
-            Self::Hull => hull(partial),
+            Self::Hull => hull(partial, &[]),
+            Self::HullToTable => hull(partial, &feet(partial, placement, &table())),
+            Self::ExtrudeToTable => extruded_to_table(partial, placement, &table()),
             Self::MirrorFar => mirrored(partial),
             Self::Mirror => mirrored_by_plane(seen, Union::Filled),
             Self::MirrorShell => mirrored_by_plane(seen, Union::Shell),
@@ -127,15 +150,51 @@ fn mirrored(partial: &OccupancyGrid) -> OccupancyGrid {
     complete
 }
 
-fn hull(partial: &OccupancyGrid) -> OccupancyGrid {
-    let centres: Vec<Point3<f64>> =
-        partial.cells().map(|cell| Point3::from(cell.map(|index| f64::from(index) + 0.5))).collect();
+/// Centre of a cell in cells.
+fn centre(cell: [u32; 3]) -> Point3<f64> {
+    Point3::from(cell.map(|index| f64::from(index) + 0.5))
+}
+
+/// Points of the table straight below the observed cells' centres, in cells; none for centres that are not above it.
+fn feet(partial: &OccupancyGrid, placement: &GridPlacement, table: &Support) -> Vec<Point3<f64>> {
+    partial.cells().filter_map(|cell| Some(centre(cell) - table.normal * height_of(cell, placement, table)?)).collect()
+}
+
+/// Height of a cell's centre above the table, in cells; `None` below it.
+fn height_of(cell: [u32; 3], placement: &GridPlacement, table: &Support) -> Option<f64> {
+    let point = placement.lower_corner() + centre(cell).coords * placement.cell_size;
+    let height = table.height(&point) / placement.cell_size;
+    (height > 0.0).then_some(height)
+}
+
+/// Each observed cell and the cells straight below it, to the last whose centre is above the table.
+fn extruded_to_table(partial: &OccupancyGrid, placement: &GridPlacement, table: &Support) -> OccupancyGrid {
+    let n = partial.resolution();
+    let mut complete = partial.clone();
+    for cell in partial.cells() {
+        let Some(height) = height_of(cell, placement, table) else { continue };
+        // Half a cell at a time.
+        for step in 1..=(2.0 * height) as u32 {
+            let point = centre(cell) - table.normal * (0.5 * f64::from(step));
+            if point.iter().all(|value| (0.0..f64::from(n)).contains(value)) {
+                let below: [u32; 3] = [point.x as u32, point.y as u32, point.z as u32];
+                if height_of(below, placement, table).is_some() {
+                    complete.set(below);
+                }
+            }
+        }
+    }
+    complete
+}
+
+fn hull(partial: &OccupancyGrid, further: &[Point3<f64>]) -> OccupancyGrid {
+    let centres: Vec<Point3<f64>> = partial.cells().map(centre).chain(further.iter().copied()).collect();
     let mut complete = partial.clone();
     // What is flat stays as it is.
     let Some(planes) = convex_hull_planes(&centres) else { return complete };
     let n = partial.resolution();
     for cell in (0..n.pow(3)).map(|at| [at / n / n, at / n % n, at % n]) {
-        let centre = Point3::from(cell.map(|index| f64::from(index) + 0.5));
+        let centre = centre(cell);
         if planes.iter().all(|(normal, offset)| normal.dot(&centre.coords) <= offset + ON_FACET) {
             complete.set(cell);
         }
@@ -158,7 +217,7 @@ mod tests {
     }
 
     fn completed(baseline: Baseline, partial: &OccupancyGrid, placement: &GridPlacement) -> OccupancyGrid {
-        baseline.complete(&SeenCells { partial, free: None, points: &[], placement, up: SeenCells::IMAGE_UP })
+        baseline.complete(&SeenCells { partial, free: None, points: &[], placement, support: None })
     }
 
     #[test]
@@ -182,8 +241,29 @@ mod tests {
         let complete = completed(Baseline::MirrorFar, &partial, &placement);
         assert_eq!((column(&complete, 5), column(&complete, 4)), ((2..10).collect(), vec![6]));
         assert_eq!(completed(Baseline::Hull, &partial, &placement), partial, "two cells have no hull with a volume");
-        for baseline in Baseline::ALL {
+        for baseline in Baseline::ALL.into_iter().filter(|baseline| !baseline.needs_table()) {
             assert_eq!(completed(baseline, &grid(10, &[]), &placement).count(), 0, "{baseline}");
+        }
+    }
+
+    #[test]
+    fn a_lid_above_a_table_becomes_a_solid_that_ends_at_it() {
+        // A lid of 5 x 5 cells seen from above; the table is a plane across z = 0.5 m + 3 cells.
+        let n = 20;
+        let placement = placement(n, 0.5);
+        let lid: Vec<[u32; 3]> = (0..25).map(|at| [8 + at / 5, 8 + at % 5, 5]).collect();
+        let partial = grid(n, &lid);
+        let table = Support { normal: -nalgebra::Vector3::z(), offset: 0.5 + 0.03 };
+        let seen =
+            SeenCells { partial: &partial, free: None, points: &[], placement: &placement, support: Some(table) };
+        // The grid's centre is 9 cells deep, so the table is at 12 cells: layers 5 to 11 are above it.
+        for baseline in [Baseline::HullToTable, Baseline::ExtrudeToTable] {
+            let complete = baseline.complete(&seen);
+            assert_eq!(complete.count(), 25 * 7, "{baseline}");
+            assert!(
+                complete.cells().all(|[x, y, z]| (8..13).contains(&x) && (8..13).contains(&y) && (5..12).contains(&z))
+            );
+            assert_eq!(baseline.complete(&SeenCells { partial: &grid(n, &[]), ..seen }).count(), 0, "{baseline}");
         }
     }
 

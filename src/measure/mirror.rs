@@ -46,7 +46,7 @@ pub(crate) fn mirrored_by_plane(seen: &SeenCells<'_>, union: Union) -> Occupancy
 fn best_images(seen: &SeenCells<'_>) -> Option<Vec<Vector3<f64>>> {
     let points: Vec<Vector3<f64>> =
         seen.partial.cells().map(|cell| Vector3::from(cell.map(|index| f64::from(index) + 0.5))).collect();
-    let up = Unit::try_new(Vector3::from(seen.up), 1e-9)?;
+    let up = Unit::try_new(seen.up(), 1e-9)?;
     if points.is_empty() {
         return None;
     }
@@ -145,6 +145,7 @@ mod tests {
     use kernel::geom::GridPlacement;
 
     use super::*;
+    use crate::seen_cells::Support;
 
     /// The front and the left wall of a box 8 wide and 6 deep, from an eye far away.
     fn two_walls() -> (OccupancyGrid, OccupancyGrid, GridPlacement) {
@@ -167,18 +168,14 @@ mod tests {
     #[test]
     fn a_wall_across_the_view_is_doubled_and_nothing_is_seen_through() {
         let (partial, free, placement) = two_walls();
-        let seen = SeenCells {
-            partial: &partial,
-            free: Some(&free),
-            points: &[],
-            placement: &placement,
-            up: [0.0, -1.0, 0.0],
-        };
+        let seen =
+            SeenCells { partial: &partial, free: Some(&free), points: &[], placement: &placement, support: None };
         let shell = mirrored_by_plane(&seen, Union::Shell);
         // The wall is flat: its image in itself contradicts nothing, and the smallest shift wins.
         assert_eq!(shell, partial);
         // A camera that looks straight down finds a plane, too.
-        let above = SeenCells { up: [0.0, 0.0, -1.0], ..seen };
+        let from_above = Support { normal: -Vector3::z(), offset: 0.5 };
+        let above = SeenCells { support: Some(from_above), ..seen };
         assert!(mirrored_by_plane(&above, Union::Shell).count() >= partial.count());
         let empty = OccupancyGrid::new(24);
         assert_eq!(mirrored_by_plane(&SeenCells { partial: &empty, ..seen }, Union::Filled).count(), 0);
@@ -202,13 +199,8 @@ mod tests {
                 free.set([x, y, z]);
             }
         }
-        let seen = SeenCells {
-            partial: &partial,
-            free: Some(&free),
-            points: &[],
-            placement: &placement,
-            up: [0.0, -1.0, 0.0],
-        };
+        let seen =
+            SeenCells { partial: &partial, free: Some(&free), points: &[], placement: &placement, support: None };
         let filled = mirrored_by_plane(&seen, Union::Filled);
         let shell = mirrored_by_plane(&seen, Union::Shell);
         assert!(shell.count() < filled.count() && shell.count() > partial.count());

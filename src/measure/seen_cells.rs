@@ -23,11 +23,29 @@ pub struct SeenCells<'a> {
     pub points: &'a [SeenPoint],
     /// Where the grids lie; z points away from the camera.
     pub placement: &'a GridPlacement,
-    /// Direction away from the table, in the camera's frame.
-    pub up: [f64; 3],
+    /// The plane below the object; `None` where no table is known.
+    pub support: Option<Support>,
+}
+
+/// Plane that supports an object, in `CameraCv`: points with `normal . point + offset = 0`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Support {
+    /// Unit normal, away from the table.
+    pub normal: Vector3<f64>,
+    /// Height of the camera above the plane [m].
+    pub offset: f64,
+}
+
+impl Support {
+    /// Height of a point above the plane [m].
+    pub fn height(&self, point: &Point3<f64>) -> f64 {
+        self.normal.dot(&point.coords) + self.offset
+    }
 }
 
 impl SeenCells<'_> {
-    /// Up as the picture has it, where no table is known.
-    pub const IMAGE_UP: [f64; 3] = [0.0, -1.0, 0.0];
+    /// Direction away from the table in the camera's frame: up in the picture where no table is known.
+    pub fn up(&self) -> Vector3<f64> {
+        self.support.map_or(-Vector3::y(), |support| support.normal)
+    }
 }

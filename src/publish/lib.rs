@@ -63,7 +63,7 @@ pub use release::{
 };
 pub use report::{ReportSummary, report};
 pub use scene_objects::ScenesObject;
-pub use set::{SetReportSummary, report_set};
+pub use set::{Cover, SetReportSummary, report_set};
 pub use tally::Spread;
 pub use touch::{HandFacts, TouchFacts, TouchKind};
 

@@ -8,7 +8,7 @@ use super::{
     chart::{grouped, percent},
     inspection::InspectionHeader,
     notes::Speed,
-    picture::{Picture, body_swatch},
+    picture::{Picture, body_swatch, data_uri},
 };
 use kernel::words::{NumberClass, Split, counted, is_note, size_in_words};
 
@@ -125,6 +125,11 @@ impl ImageView {
     /// A picture, shown `width` x `height` pixels large.
     pub fn of(picture: &Picture, width: u32, height: u32) -> Self {
         Self { uri: picture.to_data_uri(), width, height }
+    }
+
+    /// A PNG file of this width and height.
+    pub fn of_png(png: &[u8], [width, height]: [u32; 2]) -> Self {
+        Self { uri: data_uri(png), width, height }
     }
 }
 

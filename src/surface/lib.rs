@@ -40,7 +40,7 @@ pub use cubes::marching_cubes;
 pub use field::CubeField;
 pub use laplacian::{LaplacianRule, NeighbourWeights};
 pub use mjcf::{MeshBody, TablePlane, write_mjcf};
-pub use pieces::{LooseBodies, drop_small_pieces};
+pub use pieces::{LooseBodies, drop_small_pieces, keep_largest_body};
 pub use seen::SeenObject;
 pub use smooth::{SmoothingProblem, Solver};
 pub use volume::{Volume, upsampling_factor};

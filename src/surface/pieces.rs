@@ -1,8 +1,9 @@
 //! Pieces of a mesh that hang on nothing: crumbs are dropped, bodies are counted.
 
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, f64::consts::PI};
 
 use kernel::geom::TriMesh;
+use nalgebra::Vector3;
 
 /// Bodies of a closed mesh, and how much of it is loose: in another body than the largest. A body is a piece that is wound outward;
 /// hollows inside are of the body around them, and count neither as bodies nor by their area.
@@ -17,8 +18,8 @@ pub struct LooseBodies {
 }
 
 impl LooseBodies {
-    /// Bodies of a closed mesh. None is dropped: a completion of two parts may be right, as of a glass whose stem is too thin for
-    /// the grid. What drops them would belong behind this count, as [`drop_small_pieces`] drops crumbs.
+    /// Bodies of a closed mesh. A completion of two parts may be right, as of a glass whose stem is too thin for the grid;
+    /// [`keep_largest_body`] drops all but one.
     pub fn from_mesh(mesh: &TriMesh) -> Self {
         let pieces = pieces(mesh);
         let bodies = || pieces.iter().filter(|piece| piece.volume > 0.0);
@@ -68,11 +69,41 @@ pub fn drop_small_pieces(mesh: &mut TriMesh, share: f64) -> usize {
     let largest = largest.map(|piece| piece.root);
     let kept = pieces.iter().filter(|piece| Some(piece.root) == largest || size(piece) >= share * total);
     let kept: BTreeSet<u32> = kept.map(|piece| piece.root).collect();
-    let is_kept = |root: u32| kept.contains(&root);
-    let dropped = pieces.len() - kept.len();
-    if dropped == 0 {
-        return 0;
+    keep_pieces(mesh, &root_of, &kept);
+    pieces.len() - kept.len()
+}
+
+/// Drops every body of a closed mesh but the one with the largest volume, with its hollows; returns the number of dropped bodies.
+/// A hollow belongs to the body that its first vertex is inside of, by the winding number (Jacobson et al. 2013, equation 5).
+pub fn keep_largest_body(mesh: &mut TriMesh) -> usize {
+    let (root_of, pieces) = (piece_roots(mesh), pieces(mesh));
+    let bodies = || pieces.iter().filter(|piece| piece.volume > 0.0);
+    let largest = bodies().max_by(|a, b| a.volume.total_cmp(&b.volume).then(b.root.cmp(&a.root)));
+    let Some(largest) = largest else { return 0 };
+    let is_inside = |piece: &&Piece| winding(mesh, &root_of, largest.root, piece.root) > 0.5;
+    let hollows = pieces.iter().filter(|piece| piece.volume <= 0.0).filter(is_inside);
+    let kept: BTreeSet<u32> = hollows.map(|piece| piece.root).chain([largest.root]).collect();
+    let dropped = bodies().count() - 1;
+    keep_pieces(mesh, &root_of, &kept);
+    dropped
+}
+
+/// Number of times that a piece winds around a vertex of another.
+fn winding(mesh: &TriMesh, root_of: &[u32], piece: u32, vertex: u32) -> f64 {
+    let eye = Vector3::from(mesh.vertices[vertex as usize].map(f64::from));
+    let mut angle = 0.0;
+    for index in (0..mesh.triangles.len()).filter(|index| root_of[mesh.triangles[*index][0] as usize] == piece) {
+        let [a, b, c] = mesh.corners(index).map(|corner| corner.coords - eye);
+        let [along_a, along_b, along_c] = [a.norm(), b.norm(), c.norm()];
+        let below = along_a * along_b * along_c + a.dot(&b) * along_c + b.dot(&c) * along_a + c.dot(&a) * along_b;
+        angle += 2.0 * a.dot(&b.cross(&c)).atan2(below);
     }
+    angle / (4.0 * PI)
+}
+
+/// Keeps the pieces with these roots.
+fn keep_pieces(mesh: &mut TriMesh, root_of: &[u32], kept: &BTreeSet<u32>) {
+    let is_kept = |root: u32| kept.contains(&root);
     // Vertices that are left move up.
     let mut new_index = vec![0; mesh.vertices.len()];
     let mut vertices = Vec::new();
@@ -83,7 +114,6 @@ pub fn drop_small_pieces(mesh: &mut TriMesh, share: f64) -> usize {
     mesh.triangles.retain(|triangle| is_kept(root_of[triangle[0] as usize]));
     mesh.triangles.iter_mut().flatten().for_each(|vertex| *vertex = new_index[*vertex as usize]);
     mesh.vertices = vertices;
-    dropped
 }
 
 /// The lowest vertex of the piece that each vertex belongs to.
@@ -171,5 +201,13 @@ mod tests {
         let volume = share([middle.1, small.1], large.1 + middle.1 + small.1);
         assert!((found.loose_volume - volume).abs() < 1e-6, "{found:?}, {volume}");
         assert_eq!(LooseBodies::from_mesh(&TriMesh::default()).bodies, 0);
+
+        let mut alone = mesh.clone();
+        assert_eq!(keep_largest_body(&mut alone), 2);
+        assert_closed_and_manifold(&alone);
+        let hollow = cube(4).1;
+        assert!((alone.signed_volume() - (large.1 - hollow)).abs() < 1e-2 * large.1, "its hollow stays");
+        assert_eq!((LooseBodies::from_mesh(&alone).bodies, keep_largest_body(&mut alone)), (1, 0));
+        assert_eq!(keep_largest_body(&mut TriMesh::default()), 0);
     }
 }

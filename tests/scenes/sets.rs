@@ -128,6 +128,22 @@ fn the_page_of_a_set_shows_one_scene_and_leads_to_the_pages_of_its_datasets_alon
     let pictures: BTreeSet<&str> = values(&page, "src").into_iter().collect();
     assert!(pictures.len() == 5 && pictures.iter().all(|picture| picture.len() > 2000), "five pictures of something");
 
+    // A cover is the first picture, and changes nothing else; a dataset has none, and only a PNG is one.
+    let cover = repository_path("scenes/table.png");
+    let with_cover = workspace.path("cover.html");
+    let run = |folder: &Path, cover: &Path| {
+        Program::on("report", folder).option("--cover", cover).args(["--cover-text", "A <cover>."])
+    };
+    run(&set, &cover).option("--out", &with_cover).succeed();
+    let covered = read_text(&with_cover);
+    assert_eq!(values(&covered, "src").len(), 6);
+    assert_eq!(values(&covered, "src")[1..], values(&page, "src"));
+    assert!(covered.contains("<figcaption>A &lt;cover&gt;.</figcaption>"));
+    let said = run(&set.join("views"), &cover).expect_code(2).stderr;
+    assert!(said.contains("only the page of a set has a cover"), "{said}");
+    let said = run(&set, &repository_path("Makefile")).expect_code(2).stderr;
+    assert!(said.contains("--cover") && said.contains("Makefile"), "{said}");
+
     // Elsewhere the page is the same; written apart it leads nowhere.
     let moved = workspace.path("moved");
     fs::rename(&set, &moved).expect("a move");

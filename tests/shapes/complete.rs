@@ -152,7 +152,7 @@ fn every_detail_and_every_baseline_makes_closed_meshes_that_stay_out_of_seen_spa
     }
     assert!(worst(&reports[2]) <= worst(&reports[0]));
     // Obstacles do not reach into space that the camera sees through, for any method of filling cells.
-    for method in ["hull", "mirror", "mirror-shell", "extrude", "hull+smooth"] {
+    for method in ["hull", "hull-to-table", "extrude-to-table", "mirror", "mirror-shell", "extrude", "hull+smooth"] {
         let report = run(method, &["--method", method, "--target", "1"]);
         assert!(report["model"].is_null() && report["method"] == method);
         assert!(worst(&report) <= 0.03, "{report}");
@@ -171,6 +171,31 @@ fn every_detail_and_every_baseline_makes_closed_meshes_that_stay_out_of_seen_spa
         assert!(is_closed(&mesh) && mesh.signed_volume() > 5e-5, "{object}");
         assert!(number_at(object, "/completed/free_space_violation") <= 0.03, "{object}");
     }
+}
+
+#[test]
+fn without_a_model_the_network_in_the_program_completes() {
+    let workspace = Workspace::new();
+    let run = |out: &str| {
+        let run = Program::on("complete", PICTURE).option("--intrinsics", CAMERA_FILE).args(["--target", "all"]);
+        run.option("--out", workspace.path(out))
+    };
+    let said = run("text").succeed().stdout;
+    assert!(said.contains("model: bundled, the network in this program"), "{said}");
+    let report: Value = run("json").args(["--json", "--loose", "drop"]).succeed().json();
+    assert_eq!(report["model"]["folder"], "bundled");
+    let named: Value = run("named").args(["--json", "--loose", "drop", "--method", "bundled"]).succeed().json();
+    assert_eq!(report["model"], named["model"]);
+    for object in report["objects"].as_array().expect("objects") {
+        assert_eq!(object["completed"]["bodies"], 1, "{object}");
+        assert_eq!(object["completed"]["loose_volume"], 0.0, "{object}");
+        // The five shapes are convex or hollow bodies on a table: nothing of them is deep below it.
+        assert!(number_at(object, "/completed/below_plane") <= 0.2, "{object}");
+    }
+    let checked: Value = Program::new("model").args(["check", "--json"]).succeed().json();
+    assert_eq!(checked["digest"], report["model"]["digest"]);
+    let said = run("flat").args(["--method", "hull-to-table", "--no-plane"]).expect_code(3).stdout;
+    assert!(said.contains("hull-to-table needs the table: pass --plane, or leave out --no-plane"), "{said}");
 }
 
 #[test]

@@ -60,11 +60,15 @@ def _open(folder: Path, recipe: Recipe) -> Source:
 
 def arrays_of(samples: Sequence[CompletionSample], recipe: Recipe) -> Arrays:
     """The grids of samples that a recipe needs, and coverage where it is read: ``partial``, ``free``, ``touch``,
-    ``occupancy`` (bool) and ``coverage`` (uint8), each (samples, n, n, n)."""
+    ``occupancy`` (bool) and ``coverage`` (uint8), each (samples, n, n, n). Cells of the table or of a bin's floor count as free,
+    as when a picture is completed."""
     batch = PairBatch.of(samples)
     found: Arrays = {"partial": batch.cells("partial"), "occupancy": batch.cells("complete")}
     if "free" in recipe.inputs:
         found["free"] = batch.cells("free")
+        for free, sample in zip(found["free"], samples, strict=True):
+            if isinstance(sample, AmodalSample):
+                free |= sample.below_support
     if "touch" in recipe.inputs:
         found["touch"] = batch.cells("tactile")
     if samples[0].has("coverage"):

@@ -13,7 +13,7 @@ use self::{
 };
 use super::{
     completion_args::{EvaluateCompletionArgs, RulesName},
-    completion_method::CompletionMethod,
+    completion_method::{BUNDLED, CompletionMethod},
     exit::{Exit, Failure},
     machine,
     parallel::in_parallel,
@@ -77,5 +77,7 @@ fn methods(arguments: &EvaluateCompletionArgs, reader: &DatasetReader) -> Result
     let models = arguments.model.iter().map(|folder| CompletionMethod::open(folder));
     let by_name = |name: &String| CompletionMethod::by_name(name, arguments.smoothing, reader);
     let methods = arguments.method.iter().map(by_name);
-    models.chain(methods).collect()
+    let is_default = arguments.model.is_empty() && arguments.method.is_empty();
+    let bundled = is_default.then(|| CompletionMethod::by_name(BUNDLED, arguments.smoothing, reader));
+    models.chain(methods).chain(bundled).collect()
 }

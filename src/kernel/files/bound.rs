@@ -66,8 +66,11 @@ impl Bound {
     /// Records of what `submit` sent.
     pub const SUBMISSION: Self = Self { kind: "a submit.json", bytes: MIB };
 
+    /// Covers of reports.
+    pub const COVER: Self = Self { kind: "a cover of a report", bytes: 16 * MIB };
+
     /// Every bound.
-    pub const ALL: [Self; 27] = [
+    pub const ALL: [Self; 28] = [
         Self::JOB,
         Self::CSV,
         Self::BOP,
@@ -95,6 +98,7 @@ impl Bound {
         Self::REPLAY,
         Self::SUBMISSION,
         Self::CHUNK,
+        Self::COVER,
     ];
     /// Summary, ledger or chunk of a shard, before it is unpacked.
     pub const CHUNK: Self = Self { kind: "a part of a shard", bytes: 1024 * MIB };

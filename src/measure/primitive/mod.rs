@@ -59,7 +59,7 @@ fn best_drawn(kind: Kind, some: &Evidence<'_>, seen: &SeenCells<'_>) -> Option<P
     for _ in 0..DRAWS {
         let mut pick = || &seen.points[draw.below(seen.points.len() as u64) as usize];
         let pair = [pick(), pick()];
-        let shape = kind.through(pair, some.points(), seen.up);
+        let shape = kind.through(pair, some.points(), seen.up().into());
         let Some(shape) = shape.filter(|shape| is_possible(shape, seen)) else { continue };
         let score = some.score(&shape);
         if best.is_none_or(|(most, _)| score > most) {

@@ -68,7 +68,7 @@ impl View {
             free: Some(&self.free),
             points: &self.points,
             placement: &self.placement,
-            up: SeenCells::IMAGE_UP,
+            support: None,
         }
     }
 }
@@ -165,8 +165,7 @@ fn nothing_is_found_in_noise_and_in_a_few_points() {
         .collect();
     let placement = placed(&points);
     let partial = cells_of(&points, &placement);
-    let seen =
-        |points| SeenCells { partial: &partial, free: None, points, placement: &placement, up: SeenCells::IMAGE_UP };
+    let seen = |points| SeenCells { partial: &partial, free: None, points, placement: &placement, support: None };
     assert_eq!(Primitive::fit(&seen(&points)), None);
     assert_eq!(filled_primitive(&seen(&points)).count(), 0, "an empty grid means that nothing was completed");
     assert_eq!(Primitive::fit(&seen(&points[..MIN_POINTS - 1])), None);

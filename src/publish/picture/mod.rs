@@ -17,6 +17,7 @@ pub use colour::{Colour, Oklab, depth_colours};
 pub use depth::{DepthRange, colour_bar, depth_picture, grey_depth_picture, height_map};
 pub use instances::{FLOOR, InstanceMap, WALLS, body_swatch};
 pub use lettering::Panel;
+pub(crate) use png_file::data_uri;
 pub use slices::{SLICE_COLOURS, SliceColours, Slices, centre_of_mass};
 pub use solids::{Solid, SolidView, seen_pixels, solid_picture};
 pub use voxels::{Eye, VoxelPainter};

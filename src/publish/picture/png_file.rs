@@ -42,7 +42,7 @@ impl Picture {
 
     /// The PNG as a `data:` address for an `<img>` of a self-contained page.
     pub fn to_data_uri(&self) -> String {
-        format!("data:image/png;base64,{}", base64(&self.to_png()))
+        data_uri(&self.to_png())
     }
 
     /// Each different pixel with its index, in order; `None` for more than 256.
@@ -62,6 +62,11 @@ impl Picture {
 }
 
 /// RFC 4648, section 4: the standard alphabet with padding.
+/// A PNG as a `data:` address.
+pub(crate) fn data_uri(png: &[u8]) -> String {
+    format!("data:image/png;base64,{}", base64(png))
+}
+
 fn base64(bytes: &[u8]) -> String {
     const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use super::surveyed::SurveyedDataset;
+use super::{Cover, surveyed::SurveyedDataset};
 use crate::{
     asset::AssetKind, chart::grouped, counts::counts_in_words, page::ImageView, products::pages_of,
     scene_samples::ScenePanel,
@@ -62,7 +62,7 @@ struct DatasetRow<'a> {
 }
 
 impl<'a> SetPage<'a> {
-    /// The page of a set with these datasets and panels; with links to the reports of the datasets if `has_links`.
+    /// The page of a set with these datasets, cover and panels; with links to the reports of the datasets if `has_links`.
     ///
     /// # Errors
     /// When a table of a dataset is missing or damaged.
@@ -70,7 +70,7 @@ impl<'a> SetPage<'a> {
         table: &'a SetTable,
         content: &'a SetContent,
         datasets: &'a [SurveyedDataset],
-        panels: &[ScenePanel],
+        (cover, panels): (Option<&Cover>, &[ScenePanel]),
         has_links: bool,
     ) -> Result<Self, DatasetError> {
         let (mut rows, mut objects) = (Vec::new(), BTreeSet::<ObjectId>::new());
@@ -105,6 +105,10 @@ impl<'a> SetPage<'a> {
                 .map(|picture| ImageView::of(picture, picture.width, picture.height))
                 .collect(),
         };
+        let of_cover = |cover: &Cover| PanelView {
+            caption: cover.caption.clone(),
+            images: vec![ImageView::of_png(cover.png(), cover.size())],
+        };
         Ok(Self {
             name: &table.name,
             root: content.root.to_string(),
@@ -115,7 +119,7 @@ impl<'a> SetPage<'a> {
                 objects: grouped(objects.len() as u64),
                 size: size_in_words(size),
             },
-            panels: panels.iter().map(panel).collect(),
+            panels: cover.map(of_cover).into_iter().chain(panels.iter().map(panel)).collect(),
             rows,
             differing: content.differing.iter().map(String::as_str).collect(),
         })

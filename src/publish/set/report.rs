@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{figure, page::SetPage, surveyed::SurveyedDataset, templates::TEMPLATES};
+use super::{Cover, figure, page::SetPage, surveyed::SurveyedDataset, templates::TEMPLATES};
 use crate::{
     report::{ReportSummary, write_html, write_page},
     templates::page_values,
@@ -20,13 +20,19 @@ pub struct SetReportSummary {
 }
 
 /// Writes the page of the finished set in `folder`, and the page of each dataset in the dataset's own folder; the former links
-/// only to the latter. With `out`, only the page of the set is written, to that path and without links.
+/// only to the latter. With `out`, only the page of the set is written, to that path and without links. `cover` is the page's first
+/// picture, before those of the data.
 ///
-/// The page depends only on the data, not on time, machine or path.
+/// The page depends only on the data and the cover, not on time, machine or path.
 ///
 /// # Errors
 /// When a dataset is not finished, a file is missing or damaged, or a page can't be written.
-pub fn report_set(folder: &Folder, table: &SetTable, out: Option<&Path>) -> Result<SetReportSummary, DatasetError> {
+pub fn report_set(
+    folder: &Folder,
+    table: &SetTable,
+    out: Option<&Path>,
+    cover: Option<&Cover>,
+) -> Result<SetReportSummary, DatasetError> {
     let content = table.content(folder)?;
     let surveyed = SurveyedDataset::all(folder, table)?;
     let mut datasets = Vec::new();
@@ -36,7 +42,7 @@ pub fn report_set(folder: &Folder, table: &SetTable, out: Option<&Path>) -> Resu
         }
     }
     let panels = figure::draw(&surveyed)?;
-    let page = SetPage::of(table, &content, &surveyed, &panels, out.is_none())?;
+    let page = SetPage::of(table, &content, &surveyed, (cover, &panels), out.is_none())?;
     let html = TEMPLATES.render_page(&page_values(&page));
     let path = write_html(folder, out, &html)?;
     let set = ReportSummary { path, bytes: html.len() as u64, shown: panels.len() };

@@ -4,9 +4,9 @@ use std::time::{Duration, Instant};
 
 use infer::{CompletionModel, InputName, Inputs, Prediction};
 use kernel::geom::{GridPlacement, OccupancyGrid, SimdLevel, TriMesh};
-use measure::{Baseline, SeenCells, SeenPoint};
+use measure::{Baseline, SeenCells, SeenPoint, Support};
 use perception::{Cluster, DepthFrame, NetworkInput, Refusal, SceneRule, SegmentedScene, visible_sheet};
-use surface::{CubeField, LaplacianRule, LooseBodies, SeenObject};
+use surface::{CubeField, LaplacianRule, LooseBodies, SeenObject, keep_largest_body};
 
 use super::{
     answer::{Answer, Detail},
@@ -47,7 +47,7 @@ pub struct Completed {
     pub prediction: Prediction,
     /// A closed, manifold mesh in `CameraCv` [m], wound outward.
     pub mesh: TriMesh,
-    /// Pieces under 1 % of the volume that were dropped.
+    /// Pieces under 1 % of the volume that were dropped, and bodies that were dropped by a setting.
     pub dropped: usize,
     /// Disconnected bodies of the mesh, and their shares.
     pub bodies: LooseBodies,
@@ -87,6 +87,7 @@ pub struct Completer {
     method: Method,
     detail: Detail,
     smoothing: Option<LaplacianRule>,
+    drops_loose: bool,
 }
 
 #[derive(Debug)]
@@ -101,17 +102,22 @@ const BASELINE_RESOLUTION: u32 = 40;
 impl Completer {
     /// Creates a completer for a model.
     pub fn new(model: CompletionModel, detail: Detail) -> Self {
-        Self { method: Method::Model(Box::new(model)), detail, smoothing: None }
+        Self { method: Method::Model(Box::new(model)), detail, smoothing: None, drops_loose: false }
     }
 
     /// Creates a completer for a baseline that learns nothing.
     pub fn by_baseline(baseline: Baseline, detail: Detail) -> Self {
-        Self { method: Method::Baseline(baseline), detail, smoothing: None }
+        Self { method: Method::Baseline(baseline), detail, smoothing: None, drops_loose: false }
     }
 
     /// Smooths the meshes of targets, for every meshing method. Obstacles stay as they are, because smoothing shrinks.
     pub fn with_smoothing(self, rule: LaplacianRule) -> Self {
         Self { smoothing: Some(rule), ..self }
+    }
+
+    /// Drops all bodies of a mesh but the largest; without it, only pieces under 1 % of the volume are dropped.
+    pub fn without_loose_bodies(self) -> Self {
+        Self { drops_loose: true, ..self }
     }
 
     /// The model; `None` for a baseline.
@@ -201,6 +207,9 @@ impl Completer {
         if completed.mesh.triangles.is_empty() {
             return Err(CompletionError::Nothing);
         }
+        if self.drops_loose {
+            completed.dropped += keep_largest_body(&mut completed.mesh);
+        }
         if let Some(rule) = self.smoothing.filter(|_| detail.is_some()) {
             rule.smooth(&mut completed.mesh);
         }
@@ -242,10 +251,13 @@ impl Completer {
                 // Touched cells count as observed ones.
                 let mut partial = input.partial.clone();
                 touched.cells().for_each(|cell| partial.set(cell));
-                let up = scene.plane.map_or(SeenCells::IMAGE_UP, |plane| plane.normal.into());
+                let support = scene.plane.map(|plane| Support { normal: plane.normal, offset: plane.offset });
+                if baseline.needs_table() && support.is_none() {
+                    return Err(CompletionError::NoTable(*baseline));
+                }
                 let points = if baseline.needs_points() { seen_points(&seen_object(scene, input)) } else { Vec::new() };
                 let (free, placement) = (Some(&input.free), &input.placement);
-                let seen = SeenCells { partial: &partial, free, points: &points, placement, up };
+                let seen = SeenCells { partial: &partial, free, points: &points, placement, support };
                 Ok(Answer::of_cells(&baseline.complete(&seen)))
             }
         }

@@ -1,6 +1,7 @@
 //! Reasons why an object is not completed.
 
 use infer::PredictError;
+use measure::Baseline;
 use perception::{InputError, Refusal};
 
 /// Reason why an object has no completed mesh.
@@ -29,6 +30,9 @@ pub enum CompletionError {
         /// Number of given contacts.
         count: usize,
     },
+    /// The baseline needs the plane below the object.
+    #[error("{0} needs the table: pass --plane, or leave out --no-plane")]
+    NoTable(Baseline),
     /// The network or the baseline returned no occupied cell.
     #[error("nothing was completed: no occupied cell was found")]
     Nothing,
