@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Vector3};
 
 use super::{
-    Container, Wall,
+    Container, THICKNESS, Wall,
     coarse::{Facet, facets_of},
     panel::{Panel, panels_of, quantile},
 };
@@ -53,6 +53,11 @@ const FACING: f64 = 0.5;
 const FAR: f64 = 0.04;
 /// Thinnest wall [m].
 const THIN: f64 = 0.004;
+/// Heights below and above the walls' seen ends at which their top faces are searched [m]. A camera overhead sees walls at a grazing
+/// angle, and not up to the rim.
+const TOP_FACE: [f64; 2] = [0.015, 0.05];
+/// Thickness of the layer that holds the points of a top face [m], and the smallest share and count of the points in it.
+const TOP_LAYER: (f64, f64, usize) = (0.008, 0.6, 100);
 /// Smallest distance of opposite walls [m].
 const NARROW: f64 = 0.08;
 
@@ -85,7 +90,31 @@ pub(crate) fn container_of(
     if !is_given {
         refine_floor(&mut container, points);
     }
+    if let Some(rim) = top_face(&container, points) {
+        container.rim = rim;
+    }
     Some(container)
+}
+
+/// Height of the walls' top faces: that of the layer with most of the points behind the inner faces. `None` if they have no such layer.
+fn top_face(container: &Container, points: &[(u32, Point3<f64>)]) -> Option<f64> {
+    let [below, above] = TOP_FACE;
+    let is_behind = |point: &Point3<f64>| {
+        let nearest = container.walls.iter().map(|wall| wall.distance(point)).fold(f64::INFINITY, f64::min);
+        nearest < -THIN && nearest > -THICKNESS
+    };
+    let behind = points.iter().map(|(_, point)| point).filter(|point| is_behind(point));
+    let height = |point: &Point3<f64>| container.floor.height(point);
+    let is_near = |height: &f64| (container.rim - below..container.rim + above).contains(height);
+    let mut heights: Vec<f64> = behind.map(height).filter(is_near).collect();
+    heights.sort_by(f64::total_cmp);
+    let (thickness, share, count) = TOP_LAYER;
+    let within = |first: usize| heights[first..].partition_point(|height| *height < heights[first] + thickness);
+    // The first of equal layers.
+    let best = (0..heights.len()).max_by_key(|first| (within(*first), usize::MAX - first))?;
+    let layer = within(best);
+    let is_face = layer >= count && layer as f64 >= share * heights.len() as f64;
+    is_face.then(|| heights[best + layer / 2])
 }
 
 /// Fits the floor to all points on it.

@@ -164,6 +164,18 @@ fn a_known_box_is_kept_as_given() {
 }
 
 #[test]
+fn a_rim_is_found_from_overhead() {
+    let boxes: Vec<Cuboid> = bin().into_iter().chain(contents()).collect();
+    let (frame, owners) = seen(&boxes, &camera(90.0, 10.0, 0.8), 0.001);
+    let scene = SegmentedScene::segment(frame, &SceneRule::default());
+    let container = scene.container.expect("a container");
+    assert!((container.rim - SIZE[2]).abs() < 0.006, "{}", container.rim);
+    let mut found: Vec<usize> = scene.clusters.iter().map(|cluster| owner_of(&cluster.pixels, &owners)).collect();
+    found.sort_unstable();
+    assert_eq!(found, [6, 7, 8]);
+}
+
+#[test]
 fn points_above_the_rim_reach_over_a_wall() {
     let turned = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
     let upright = Container::from_size(SIZE, Point3::new(0.0, 0.0, 1.0), turned).expect("a box");
