@@ -707,7 +707,7 @@ const TOUCH_FILES: [&str; 5] = [
 const FOLLOW_LINKS: &[(&str, &[&str])] = &[
     ("files::open(", &[]),
     ("files::open_bounded(", &["src/assets/", "src/kernel/description/", "src/perception/read/"]),
-    ("files::read(", &["src/kernel/description/"]),
+    ("files::read(", &["src/kernel/description/", "src/publish/set/cover.rs"]),
     (
         "files::read_text(",
         &[

@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, f64::consts::PI};
 
 use kernel::geom::TriMesh;
-use nalgebra::Vector3;
+use nalgebra::{RealField, Vector3};
 
 /// Bodies of a closed mesh, and how much of it is loose: in another body than the largest. A body is a piece that is wound outward;
 /// hollows inside are of the body around them, and count neither as bodies nor by their area.
@@ -96,7 +96,7 @@ fn winding(mesh: &TriMesh, root_of: &[u32], piece: u32, vertex: u32) -> f64 {
         let [a, b, c] = mesh.corners(index).map(|corner| corner.coords - eye);
         let [along_a, along_b, along_c] = [a.norm(), b.norm(), c.norm()];
         let below = along_a * along_b * along_c + a.dot(&b) * along_c + b.dot(&c) * along_a + c.dot(&a) * along_b;
-        angle += 2.0 * a.dot(&b.cross(&c)).atan2(below);
+        angle += 2.0 * RealField::atan2(a.dot(&b.cross(&c)), below);
     }
     angle / (4.0 * PI)
 }

@@ -159,6 +159,8 @@ fn every_job_file_is_a_job_of_its_size() {
         ("release-608", 608, 726),
         ("scenes-quick", 1, 12),
         ("sensor-kinect", 32, 500),
+        // Subjects are the splits.
+        ("tabletop-scenes", 3, 220),
         ("thesis", 608, 726),
         // Subjects are the splits.
         ("tote", 1, 20),
