@@ -143,24 +143,7 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
     let contacts = arguments.touch.as_deref().map(read_contacts).transpose()?.unwrap_or_default();
     let began = Instant::now();
     let detail = arguments.detail.unwrap_or(DetailName::Joined);
-    let completer = match (&arguments.model, &arguments.method) {
-        (Some(folder), _) => Completer::new(CompletionModel::open(folder).map_err(refused)?, detail.into()),
-        (None, method) => {
-            let (name, rule) = smoothed(method.as_deref().unwrap_or(BUNDLED), arguments.smoothing);
-            let completer = match name {
-                BUNDLED => Completer::new(CompletionModel::bundled(), detail.into()),
-                _ => Completer::by_baseline(baseline_of(name)?, detail.into()),
-            };
-            match rule {
-                Some(rule) => completer.with_smoothing(rule),
-                None => completer,
-            }
-        }
-    };
-    let completer = match arguments.loose {
-        LooseName::Keep => completer,
-        LooseName::Drop => completer.without_loose_bodies(),
-    };
+    let completer = completer_of(arguments, detail)?;
     let open_model = milliseconds_since(began);
     let mut picture = SegmentedPicture::open(&arguments.picture)?;
     let targets = targets(arguments, &mut picture)?;
@@ -215,6 +198,28 @@ pub fn complete(arguments: &CompleteArgs, printer: &Printer) -> Result<Exit, Fai
     }
     let is_whole = report.objects.iter().all(|object| object.refusal.is_none()) && !report.objects.is_empty();
     Ok(if is_whole { Exit::Complete } else { Exit::Refused })
+}
+
+/// The model or the baseline that the arguments select, with its settings; the network in the program by default.
+fn completer_of(arguments: &CompleteArgs, detail: DetailName) -> Result<Completer, Failure> {
+    let completer = match (&arguments.model, &arguments.method) {
+        (Some(folder), _) => Completer::new(CompletionModel::open(folder).map_err(refused)?, detail.into()),
+        (None, method) => {
+            let (name, rule) = smoothed(method.as_deref().unwrap_or(BUNDLED), arguments.smoothing);
+            let completer = match name {
+                BUNDLED => Completer::new(CompletionModel::bundled(), detail.into()),
+                _ => Completer::by_baseline(baseline_of(name)?, detail.into()),
+            };
+            match rule {
+                Some(rule) => completer.with_smoothing(rule),
+                None => completer,
+            }
+        }
+    };
+    Ok(match arguments.loose {
+        LooseName::Keep => completer,
+        LooseName::Drop => completer.without_loose_bodies(),
+    })
 }
 
 /// Mesh of a cluster, or the reason why there is none.

@@ -128,8 +128,8 @@ mod tests {
             }
             let found = OrientedBox::around(&points, &up).expect("a box");
             assert!((found.centre.coords - centre).norm() < 1e-9, "{found:?}");
-            for axis in 0..3 {
-                assert!((found.size[axis] - size[axis]).abs() < 1e-9, "{found:?}");
+            for (axis, length) in size.into_iter().enumerate() {
+                assert!((found.size[axis] - length).abs() < 1e-9, "{found:?}");
                 let truth = turn * Vector3::from_fn(|row, _| f64::from(u8::from(row == axis)));
                 assert!((found.axes[axis].dot(&truth).abs() - 1.0).abs() < 1e-9, "{found:?}");
             }

@@ -105,6 +105,6 @@ mod tests {
         table.finish().expect("an end");
         // Verification compares an index with one that is written again: another library may write other bytes, and then the
         // number of the format must change.
-        assert_eq!(Digest::hash(&bytes).short(), "889464c1aa35d536");
+        assert_eq!(Digest::hash(&bytes).short(), "28649b641bfd4f89");
     }
 }

@@ -51,7 +51,7 @@ fn a_picture_becomes_meshes() -> Result<(), Box<dyn Error>> {
     let rule = FrameRule { camera: Some(camera), ..FrameRule::default() };
     let frame = read_frame("scenes/table.png".as_ref(), &rule)?.frame;
 
-    let model = CompletionModel::open("tests/models/thicken".as_ref())?;
+    let model = CompletionModel::bundled();
     let completer = Completer::new(model, Detail::Joined);
     let scene = completer.segment(frame, &SceneRule::default());
     for cluster in &scene.clusters {
