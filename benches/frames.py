@@ -2,7 +2,7 @@
 
 The frames are organised clouds of the Object Segmentation Database in the folder `kinect` of GRASPMILL_SAMPLES (PointCloudLibrary/data, BSD-3),
 with a label per point. Each is completed by the network in the program. Writes `docs/pictures/frames/NAME.png`, half the size of
-`overlay.png`, and prints a Markdown row per frame: labelled objects, objects found, meshes, refusals, seconds. Needs Pillow.
+`overlay.png`, and prints a Markdown row per frame: objects found, meshes, refusals, seconds. Needs Pillow.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ use kernel::{
 };
 use nalgebra::Vector3;
 use perception::{DepthFrame, without_outliers};
-use runtime::completion::{CompletionModel, InputName, Inputs, Prediction, Support, completable_products};
+use runtime::completion::{CompletionModel, InputName, Inputs, Prediction, SupportPlane, completable_products};
 use surface::{CubeField, SeenObject};
 
 /// A sample with all inputs of networks, and the truth.
@@ -30,7 +30,7 @@ pub struct StoredSample {
     /// Cells that the camera sees through, and those of the table or of a bin's floor.
     pub free: Option<OccupancyGrid>,
     /// Plane z = 0 of the world below a body of a scene; `None` for an isolated object.
-    pub support: Option<Support>,
+    pub support: Option<SupportPlane>,
     pub touch: Option<OccupancyGrid>,
     /// Solid share of each cell, if stored.
     pub coverage: Option<CubeField>,
@@ -173,14 +173,14 @@ impl StoredSample {
 }
 
 /// The plane z = 0 of the world, in the camera's frame.
-fn support_of(pair: &VoxelPair) -> Support {
+fn support_of(pair: &VoxelPair) -> SupportPlane {
     let [_, _, _, _, _, _, _, _, x, y, z, offset] = pair.world_from_camera.to_rows();
-    Support { normal: [x, y, z].into(), offset }
+    SupportPlane { normal: [x, y, z].into(), offset }
 }
 
 /// Sets the cells below a support that something other than the object is in: in a tilted bin, free space is below z = 0, too.
 /// A picture's own plane is treated in the same way (`NetworkInput`).
-fn set_below(free: &mut OccupancyGrid, pair: &VoxelPair, others: &OccupancyGrid, support: &Support) {
+fn set_below(free: &mut OccupancyGrid, pair: &VoxelPair, others: &OccupancyGrid, support: &SupportPlane) {
     let corner = pair.grid.lower_corner();
     for cell in others.cells().filter(|cell| !pair.partial.get(*cell)) {
         let centre = corner + Vector3::from(cell.map(|index| (f64::from(index) + 0.5) * pair.grid.cell_size));

@@ -8,7 +8,7 @@ use nalgebra::Point3;
 use crate::{
     mirror::{Union, mirrored_by_plane},
     primitive::filled_primitive,
-    seen_cells::{SeenCells, Support},
+    seen_cells::{SeenCells, SupportPlane},
 };
 
 /// Cells this far outside of a facet still count as inside: the facets are rounded [cells].
@@ -156,19 +156,19 @@ fn centre(cell: [u32; 3]) -> Point3<f64> {
 }
 
 /// Points of the table straight below the observed cells' centres, in cells; none for centres that are not above it.
-fn feet(partial: &OccupancyGrid, placement: &GridPlacement, table: &Support) -> Vec<Point3<f64>> {
+fn feet(partial: &OccupancyGrid, placement: &GridPlacement, table: &SupportPlane) -> Vec<Point3<f64>> {
     partial.cells().filter_map(|cell| Some(centre(cell) - table.normal * height_of(cell, placement, table)?)).collect()
 }
 
 /// Height of a cell's centre above the table, in cells; `None` below it.
-fn height_of(cell: [u32; 3], placement: &GridPlacement, table: &Support) -> Option<f64> {
+fn height_of(cell: [u32; 3], placement: &GridPlacement, table: &SupportPlane) -> Option<f64> {
     let point = placement.lower_corner() + centre(cell).coords * placement.cell_size;
     let height = table.height(&point) / placement.cell_size;
     (height > 0.0).then_some(height)
 }
 
 /// Each observed cell and the cells straight below it, to the last whose centre is above the table.
-fn extruded_to_table(partial: &OccupancyGrid, placement: &GridPlacement, table: &Support) -> OccupancyGrid {
+fn extruded_to_table(partial: &OccupancyGrid, placement: &GridPlacement, table: &SupportPlane) -> OccupancyGrid {
     let n = partial.resolution();
     let mut complete = partial.clone();
     for cell in partial.cells() {
@@ -253,7 +253,7 @@ mod tests {
         let placement = placement(n, 0.5);
         let lid: Vec<[u32; 3]> = (0..25).map(|at| [8 + at / 5, 8 + at % 5, 5]).collect();
         let partial = grid(n, &lid);
-        let table = Support { normal: -nalgebra::Vector3::z(), offset: 0.5 + 0.03 };
+        let table = SupportPlane { normal: -nalgebra::Vector3::z(), offset: 0.5 + 0.03 };
         let seen =
             SeenCells { partial: &partial, free: None, points: &[], placement: &placement, support: Some(table) };
         // The grid's centre is 9 cells deep, so the table is at 12 cells: layers 5 to 11 are above it.

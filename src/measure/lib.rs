@@ -27,7 +27,7 @@ pub use learned::TrainingPairs;
 pub use mesh_overlap::mesh_overlap;
 pub use overlap::GridOverlap;
 pub use primitive::Primitive;
-pub use seen_cells::{SeenCells, SeenPoint, Support};
+pub use seen_cells::{SeenCells, SeenPoint, SupportPlane};
 pub use seen_space::{FREE_SPACE_MARGIN, FREE_SPACE_PIXELS, free_space_violation};
 pub use surfaces::{SurfaceComparison, SurfaceRule, TrueSurface};
 pub use thesis_rules::{VertexComparison, mesh_overlap_by_thesis};

@@ -145,7 +145,7 @@ mod tests {
     use kernel::geom::GridPlacement;
 
     use super::*;
-    use crate::seen_cells::Support;
+    use crate::seen_cells::SupportPlane;
 
     /// The front and the left wall of a box 8 wide and 6 deep, from an eye far away.
     fn two_walls() -> (OccupancyGrid, OccupancyGrid, GridPlacement) {
@@ -174,7 +174,7 @@ mod tests {
         // The wall is flat: its image in itself contradicts nothing, and the smallest shift wins.
         assert_eq!(shell, partial);
         // A camera that looks straight down finds a plane, too.
-        let from_above = Support { normal: -Vector3::z(), offset: 0.5 };
+        let from_above = SupportPlane { normal: -Vector3::z(), offset: 0.5 };
         let above = SeenCells { support: Some(from_above), ..seen };
         assert!(mirrored_by_plane(&above, Union::Shell).count() >= partial.count());
         let empty = OccupancyGrid::new(24);

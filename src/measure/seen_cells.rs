@@ -24,19 +24,19 @@ pub struct SeenCells<'a> {
     /// Where the grids lie; z points away from the camera.
     pub placement: &'a GridPlacement,
     /// The plane below the object; `None` where no table is known.
-    pub support: Option<Support>,
+    pub support: Option<SupportPlane>,
 }
 
 /// Plane that supports an object, in `CameraCv`: points with `normal . point + offset = 0`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Support {
+pub struct SupportPlane {
     /// Unit normal, away from the table.
     pub normal: Vector3<f64>,
     /// Height of the camera above the plane [m].
     pub offset: f64,
 }
 
-impl Support {
+impl SupportPlane {
     /// Height of a point above the plane [m].
     pub fn height(&self, point: &Point3<f64>) -> f64 {
         self.normal.dot(&point.coords) + self.offset

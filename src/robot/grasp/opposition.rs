@@ -106,7 +106,7 @@ impl Oppositions {
         Self { postures, tips, of_links }
     }
 
-    /// Largest width between two sides that face each other [m]; 0 where there are none.
+    /// Largest width between two sides that face each other [m]; 0 without such sides.
     pub(super) fn widest(&self) -> f64 {
         let lists = self.of_links.iter().flatten();
         lists.filter_map(|list| Some(list.last()?.width)).fold(0.0, f64::max)

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use infer::{CompletionModel, InputName, Inputs, Prediction};
 use kernel::geom::{GridPlacement, OccupancyGrid, SimdLevel, TriMesh};
-use measure::{Baseline, SeenCells, SeenPoint, Support};
+use measure::{Baseline, SeenCells, SeenPoint, SupportPlane};
 use perception::{Cluster, DepthFrame, NetworkInput, Refusal, SceneRule, SegmentedScene, visible_sheet};
 use surface::{CubeField, LaplacianRule, LooseBodies, SeenObject, keep_largest_body};
 
@@ -251,7 +251,7 @@ impl Completer {
                 // Touched cells count as observed ones.
                 let mut partial = input.partial.clone();
                 touched.cells().for_each(|cell| partial.set(cell));
-                let support = scene.plane.map(|plane| Support { normal: plane.normal, offset: plane.offset });
+                let support = scene.plane.map(|plane| SupportPlane { normal: plane.normal, offset: plane.offset });
                 if baseline.needs_table() && support.is_none() {
                     return Err(CompletionError::NoTable(*baseline));
                 }

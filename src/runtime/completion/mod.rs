@@ -13,7 +13,7 @@ pub use infer::{
     CompletionModel, GoldenCheck, InputName, Inputs, ModelError, ModelFacts, ModelProblem, PredictError, Prediction,
     Thresholds,
 };
-pub use measure::{Baseline, SeenCells, SeenPoint, Support};
+pub use measure::{Baseline, SeenCells, SeenPoint, SupportPlane};
 pub use perception::{
     CameraDescription, CameraError, CameraRule, Cluster, ClusterRule, DepthFrame, Distortion, FrameError, FrameRule,
     LabelImage, PartitionRule, Plane, PlaneChoice, PlaneRule, Refusal, RosImage, SceneRule, SegmentedScene, read_frame,
