@@ -29,6 +29,20 @@ impl ContactSurface {
         self.tree().blocks(level, &Ray::new(from, direction), length)
     }
 
+    /// The first point at which a ray from a point in `Object` meets the surface, at most `reach` away [m], if the ray enters the mesh
+    /// there: its distance, and the outward unit normal. `None` where the ray first meets the surface from inside.
+    pub fn entry(
+        &self,
+        level: SimdLevel,
+        from: &Point3<f64>,
+        direction: &Unit<Vector3<f64>>,
+        reach: f64,
+    ) -> Option<(f64, Vector3<f64>)> {
+        let hit = self.tree().first_hit(level, &Ray::new(from, direction), reach)?;
+        let normal = self.tree().normal(&hit)?.into_inner();
+        (normal.dot(direction) < 0.0).then_some((hit.distance, normal))
+    }
+
     /// Points at which a ray from a point in `Object` leaves the solid, at most `reach` away [m]: distances, ascending, and the
     /// outward unit normals there.
     ///
@@ -91,6 +105,12 @@ mod tests {
         assert!(exits.iter().all(|(_, normal)| (normal - Vector3::x()).norm() < 1e-6));
         tray.exits(level, &from, &Vector3::x_axis(), 0.1, &mut exits);
         assert_eq!(exits.len(), 1);
+        let outside = Point3::new(-0.13, 0.011, 0.05);
+        let (distance, normal) =
+            tray.entry(level, &outside, &Vector3::x_axis(), 1.0).expect("the outer side of a wall");
+        assert!((distance - 0.02).abs() < 1e-6 && (normal + Vector3::x()).norm() < 1e-6);
+        let inside = Point3::new(-0.105, 0.011, 0.05);
+        assert_eq!(tray.entry(level, &inside, &Vector3::x_axis(), 1.0), None);
         assert!(tray.meets_line(level, &Point3::new(0.0, 0.0, 0.05), &Vector3::x_axis(), 0.11));
         assert!(!tray.meets_line(level, &Point3::new(0.0, 0.0, 0.05), &Vector3::x_axis(), 0.09));
         let at = IsometryMatrix3::translation(0.0, 0.0, 0.05);
