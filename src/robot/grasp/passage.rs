@@ -13,13 +13,14 @@ use nalgebra::{IsometryMatrix3, Translation3, Vector3};
 use super::{
     closing::Closing,
     motion::motor_at,
-    solids::{ALLOWED_OVERLAP, Solid},
+    probes::{self, SolidProbes},
+    solids::Solid,
     state::HandSearch,
     table::{STAND_OFF, TableWatch},
 };
 use crate::hand::{Hand, Motor};
 use kernel::{
-    contact::{ContactSurface, Probe},
+    contact::ContactSurface,
     words::{BothWays, PathStage},
 };
 
@@ -32,13 +33,6 @@ const BEYOND: f64 = 0.002;
 
 /// Error of a returned clearance [m].
 const TOLERANCE: f64 = Passage::TOLERANCE;
-
-/// Solids are shrunk by this to test whether they are deeper in the object than allowed [m]: half a tolerance more,
-/// since a solid at exactly that distance counts as touching.
-const DRAWN_IN: f64 = ALLOWED_OVERLAP + TOLERANCE / 2.0;
-
-/// Halvings of the range in which an overlap lies: to less than a tolerance.
-const HALVINGS: u32 = 4;
 
 /// Something in a scene that a hand can touch.
 #[derive(Clone)]
@@ -89,10 +83,10 @@ impl Passage {
     pub const FAR: f64 = 0.01;
     /// Clearances are computed down to this far below 0 [m]: a solid's overlap is the length by which its surface must
     /// shrink all around until it does not touch. Deeper overlaps have this value.
-    pub const DEEP: f64 = 0.001;
+    pub const DEEP: f64 = probes::DEEP;
     /// A returned clearance is at most this much above the true one [m], and a hand counts as free if it is nearer than
     /// its margin by less.
-    pub const TOLERANCE: f64 = 1e-4;
+    pub const TOLERANCE: f64 = probes::TOLERANCE;
 }
 
 /// A grasp of an object, as its hand closes on that object alone.
@@ -110,18 +104,15 @@ pub struct ClosingGrasp {
 pub struct HandPassage {
     closing: Closing,
     table: TableWatch,
-    /// The hand's solids with sharp edges and with rounded ones.
-    solids: Vec<[Probe; 2]>,
-    /// The hand's solids, shrunk by the allowed overlap with the object.
-    drawn_in: Vec<[Probe; 2]>,
+    solids: Vec<SolidProbes>,
     margin: f64,
 }
 
 /// Possible obstacle, and the distance that the hand must keep from it [m].
-struct Thing<'s> {
-    what: PathObstacle,
-    obstacle: &'s SceneObstacle,
-    margin: f64,
+pub(super) struct Thing<'s> {
+    pub(super) what: PathObstacle,
+    pub(super) obstacle: &'s SceneObstacle,
+    pub(super) margin: f64,
 }
 
 /// The hand at one moment.
@@ -144,7 +135,7 @@ struct Coming<'s> {
 }
 
 /// The least distance of a hand from anything but the object on a part of its way, up to [`FAR`]; an error is what ends it.
-type Free = Result<f64, Passage>;
+pub(super) type Free = Result<f64, Passage>;
 
 impl ClosingGrasp {
     /// The motors when the hand has closed on the object, one per driven joint.
@@ -160,16 +151,11 @@ impl HandPassage {
     /// When the margin is not at least 0 and below [`Passage::FAR`].
     pub fn new(search: &HandSearch, margin: f64) -> Self {
         assert!((0.0..FAR).contains(&margin), "a margin of {margin} m");
-        let probe = |solid: &Solid| {
-            [Probe::sharp(&solid.shape), Probe::new(&solid.shape)]
-                .map(|probe| probe.expect("no mesh is a solid of a hand"))
-        };
-        let solids: Vec<[Probe; 2]> = search.solids.solids.iter().map(probe).collect();
+        let probes = |solid: &Solid| SolidProbes::new(&solid.shape).expect("no mesh is a solid of a hand");
         Self {
             closing: Closing::new(&search.hand, &search.solids),
             table: TableWatch::new(&search.hand, &search.solids),
-            drawn_in: solids.iter().map(|solid| solid.each_ref().map(|probe| probe.drawn_in(DRAWN_IN))).collect(),
-            solids,
+            solids: search.solids.solids.iter().map(probes).collect(),
             margin,
         }
     }
@@ -295,7 +281,7 @@ impl HandPassage {
         let frames = hand.link_frames(&hand.posture_values(posture));
         let engaged = |values: &[f64]| values.iter().copied().map(Motor::engaged).collect();
         Coming {
-            things: self.things(scene, target),
+            things: things(scene, target, self.margin),
             ground: scene.ground,
             scene_from_base,
             back: scene_from_base.rotation * hand.approach_direction(&frames) * -STAND_OFF,
@@ -307,7 +293,7 @@ impl HandPassage {
     /// The hand in its posture, where it begins to close.
     fn standing(&mut self, coming: &Coming<'_>) -> Result<(), Passage> {
         let lowest = self.lowest(coming, [&coming.shaped, &coming.shaped]);
-        self.above_ground(PathStage::Pregrasp, lowest)?;
+        above_ground(PathStage::Pregrasp, lowest, self.margin)?;
         let moment = coming.moment(&self.closing.hand, &coming.shaped);
         for thing in &coming.things {
             if let Some(clearance) = self.nearer_than_margin(thing, &moment) {
@@ -331,7 +317,7 @@ impl HandPassage {
     fn approaching(&mut self, coming: &Coming<'_>, motors: &[Motor]) -> Free {
         // A straight path is lowest at one of its ends.
         let lowest = self.lowest(coming, [motors, motors]) + coming.back.z.min(0.0);
-        self.above_ground(PathStage::Approach, lowest)?;
+        above_ground(PathStage::Approach, lowest, self.margin)?;
         let moment = coming.moment(&self.closing.hand, motors);
         let mut least = FAR.min(lowest);
         for thing in &coming.things {
@@ -354,7 +340,7 @@ impl HandPassage {
     /// The hand where it closes, while its motors move.
     fn moving(&mut self, coming: &Coming<'_>, stage: PathStage, motors: [&[Motor]; 2]) -> Free {
         let lowest = self.lowest(coming, motors);
-        self.above_ground(stage, lowest)?;
+        above_ground(stage, lowest, self.margin)?;
         let mut least = FAR.min(lowest);
         for thing in &coming.things {
             // The hand closes on the target.
@@ -372,26 +358,6 @@ impl HandPassage {
         self.table.lowest(&coming.scene_from_base, start, end) - coming.ground
     }
 
-    /// Whether a hand keeps its margin from the plane, by its lowest point over it [m].
-    fn above_ground(&self, stage: PathStage, lowest: f64) -> Result<(), Passage> {
-        if lowest >= self.margin {
-            return Ok(());
-        }
-        Err(Passage { blocked: Some((stage, PathObstacle::Ground)), clearance: lowest.max(-Passage::DEEP) })
-    }
-
-    /// All possible obstacles except the plane, in the order of [`PathObstacle`].
-    fn things<'s>(&self, scene: &'s Surroundings, target: usize) -> Vec<Thing<'s>> {
-        let margin = self.margin;
-        let container =
-            scene.container.iter().map(|obstacle| Thing { what: PathObstacle::Container, obstacle, margin });
-        // The solids already include the allowed overlap with the target.
-        let own = Thing { what: PathObstacle::Target, obstacle: &scene.objects[target], margin: 0.0 };
-        let others = scene.objects.iter().enumerate().filter(|(index, _)| *index != target);
-        let others = others.map(|(index, obstacle)| Thing { what: PathObstacle::Neighbour(index), obstacle, margin });
-        container.chain([own]).chain(others).collect()
-    }
-
     /// Distance of a solid of the hand from something [m], exact from -[`Passage::DEEP`] to a reach; farther away a lower bound.
     fn distance(
         &mut self,
@@ -402,25 +368,9 @@ impl HandPassage {
         reach: f64,
     ) -> f64 {
         let placed = self.closing.object_from_solid(obstacle_from_base, frames, solid);
-        let Self { closing: Closing { scratch, .. }, solids, drawn_in, .. } = self;
-        let surface = &thing.obstacle.surface;
-        let probes = if thing.what == PathObstacle::Target { &drawn_in[solid] } else { &solids[solid] };
-        // Touching solids have the start of the range as distance. The distance of a sharp solid that cuts a surface
-        // may be too large: the rounded one applies if it is nearer.
-        let mut least = |probes: &[Probe; 2], reach: f64| {
-            let distances =
-                probes.each_ref().map(|probe| surface.distance_within(probe, &placed, &(0.0..=reach), scratch));
-            distances[0].min(distances[1])
-        };
-        let told = least(probes, reach.max(TOLERANCE));
-        if told > 0.0 {
-            return told;
-        }
-        let touches = |by: f64| {
-            let drawn_in = solids[solid].each_ref().map(|probe| probe.drawn_in(by));
-            least(&drawn_in, TOLERANCE) == 0.0
-        };
-        0.0 - overlap(touches)
+        let Self { closing: Closing { scratch, .. }, solids, .. } = self;
+        let is_target = thing.what == PathObstacle::Target;
+        solids[solid].distance(&thing.obstacle.surface, &placed, reach, is_target, scratch)
     }
 
     /// The distance of the hand from something if it is below the margin [m], down to -[`Passage::DEEP`]; `None`
@@ -494,39 +444,43 @@ impl Coming<'_> {
     }
 }
 
-/// Overlap of a solid with something that it touches [m], as a lower bound, up to [`Passage::DEEP`]; `touches` returns
-/// whether they still touch when the surface is shrunk by a length.
-fn overlap(mut touches: impl FnMut(f64) -> bool) -> f64 {
-    let (mut low, mut high) = (0.0, Passage::DEEP);
-    if touches(high) {
-        return high;
+/// Whether a tool keeps its margin from the plane, by its lowest point over it [m].
+pub(super) fn above_ground(stage: PathStage, lowest: f64, margin: f64) -> Result<(), Passage> {
+    if lowest >= margin {
+        return Ok(());
     }
-    for _ in 0..HALVINGS {
-        let middle = f64::midpoint(low, high);
-        if touches(middle) { low = middle } else { high = middle }
-    }
-    low
+    Err(Passage { blocked: Some((stage, PathObstacle::Ground)), clearance: lowest.max(-Passage::DEEP) })
+}
+
+/// All possible obstacles except the plane, in the order of [`PathObstacle`].
+pub(super) fn things(scene: &Surroundings, target: usize, margin: f64) -> Vec<Thing<'_>> {
+    let container = scene.container.iter().map(|obstacle| Thing { what: PathObstacle::Container, obstacle, margin });
+    // The solids already include the allowed overlap with the target.
+    let own = Thing { what: PathObstacle::Target, obstacle: &scene.objects[target], margin: 0.0 };
+    let others = scene.objects.iter().enumerate().filter(|(index, _)| *index != target);
+    let others = others.map(|(index, obstacle)| Thing { what: PathObstacle::Neighbour(index), obstacle, margin });
+    container.chain([own]).chain(others).collect()
 }
 
 impl Thing<'_> {
     /// The passage that this ends, at a distance [m].
-    fn blocks(&self, stage: PathStage, clearance: f64) -> Passage {
+    pub(super) fn blocks(&self, stage: PathStage, clearance: f64) -> Passage {
         Passage { blocked: Some((stage, self.what)), clearance }
     }
 
     /// The least distance that is of interest before any is known [m].
-    fn told(&self) -> f64 {
+    pub(super) fn told(&self) -> f64 {
         if self.what == PathObstacle::Target { 0.0 } else { FAR }
     }
 
     /// The least distance so far [m].
-    fn least(&self, least: f64, distance: f64) -> f64 {
+    pub(super) fn least(&self, least: f64, distance: f64) -> f64 {
         if self.what == PathObstacle::Target { least } else { least.min(distance) }
     }
 
     /// Advances from 0 to `end`, where no point of a solid moves by more than `speed` per unit [m]; `distance` returns
     /// its distance from the obstacle, exact up to a reach. An error is a distance below the margin.
-    fn advance(
+    pub(super) fn advance(
         &self,
         least: &mut f64,
         end: f64,

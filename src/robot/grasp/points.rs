@@ -116,6 +116,12 @@ impl SurfacePoints {
         self.of_scheme(scheme, [group, place]).map(|point| (scheme, point))
     }
 
+    /// A point in `Object` [m] drawn by three numbers from 0 to 1, with its scheme and the outward unit normal there; `None` if the
+    /// body is too thick everywhere.
+    pub fn draw(&self, numbers: [f64; 3]) -> Option<(PointScheme, Point3<f64>, Vector3<f64>)> {
+        self.at(numbers).map(|(scheme, point)| (scheme, point.point, point.out))
+    }
+
     /// A point of a scheme by two numbers from 0 to 1; `None` if the body is too thick everywhere.
     fn of_scheme(&self, scheme: PointScheme, [group, place]: [f64; 2]) -> Option<&SurfacePoint> {
         if self.points.is_empty() {
