@@ -129,7 +129,7 @@ pub mod make {
         *,
     };
     pub use kernel::{contact, files::Folder, geom, render, voxel};
-    pub use robot::{self, collision, grasp, hand, kinematics};
+    pub use robot::{self, collision, grasp, hand, kinematics, suction};
     pub use sim;
     pub use tables::{self, ParquetIndex};
 }

@@ -86,6 +86,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("robot/kinematics", &[]),
     ("robot/hand", &["kinematics"]),
     ("robot/grasp", &["collision", "hand", "kinematics"]),
+    ("robot/suction", &["grasp"]),
     ("format/codec", &[]),
     ("format/product_format", &["codec"]),
     ("format/products", &["codec", "product_format"]),

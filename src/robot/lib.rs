@@ -1,4 +1,4 @@
-//! Robots and hands without a simulator: kinematics, collisions, hands and their tables, and what makes a grasp good.
+//! Robots and hands without a simulator: kinematics, collisions, hands and their tables, what makes a grasp good, and suction cups.
 
 // Tests compare with what the C library computes.
 #![cfg_attr(test, allow(clippy::disallowed_methods))]
@@ -7,3 +7,4 @@ pub mod collision;
 pub mod grasp;
 pub mod hand;
 pub mod kinematics;
+pub mod suction;
