@@ -7,6 +7,7 @@
 //! the scores of SuctionNet-1Billion (Cao et al. 2021). Of class `exact`; no simulator.
 
 mod cup;
+mod draw;
 mod hold;
 mod sampler;
 mod seal;
@@ -15,7 +16,9 @@ mod suctionnet;
 
 pub use cup::{CupSettings, InvalidCup, SuctionCup, elastic_moment};
 pub use hold::{GRAVITY, Hold, HoldLimit, Load};
-pub use sampler::{SampledSuction, SampledSuctions, SuctionCounts, SuctionSampler, SuctionSampling, SuctionTarget};
+pub use sampler::{
+    PoseErrors, SampledSuction, SampledSuctions, SuctionCounts, SuctionSampler, SuctionSampling, SuctionTarget,
+};
 pub use seal::{Seal, SealLimit, SealMeter};
 pub use shape::SealShape;
 pub use suctionnet::{SUCTIONNET_GRAVITY, SUCTIONNET_STIFFNESS, suctionnet_seal, suctionnet_wrench};
