@@ -3,6 +3,8 @@
 use std::f64::consts::PI;
 
 use nalgebra::IsometryMatrix3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::grasp::ToolSolid;
 use kernel::geom::Shape;
@@ -12,40 +14,56 @@ use kernel::geom::Shape;
 /// The defaults are those of a bellows cup of 20 mm. Radius and lip are those of SuctionNet-1Billion (a radius of 10 mm, a ring of
 /// 2 mm); friction and the accepted stretch those of Dex-Net 3.0 (0.5 and 10 %); 60 kPa is the vacuum at which data sheets of cups
 /// give forces. The others are typical of such a cup; its data sheet has them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub struct CupSettings {
-    /// Radius of the circle along which the lip seals [m].
+    /// Radius of the circle along which the lip seals.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "m"))]
     pub radius: f64,
-    /// Width of the lip [m], half of it on each side of that circle.
+    /// Width of the lip, half of it on each side of that circle; at most the radius.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "m"))]
     pub lip_width: f64,
-    /// Length of the relaxed cup from its lip to the tube [m].
+    /// Length of the relaxed cup from its lip to the tube.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "m"))]
     pub height: f64,
-    /// Length by which the bellows can be compressed [m]: limit on the range of the surface's distance along the lip.
+    /// Length by which the bellows can be compressed, at most `height`: limit on the range of the surface's distance along the lip.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "m"))]
     pub stroke: f64,
-    /// Limit on the range of the surface's distance from a plane along the lip [m]: tilted bellows follow a plane, the lip itself
+    /// Limit on the range of the surface's distance from a plane along the lip: tilted bellows follow a plane, the lip itself
     /// follows the rest.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "m"))]
     pub lip_flex: f64,
     /// Limit on the stretch of a piece of the lip between two of its 72 points, as a share of its length.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_stretch: f64,
-    /// Depth of the room inside of the lip [m]: limit on the height of the surface there over the plane of the lip.
+    /// Depth of the room inside of the lip: limit on the height of the surface there over the plane of the lip.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "m"))]
     pub inner_depth: f64,
-    /// Smallest radius of curvature on which the cup seals [m], convex or concave.
+    /// Smallest radius of curvature on which the cup seals, convex or concave.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "m"))]
     pub min_curvature_radius: f64,
-    /// Axial stiffness of the bellows [N/m]. Compressed bellows push the object away by the mean compression times this.
+    /// Axial stiffness of the bellows. Compressed bellows push the object away by the mean compression times this.
+    #[schemars(range(min = 0), extend("x-unit" = "N/m"))]
     pub stiffness: f64,
-    /// Pressure below that of the surroundings [Pa].
+    /// Pressure below that of the surroundings.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "Pa"))]
     pub vacuum: f64,
     /// Coefficient of friction between lip and object.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub friction: f64,
-    /// Limit on the force of the vacuum [N]; without one, it is the vacuum times the area inside of the sealing circle.
+    /// Limit on the force of the vacuum; without one, it is the vacuum times the area inside of the sealing circle.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "N"))]
     pub max_force: Option<f64>,
-    /// Limit on the moment that tilts the cup [N m]. Without one, the lip opens where its load, distributed linearly along the
-    /// circle, falls to 0: at the normal force times half the radius. [`elastic_moment`] gives the limit of Dex-Net 3.0 and
+    /// Limit on the moment that tilts the cup. Without one, the lip opens where its load, distributed linearly along the circle,
+    /// falls to 0: at the normal force times half the radius. [`elastic_moment`] gives the limit of Dex-Net 3.0 and
     /// SuctionNet-1Billion.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "N m"))]
     pub max_moment: Option<f64>,
-    /// Radius of the tube behind the cup [m].
+    /// Radius of the tube behind the cup.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "m"))]
     pub tube_radius: f64,
-    /// Length of the tube behind the cup that must be free of obstacles [m].
+    /// Length of the tube behind the cup that must be free of obstacles.
+    #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "m"))]
     pub tube_length: f64,
 }
 

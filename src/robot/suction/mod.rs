@@ -13,6 +13,7 @@ mod sampler;
 mod seal;
 mod shape;
 mod suctionnet;
+mod table;
 
 pub use cup::{CupSettings, InvalidCup, SuctionCup, elastic_moment};
 pub use hold::{GRAVITY, Hold, HoldLimit, Load};
