@@ -29,7 +29,8 @@ const ALIGNED: f64 = 0.25;
 pub struct SuctionSampling {
     /// Poses of a body, at most.
     pub poses: u32,
-    /// Free poses unlike each other at which the run ends; as many blocked ones are returned, too.
+    /// Free poses unlike each other at which the run ends. As many of the poses that leak, that are too weak and that are blocked
+    /// are returned, too.
     pub free: u32,
     /// Largest angle between the approach and straight down [rad].
     pub half_angle: f64,
@@ -75,7 +76,7 @@ pub struct SuctionTarget<'s> {
     pub centre: Point3<f64>,
 }
 
-/// A pose in which the cup seals and holds.
+/// A pose whose path was followed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SampledSuction {
     /// Number of the pose in drawn order, from 0.
@@ -84,12 +85,13 @@ pub struct SampledSuction {
     pub scheme: PointScheme,
     /// The cup: the origin is the point on the axis where it meets the surface, z the approach.
     pub object_from_cup: IsometryMatrix3<f64>,
-    /// The tool when all of the lip lies on the surface: the origin is the middle of the relaxed lip, z the approach.
+    /// The tool when all of the lip lies on the surface: the origin is the middle of the relaxed lip, z the approach. Where a ray
+    /// misses the surface, that of the cup.
     pub object_from_tool: IsometryMatrix3<f64>,
     /// Seal on the surface.
     pub seal: Seal,
-    /// Hold of the body's weight.
-    pub hold: Hold,
+    /// Hold of the body's weight; `None` where the cup leaks.
+    pub hold: Option<Hold>,
     /// The straight path of cup and tube.
     pub passage: Passage,
 }
@@ -116,7 +118,7 @@ pub struct SuctionCounts {
 /// Result of the run of a body.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SampledSuctions {
-    /// Poses that reached the path, in drawn order: all free ones, and of the blocked ones the first.
+    /// Poses within the half angle, in drawn order: all free ones, and the first of the others but those that are alike.
     pub suctions: Vec<SampledSuction>,
     /// All poses by result.
     pub counts: SuctionCounts,
@@ -156,7 +158,8 @@ pub struct SampledSuctions {
 /// let mut sampler = SuctionSampler::new(&SuctionCup::new(CupSettings::default())?, 0.002, level);
 /// let found = sampler.sample(&target, &sampling, &mut Stream::of_job(1, b"tray", "suction"));
 /// assert_eq!(found.counts.free, 4);
-/// let pose = &found.suctions[0].object_from_cup;
+/// let free = found.suctions.iter().find(|suction| suction.hold.is_some() && suction.passage.blocked.is_none());
+/// let pose = &free.expect("a free pose").object_from_cup;
 /// let mut errors = Stream::of_job(1, b"tray", "errors of suction");
 /// assert!(sampler.robustness(&target, &sampling, pose, &PoseErrors::default(), &mut errors) > 0.5);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -166,31 +169,40 @@ pub struct SuctionSampler {
     passage: ToolPassage,
 }
 
-/// Reason why a pose is lost before its path.
+/// Reason why a pose is lost whatever its path.
 #[derive(Clone, Copy)]
 enum Loss {
-    Tilted,
     Leaks(SealLimit),
     Weak(HoldLimit),
 }
 
-/// A pose in which the cup seals and holds, before its path.
+/// A pose within the half angle, before its path.
 struct Pose {
     scheme: PointScheme,
     object_from_cup: IsometryMatrix3<f64>,
-    shape: SealShape,
     seal: Seal,
-    hold: Hold,
+    hold: Option<Hold>,
+}
+
+impl Pose {
+    /// The reason why the cup does not hold the body, if it does not.
+    fn loss(&self) -> Option<Loss> {
+        match self.hold {
+            None => Some(Loss::Leaks(self.seal.weakest)),
+            Some(hold) => (!hold.holds()).then_some(Loss::Weak(hold.weakest)),
+        }
+    }
 }
 
 impl SuctionCounts {
-    fn lose(&mut self, loss: Loss) {
-        let count = match loss {
-            Loss::Tilted => &mut self.tilted,
-            Loss::Leaks(limit) => &mut self.leaking[limit as usize],
-            Loss::Weak(limit) => &mut self.weak[limit as usize],
+    /// Counts a lost pose; the number of poses lost for reasons of its kind.
+    fn lose(&mut self, loss: Loss) -> u32 {
+        let (counts, index): (&mut [u32], _) = match loss {
+            Loss::Leaks(limit) => (&mut self.leaking, limit as usize),
+            Loss::Weak(limit) => (&mut self.weak, limit as usize),
         };
-        *count += 1;
+        counts[index] += 1;
+        counts.iter().sum()
     }
 }
 
@@ -211,18 +223,20 @@ impl SuctionSampler {
         stream: &mut Stream,
     ) -> SampledSuctions {
         let (mut found, mut known) = (SampledSuctions::default(), Vec::<IsometryMatrix3<f64>>::new());
-        let mut blocked = 0;
         while found.counts.poses < sampling.poses && found.counts.free < sampling.free {
             let (number, draw) = (found.counts.poses, Draw::next(stream));
             let Some(drawn) = body.points.draw(draw.point) else { break };
             found.counts.poses += 1;
-            let pose = match self.pose(body, sampling, &draw, drawn) {
-                Ok(pose) => pose,
-                Err(loss) => {
-                    found.counts.lose(loss);
-                    continue;
-                }
+            let Some(pose) = self.pose(body, sampling, &draw, drawn) else {
+                found.counts.tilted += 1;
+                continue;
             };
+            if let Some(loss) = pose.loss() {
+                if found.counts.lose(loss) <= sampling.free {
+                    found.suctions.push(self.followed(body, number, pose));
+                }
+                continue;
+            }
             // A pose like a free one is known to be possible: it costs no exact path.
             if known.iter().any(|known| are_alike(known, &pose.object_from_cup)) {
                 found.counts.alike += 1;
@@ -236,8 +250,7 @@ impl SuctionSampler {
                 }
                 Some((_, by)) => {
                     found.counts.blocked[obstacle(by)] += 1;
-                    blocked += 1;
-                    if blocked > sampling.free {
+                    if found.counts.blocked.iter().sum::<u32>() > sampling.free {
                         continue;
                     }
                 }
@@ -272,33 +285,30 @@ impl SuctionSampler {
         f64::from(held) / f64::from(errors.poses)
     }
 
-    /// The pose of a draw, or the reason why the cup does not hold there.
+    /// The pose of a draw; `None` beyond the half angle.
     fn pose(
         &mut self,
         body: &SuctionTarget<'_>,
         sampling: &SuctionSampling,
         draw: &Draw,
         (scheme, point, out): (PointScheme, Point3<f64>, Vector3<f64>),
-    ) -> Result<Pose, Loss> {
+    ) -> Option<Pose> {
         let target = &body.scene.objects[body.target];
         let down = target.scene_from_obstacle.rotation.inverse() * -Vector3::z();
         let cos_half_angle = libm::cos(sampling.half_angle);
         // Along the normal of the lip's plane, or tilted.
         let object_from_cup = match draw.tilted(&-out, sampling.tilt) {
             Some(approach) => SealMeter::pose(&point, &approach),
-            None if -out.dot(&down) < cos_half_angle - ALIGNED => return Err(Loss::Tilted),
+            None if -out.dot(&down) < cos_half_angle - ALIGNED => return None,
             None => self.meter.aligned(&target.surface, &SealMeter::pose(&point, &-out)),
         };
         if (object_from_cup.rotation * Vector3::z()).dot(&down) < cos_half_angle {
-            return Err(Loss::Tilted);
+            return None;
         }
         let seal = self.meter.measure(&target.surface, &object_from_cup);
-        let shape = seal.shape.filter(|_| seal.is_sealed()).ok_or(Loss::Leaks(seal.weakest))?;
-        let hold = self.hold(body, sampling, &object_from_cup, &shape);
-        if !hold.holds() {
-            return Err(Loss::Weak(hold.weakest));
-        }
-        Ok(Pose { scheme, object_from_cup, shape, seal, hold })
+        let shape = seal.shape.filter(|_| seal.is_sealed());
+        let hold = shape.map(|shape| self.hold(body, sampling, &object_from_cup, &shape));
+        Some(Pose { scheme, object_from_cup, seal, hold })
     }
 
     /// Hold of the body's weight.
@@ -324,7 +334,8 @@ impl SuctionSampler {
 
     /// A pose with its path.
     fn followed(&mut self, body: &SuctionTarget<'_>, number: u32, pose: Pose) -> SampledSuction {
-        let object_from_tool = pose.object_from_cup * Translation3::from(Vector3::z() * pose.shape.seat);
+        let seat = pose.seal.shape.map_or(0.0, |shape| shape.seat);
+        let object_from_tool = pose.object_from_cup * Translation3::from(Vector3::z() * seat);
         SampledSuction {
             pose: number,
             scheme: pose.scheme,
@@ -413,9 +424,14 @@ mod tests {
         assert_eq!(poses, tilted + sum(&leaking) + sum(&weak) + alike + sum(&blocked) + free, "{:?}", found.counts);
         assert!(free > 1 && blocked[3] > 0 && tilted > 0 && sum(&leaking) > 0, "{:?}", found.counts);
         let mut known: Vec<IsometryMatrix3<f64>> = Vec::new();
+        let mut lost = 0;
         for suction in &found.suctions {
             let approach = suction.object_from_cup.rotation * Vector3::z();
-            assert!(suction.seal.is_sealed() && suction.hold.holds() && -approach.z >= libm::cos(1.05));
+            assert!(-approach.z >= libm::cos(1.05) && suction.hold.is_some() == suction.seal.is_sealed());
+            if !suction.hold.is_some_and(|hold| hold.holds()) {
+                lost += 1;
+                continue;
+            }
             // The origin of the tool is as far along the axis as the farthest point of the lip.
             let seat = suction.seal.shape.expect("a sealed cup").seat;
             let along = suction.object_from_tool.translation.vector - suction.object_from_cup.translation.vector;
@@ -427,6 +443,7 @@ mod tests {
             }
         }
         assert_eq!(known.len() as u32, free);
+        assert_eq!(lost, sum(&leaking).min(SAMPLING.free) + sum(&weak).min(SAMPLING.free));
         assert_eq!(found, sample(&scene, 0.1, &SAMPLING), "the same stream gives the same poses");
     }
 
