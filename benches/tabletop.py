@@ -51,8 +51,8 @@ def main() -> int:
     parser.add_argument("--surface-samples", default="1000")
     parser.add_argument("--must-beat", action="store_true")
     given = parser.parse_args()
-    print("| pairs | network | over the best baseline | best baseline | solid: network, baseline | hollow or thin | surface [mm] |")
-    print("| --- | --- | --- | --- | --- | --- | --- |")
+    print("| pairs | network | over the best baseline | best baseline | solid: network, baseline | hollow or thin | surface [mm] | Chamfer [mm^2] |")
+    print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     beaten = True
     gains = []
     for place in PLACES:
@@ -66,14 +66,17 @@ def main() -> int:
                 for key in ("iou_of_solid", "iou_of_hollow_or_thin")
                 if network[key]
             ]
-            nearest = min((row["surface_mm"] for row in others if row["surface_mm"]), key=lambda value: value["mean"])
+            distances = [
+                (network[key], min((row[key] for row in others if row[key]), key=lambda value: value["mean"]), digits)
+                for key, digits in (("surface_mm", 2), ("chamfer_mm2", 1))
+            ]
             cells = [
                 f"{place}, {sensor}",
                 interval(network["iou"]),
                 interval(network["iou_over_baseline"]),
                 f"`{best['name']}` {mean(best['iou'])}",
                 *(f"{mean(ours)}, {mean(theirs)}" for ours, theirs in strata),
-                f"{mean(network['surface_mm'], 2)}, {mean(nearest, 2)}",
+                *(f"{mean(ours, digits)}, {mean(theirs, digits)}" for ours, theirs, digits in distances),
             ]
             print("| " + " | ".join(cells) + " |", flush=True)
             beaten &= all(ours["mean"] > theirs["mean"] for ours, theirs in [(network["iou"], best["iou"]), *strata])

@@ -259,6 +259,24 @@ class PickSample(Sample):
         return names
 
     @content
+    def nearest_free_rotations(self) -> Floats:
+        """(candidates,) rad, from -pi to pi: smallest rotation about its closing line by which each candidate becomes a free one, in
+        steps of the evaluated directions; 0 of a free candidate, NaN where no direction of the same stored grasp is free."""
+        rolls = int(self.message("grasps")["rolls"])
+        found: Floats = np.full(len(self.runs), np.nan)
+        keys = list(zip(self.runs.tolist(), self.ranks.tolist()))
+        free: dict[tuple[int, int], list[int]] = {}
+        for key, direction, is_free in zip(keys, self.directions.tolist(), self.free.tolist()):
+            if is_free:
+                free.setdefault(key, []).append(direction)
+        for number, (key, direction) in enumerate(zip(keys, self.directions.tolist())):
+            ahead = [(other - direction) % rolls for other in free.get(key, [])]
+            steps = [each - rolls if 2 * each > rolls else each for each in ahead]
+            if steps:
+                found[number] = 2 * np.pi * min(steps, key=lambda each: (abs(each), each < 0)) / rolls
+        return found
+
+    @content
     def joint_names(self) -> list[str]:
         """Names of the hand's joints."""
         return [str(name) for name in self.message("grasps")["joints"]]

@@ -131,6 +131,11 @@ pub(super) trait Survey {
         Ok(Vec::new())
     }
 
+    /// Counts from candidates to held grasps, for the page of a set; `None` if the product has no grasps in scenes.
+    fn funnel(&self) -> Option<GraspFunnel> {
+        None
+    }
+
     /// Draws one of these samples for that picture.
     ///
     /// # Errors
@@ -138,6 +143,22 @@ pub(super) trait Survey {
     fn scene_panels(&self, _reader: &DatasetReader, _sample: &Sample) -> Result<Vec<ScenePanel>, DatasetError> {
         Ok(Vec::new())
     }
+}
+
+/// Counts of the grasps of one hand in scenes, each a part of the one before.
+pub(super) struct GraspFunnel {
+    /// Name of the hand.
+    pub hand: String,
+    /// Bodies whose grasps were evaluated.
+    pub bodies: u64,
+    /// Bodies with a free grasp.
+    pub bodies_with_free: u64,
+    /// Poses drawn, or stored grasps evaluated.
+    pub candidates: u64,
+    /// Free grasps.
+    pub free: u64,
+    /// Trials, those that lifted the body, and those that held it; `None` without trials.
+    pub trials: Option<[u64; 3]>,
 }
 
 /// A page of a report.

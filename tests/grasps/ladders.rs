@@ -41,6 +41,41 @@ assert all(len(run.ladder) == run.message("ladder")["ladders"].__len__() for run
 assert sum(len(run.trial_contacts) for run in data) > 0
 "#;
 
+/// ACRONYM's layout and the replay in plain MuJoCo have the graded labels, not the verdicts of the search.
+const EXPORTED_LABELS: &str = r#"
+import glob, json, sys, numpy as np, h5py
+sys.path.insert(0, sys.argv[4])
+import graspmill
+held, shares = {}, {}
+for run in graspmill.Dataset(sys.argv[1], graspmill.GraspSample):
+    subject = str(run.id.subject)
+    labels, success = run.graded_labels(), run.success
+    for row in run.message("ladder")["ladders"]:
+        key = (subject, run.id.item, row["grasp"])
+        held[key], shares[key] = labels[row["grasp"]] == "held", success[row["grasp"]]
+seen = 0
+for path in glob.glob(sys.argv[2] + "/grasps/*.h5"):
+    with h5py.File(path) as file:
+        flex = file["grasps/qualities/flex/object_in_gripper"]
+        assert flex.attrs["from"] == "ladder"
+        own = file["grasps/qualities/graspmill"]
+        name = file["object/id"][()].decode()
+        for in_gripper, item, rank, share in zip(flex, own["item"], own["rank"], own["success"], strict=True):
+            key = (name, item, rank)
+            assert bool(in_gripper) == held[key] and (share == shares[key] or share != share and shares[key] != shares[key])
+            seen += 1
+replayed = 0
+for path in glob.glob(sys.argv[3] + "/*/grasps.json"):
+    with open(path) as file:
+        told = json.load(file)
+    for grasp in told["grasps"]:
+        key = (told["object"], grasp["item"], grasp["grasp"])
+        assert (grasp["expected"]["label"] == "held") == held[key]
+        assert grasp["expected"]["success"] == (None if shares[key] != shares[key] else shares[key])
+        replayed += 1
+assert seen == replayed == len(held) > 0, (seen, replayed, len(held))
+"#;
+
 /// A gripper on a box and a mug: most grasps hold at every level, levels are those of a bisection, and blocked grasps have
 /// no trial.
 #[test]
@@ -89,6 +124,13 @@ fn graded_labels_are_stored_exported_and_read() {
     let out = workspace.path("tables");
     Program::on("export", &path).option("--to", "parquet").option("--out", &out).succeed();
     Program::python_lines(COMPARISON).arg(&path).arg(&out).arg(repository_path("python")).succeed();
+    let [acronym, replay] = ["acronym", "mujoco"].map(|format| {
+        let out = workspace.path(format);
+        Program::on("export", &path).option("--to", format).option("--out", &out).succeed();
+        out
+    });
+    let read = Program::python_lines(EXPORTED_LABELS).arg(&path).arg(&acronym).arg(&replay);
+    read.arg(repository_path("python")).succeed();
 }
 
 /// Keys of the other method of labels contradict this one, and its own key leaves jobs without it as they are.

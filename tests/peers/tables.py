@@ -235,6 +235,7 @@ def pick_tables(sample, names):
     yield "picks", row
     for body in range(1, len(objects) + 1):
         yield "bodies", named(objects, names, body) | {"world_from_object": flat(sample.world_from_object[body - 1])}
+    rotations = sample.nearest_free_rotations
     for candidate in range(len(sample.runs)):
         free, trial = bool(sample.free[candidate]), trials.get(candidate)
         row = {
@@ -244,6 +245,7 @@ def pick_tables(sample, names):
             "direction": sample.directions[candidate],
             "world_from_base": flat(sample.world_from_base[candidate]),
             "free_ways": str(sample.free_ways[candidate]),
+            "nearest_free_rotation": None if np.isnan(rotations[candidate]) else rotations[candidate],
             "closed_joints": flat(sample.closed_joints[candidate]) if free or sample.free_opened[candidate] else None,
         }
         for way in ("", "_opened"):

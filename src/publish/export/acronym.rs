@@ -18,8 +18,9 @@ use super::{
     target::Target,
 };
 use format::{
-    Channel, Grasp, GraspRun, GraspTrial, GraspTrials, HandShape, Noun, Product,
-    dataset::{AssetRow, DatasetReader},
+    Channel, Grasp, GraspLadder, GraspLadders, GraspRun, GraspTrial, GraspTrials, HandShape, LadderLabel, LadderLevel,
+    Noun, Product,
+    dataset::{AssetRow, DatasetReader, Sample},
     extras::Shapes,
 };
 use kernel::{
@@ -39,7 +40,7 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
         keys: &[],
         layout: |_| {
             "grasps/<object>.h5: grasps/transforms (N, 4, 4), the gripper in the object's frame [m], its origin that of the hand's \
-             base, z the approach, x the line along which the pads close; grasps/qualities/flex/object_in_gripper (N), 1 if the grasp holds; its attribute `from` is trial (in MuJoCo) or verdict (kept for its force closure, if the dataset has no trials); grasps/qualities/graspmill: further numbers; object, gripper: as in ACRONYM; \
+             base, z the approach, x the line along which the pads close; grasps/qualities/flex/object_in_gripper (N), 1 if the grasp holds; its attribute `from` is trial (in MuJoCo), ladder (the graded label is held; quality `success` has the share of levels) or verdict (kept for its force closure, if the dataset has no trials); grasps/qualities/graspmill: further numbers; object, gripper: as in ACRONYM; \
              meshes/<object>.obj: object/file [m], object/scale 1"
         },
         write,
@@ -54,11 +55,16 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
     let shapes = Shapes::open(reader.folder())?;
     let hand = shapes.hand()?;
     let samples = SelectedSamples::of(reader, &assets, selection)?.by_object();
-    let is_tried = reader.manifest().channels().contains(&Channel::GRASP_TRIALS);
+    let channels = reader.manifest().channels();
+    let source = match () {
+        () if channels.contains(&Channel::GRASP_TRIALS) => LabelSource::Trial,
+        () if channels.contains(&Channel::GRASP_LADDERS) => LabelSource::Ladder,
+        () => LabelSource::Verdict,
+    };
     let (folders, mut count) = (object_folders(&assets), 0);
     for (index, row) in assets.iter().enumerate() {
         let Some(samples) = samples.get(&row.object) else { continue };
-        let Some(grasps) = LabelledGrasps::read(reader, &hand, samples, is_tried)? else { continue };
+        let Some(grasps) = LabelledGrasps::read(reader, &hand, samples, source)? else { continue };
         let name = folders.get(&row.object).map_or("object", String::as_str);
         let mesh = shapes.object(index)?.mesh;
         let file = grasps.file(row, name, &mass_properties(row, &mesh)?).finish();
@@ -71,16 +77,74 @@ fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Targe
         return Err(ExportError::NothingSelected { kept: reader.manifest().counts.kept });
     }
     let mut written = Written::selection(count, "grasps", selection);
-    written.facts.insert("object_in_gripper".to_owned(), json!(if is_tried { TRIAL } else { VERDICT }));
+    written.facts.insert("object_in_gripper".to_owned(), json!(source.name()));
     Ok(written)
 }
 
-/// Source of a label: a trial, or the verdict of the search.
-const TRIAL: &str = "trial";
-const VERDICT: &str = "verdict";
+/// Source of the labels of a dataset.
+#[derive(Clone, Copy)]
+enum LabelSource {
+    /// One trial.
+    Trial,
+    /// Trials of rising difficulty.
+    Ladder,
+    /// The verdict of the search.
+    Verdict,
+}
+
+impl LabelSource {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Trial => "trial",
+            Self::Ladder => "ladder",
+            Self::Verdict => "verdict",
+        }
+    }
+}
+
+/// Label of a grasp, with the numbers of its trials.
+struct Label {
+    held: bool,
+    numbers: Vec<(&'static str, f64)>,
+}
+
+impl Label {
+    fn from_trial(trial: &GraspTrial) -> Self {
+        Self { held: trial.outcome.verdict.is_held(), numbers: vec![("farthest", trial.outcome.farthest)] }
+    }
+
+    /// Numbers are NaN where the ladder has none: a blocked grasp has no trial, an untested one no share.
+    fn from_ladder(ladder: &GraspLadder) -> Self {
+        let nominal = ladder.level(LadderLevel::Nominal).and_then(|level| level.trial());
+        Self {
+            held: ladder.label() == LadderLabel::Held,
+            numbers: vec![
+                ("farthest", nominal.map_or(f64::NAN, |trial| trial.outcome.farthest)),
+                ("success", ladder.success().unwrap_or(f64::NAN)),
+            ],
+        }
+    }
+
+    fn from_verdict(grasp: &Grasp) -> Self {
+        Self { held: grasp.verdict == GraspVerdict::Kept, numbers: Vec::new() }
+    }
+}
+
+/// Tried grasps of a sample by rank with their labels, and friction and mass [kg] of their trials.
+fn tried_grasps(sample: &Sample, source: LabelSource) -> Result<(Vec<(u32, Label)>, [f64; 2]), ExportError> {
+    if let LabelSource::Ladder = source {
+        let stored = sample.find::<GraspLadders>()?.ok_or(ExportError::NoTrials)?;
+        let labels = stored.ladders.iter().map(|ladder| (ladder.grasp, Label::from_ladder(ladder)));
+        return Ok((labels.collect(), [stored.method.friction, stored.method.mass]));
+    }
+    let stored = sample.find::<GraspTrials>()?.ok_or(ExportError::NoTrials)?;
+    let labels = stored.trials.iter().map(|trial| (trial.grasp, Label::from_trial(trial)));
+    Ok((labels.collect(), [stored.method.friction, stored.method.mass]))
+}
 
 /// Grasps of an object with their labels, column by column.
 struct LabelledGrasps {
+    source: LabelSource,
     hand: String,
     /// Driven joint of the pregrasp.
     opening: Vec<f64>,
@@ -97,38 +161,38 @@ struct LabelledGrasps {
 }
 
 impl LabelledGrasps {
-    /// Grasps of an object: those with trials, or all if there are no trials; `None` without grasps.
+    /// Grasps of an object: those that were tried, or all if the labels are verdicts; `None` without grasps.
     fn read(
         reader: &DatasetReader,
         hand: &HandShape,
         samples: &[SampleIndex],
-        is_tried: bool,
+        source: LabelSource,
     ) -> Result<Option<Self>, ExportError> {
         let mut found: Option<Self> = None;
         for index in samples {
             let Some(sample) = reader.sample(*index)? else { continue };
-            let (run, trials) = (sample.read::<GraspRun>()?, sample.find::<GraspTrials>()?);
-            let labelled: Vec<(u32, Option<&GraspTrial>)> = match &trials {
-                Some(trials) => trials.trials.iter().map(|trial| (trial.grasp, Some(trial))).collect(),
-                None if is_tried => return Err(ExportError::NoTrials),
-                None => (0..run.grasps.len() as u32).map(|rank| (rank, None)).collect(),
+            let run = sample.read::<GraspRun>()?;
+            let (labelled, conditions) = match source {
+                LabelSource::Verdict => ((0..).zip(run.grasps.iter().map(Label::from_verdict)).collect(), None),
+                _ => tried_grasps(&sample, source).map(|(labelled, conditions)| (labelled, Some(conditions)))?,
             };
-            for (rank, trial) in labelled {
+            for (rank, label) in labelled {
                 let Some(grasp) = run.grasps.get(rank as usize) else { continue };
                 let base_from_gripper = base_from_gripper(hand, &run, grasp)
                     .ok_or_else(|| ExportError::NoParallelGripper { hand: hand.name.clone() })?;
-                let grasps = found.get_or_insert_with(|| Self::none_yet(&run, grasp, trials.as_ref()));
-                grasps.push((sample.id.item.0, rank), grasp, trial, &base_from_gripper);
+                let grasps = found.get_or_insert_with(|| Self::none_yet(&run, grasp, source, conditions));
+                grasps.push((sample.id.item.0, rank), grasp, &label, &base_from_gripper);
             }
         }
         Ok(found)
     }
 
-    fn none_yet(run: &GraspRun, grasp: &Grasp, trials: Option<&GraspTrials>) -> Self {
+    fn none_yet(run: &GraspRun, grasp: &Grasp, source: LabelSource, conditions: Option<[f64; 2]>) -> Self {
         Self {
+            source,
             hand: run.hand.name.clone(),
             opening: grasp.opening.clone(),
-            conditions: trials.map(|trials| [trials.method.friction, trials.method.mass]),
+            conditions,
             friction: run.method.friction,
             transforms: Vec::new(),
             in_gripper: Vec::new(),
@@ -141,14 +205,13 @@ impl LabelledGrasps {
         &mut self,
         (item, rank): (u32, u32),
         grasp: &Grasp,
-        trial: Option<&GraspTrial>,
+        label: &Label,
         base_from_gripper: &IsometryMatrix3<f64>,
     ) {
         let object_from_gripper = grasp.object_from_base.isometry() * base_from_gripper;
         self.transforms.extend(Pose::<Object, HandBase>::from_isometry(object_from_gripper).to_rows());
         self.transforms.extend([0.0, 0.0, 0.0, 1.0]);
-        let held = trial.map_or(grasp.verdict == GraspVerdict::Kept, |trial| trial.outcome.verdict.is_held());
-        self.in_gripper.push(held.into());
+        self.in_gripper.push(label.held.into());
         self.names[0].push(item.into());
         self.names[1].push(rank.into());
         let numbers = [
@@ -158,7 +221,7 @@ impl LabelledGrasps {
             ("volume", grasp.volume),
             ("width", grasp.width.unwrap_or(f64::NAN)),
         ];
-        for (name, value) in numbers.into_iter().chain(trial.map(|trial| ("farthest", trial.outcome.farthest))) {
+        for (name, value) in numbers.into_iter().chain(label.numbers.iter().copied()) {
             self.qualities.entry(name).or_default().push(value);
         }
     }
@@ -171,11 +234,10 @@ impl LabelledGrasps {
         grasps.create_dataset("transforms").with_f64_data(&self.transforms).with_shape(&[count, 4, 4]);
         let mut qualities = grasps.create_group("qualities");
         let mut labels = qualities.create_group("flex");
-        let from = if self.conditions.is_some() { TRIAL } else { VERDICT };
         labels
             .create_dataset("object_in_gripper")
             .with_i64_data(&self.in_gripper)
-            .set_attr("from", AttrValue::String(from.to_owned()));
+            .set_attr("from", AttrValue::String(self.source.name().to_owned()));
         qualities.add_group(labels.finish());
         let mut own = qualities.create_group("graspmill");
         for (name, numbers) in ["item", "rank"].iter().zip(&self.names) {

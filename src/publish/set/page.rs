@@ -6,7 +6,12 @@ use serde::Serialize;
 
 use super::{Cover, surveyed::SurveyedDataset};
 use crate::{
-    asset::AssetKind, chart::grouped, counts::counts_in_words, page::ImageView, products::pages_of,
+    asset::AssetKind,
+    chart::{grouped, percent},
+    counts::counts_in_words,
+    page::ImageView,
+    product::GraspFunnel,
+    products::pages_of,
     scene_samples::ScenePanel,
 };
 use format::dataset::{DatasetError, SetContent, SetTable, layout::REPORT};
@@ -21,6 +26,8 @@ pub(crate) struct SetPage<'a> {
     numbers: HeaderNumbers,
     panels: Vec<PanelView>,
     rows: Vec<DatasetRow<'a>>,
+    /// Grasps in scenes by hand; empty if no dataset has some.
+    funnels: Vec<FunnelRow<'a>>,
     /// Names shared by several objects.
     differing: Vec<&'a str>,
 }
@@ -59,6 +66,40 @@ struct DatasetRow<'a> {
     report: Option<String>,
     /// Counts as text.
     counts: Vec<String>,
+}
+
+/// Grasps of one hand in the scenes of one dataset.
+#[derive(Serialize)]
+struct FunnelRow<'a> {
+    dataset: &'a str,
+    hand: String,
+    bodies: String,
+    with_free: String,
+    candidates: String,
+    free: String,
+    tried: String,
+    lifted: String,
+    held: String,
+}
+
+impl<'a> FunnelRow<'a> {
+    fn of(dataset: &'a str, funnel: GraspFunnel) -> Self {
+        let GraspFunnel { hand, bodies, bodies_with_free, candidates, free, trials } = funnel;
+        let with_share =
+            |count: u64, of: u64| format!("{} ({})", grouped(count), percent(count as f64 / of.max(1) as f64));
+        let tried = |index: usize| trials.map_or(String::new(), |counts| with_share(counts[index], counts[0]));
+        Self {
+            dataset,
+            hand,
+            bodies: grouped(bodies),
+            with_free: with_share(bodies_with_free, bodies),
+            candidates: grouped(candidates),
+            free: with_share(free, candidates),
+            tried: trials.map_or(String::new(), |[tried, ..]| grouped(tried)),
+            lifted: tried(1),
+            held: tried(2),
+        }
+    }
 }
 
 impl<'a> SetPage<'a> {
@@ -105,6 +146,8 @@ impl<'a> SetPage<'a> {
                 .map(|picture| ImageView::of(picture, picture.width, picture.height))
                 .collect(),
         };
+        let funnel = |dataset: &'a SurveyedDataset| Some(FunnelRow::of(&dataset.name, dataset.survey.funnel()?));
+        let funnels = datasets.iter().filter_map(funnel).collect();
         let of_cover = |cover: &Cover| PanelView {
             caption: cover.caption.clone(),
             images: vec![ImageView::of_png(cover.png(), cover.size())],
@@ -121,6 +164,7 @@ impl<'a> SetPage<'a> {
             },
             panels: cover.map(of_cover).into_iter().chain(panels.iter().map(panel)).collect(),
             rows,
+            funnels,
             differing: content.differing.iter().map(String::as_str).collect(),
         })
     }
@@ -149,6 +193,16 @@ impl<'a> SetPage<'a> {
                 report: is_full.then(|| format!("{name}/{REPORT}")),
                 counts: vec![name.to_owned()],
             }],
+            funnels: is_full
+                .then(|| {
+                    let hand = name.to_owned();
+                    let trials = Some([4, 3, 2]);
+                    let funnel =
+                        GraspFunnel { hand, bodies: 9, bodies_with_free: 8, candidates: 700, free: 60, trials };
+                    FunnelRow::of(name, funnel)
+                })
+                .into_iter()
+                .collect(),
             differing: is_full.then_some(name).into_iter().collect(),
         }
     }

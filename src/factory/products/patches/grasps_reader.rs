@@ -29,7 +29,7 @@ pub enum InvalidGrasps {
     #[error(transparent)]
     Dataset(#[from] DatasetError),
     /// Labels are to be those of trials, and the dataset has none, or graded labels only.
-    #[error("{} has no trials, which the labels require", .0.shown())]
+    #[error("{} has no trials by agreement, which the labels require; make it with [physics] and `physics.labels = \"agreement\"`", .0.shown())]
     NoTrials(PathBuf),
     /// A row of the dataset's table of assets has resting poses that make no sense.
     #[error(transparent)]

@@ -1,5 +1,7 @@
 //! Record of the grasps of one body of a scene, and of their obstacles.
 
+use std::f64::consts::TAU;
+
 use prost::Message;
 
 use super::{PickObstacle, TakenGrasps};
@@ -135,6 +137,27 @@ impl PickCandidates {
     /// Indices of the candidates that are free for the hand in its posture.
     pub fn free(&self) -> impl Iterator<Item = usize> + '_ {
         self.candidates.iter().enumerate().filter(|(_, candidate)| candidate.is_free()).map(|(index, _)| index)
+    }
+
+    /// Smallest rotation about its closing line by which each candidate becomes a free one, from -pi to pi [rad]: 0 of a free
+    /// candidate, `None` where no direction of the same stored grasp is free. Of two equally large ones the positive one.
+    /// Directions are evaluated in steps of `2 pi / rolls`, so that the exact smallest rotation is less than a step nearer.
+    pub fn nearest_free_rotations(&self) -> Vec<Option<f64>> {
+        let rolls = i64::from(self.rolls);
+        let mut found = Vec::with_capacity(self.candidates.len());
+        for same in self.candidates.chunk_by(|a, b| (a.run, a.rank) == (b.run, b.rank)) {
+            let free: Vec<_> =
+                same.iter().filter(|each| each.is_free()).map(|each| i64::from(each.direction)).collect();
+            found.extend(same.iter().map(|candidate| {
+                let steps = free.iter().map(|free| {
+                    let ahead = (free - i64::from(candidate.direction)).rem_euclid(rolls);
+                    if 2 * ahead > rolls { ahead - rolls } else { ahead }
+                });
+                let nearest = steps.min_by_key(|steps| (steps.abs(), *steps < 0))?;
+                Some(TAU * nearest as f64 / rolls as f64)
+            }));
+        }
+        found
     }
 
     /// Appends the payload to `out`; equal records give equal bytes.

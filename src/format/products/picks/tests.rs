@@ -316,3 +316,15 @@ fn samplings_that_make_no_sense_are_refused_by_field() {
         assert_eq!(named(&error), field, "{error}");
     }
 }
+
+/// Rotations go to the nearest free direction of the same stored grasp, the short way round the circle.
+#[test]
+fn a_blocked_grasp_knows_its_nearest_free_rotation() {
+    use std::f64::consts::{FRAC_PI_2, PI};
+    let found = candidates().nearest_free_rotations();
+    let expected = [0.0, PI, FRAC_PI_2, -FRAC_PI_2, PI, 0.0].map(Some);
+    assert_eq!(found, expected);
+    let mut blocked = candidates();
+    blocked.candidates.truncate(5);
+    assert_eq!(blocked.nearest_free_rotations()[3..], [None, None]);
+}

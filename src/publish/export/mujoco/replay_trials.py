@@ -381,7 +381,7 @@ def main():
     parser.add_argument("--starts", type=int, default=40, help="with sdf: points that MuJoCo begins its descents to contacts from")
     variants = "; ".join(f"{name}: {what}" for name, what in VARIANTS.items())
     parser.add_argument("--variant", choices=VARIANTS, default="stored", help=f"conditions of the trials; {variants}")
-    parser.add_argument("--stored", choices=["held", "failed", "borderline", "unconfirmed", "untested"], help="only grasps with this label")
+    parser.add_argument("--stored", choices=["held", "failed", "borderline", "unconfirmed", "untested", "partial", "blocked"], help="only grasps with this label")
     parser.add_argument("--processes", type=int, default=1, help="objects at a time")
     parser.add_argument("--view", action="store_true", help="show the trials in MuJoCo's viewer")
     arguments = parser.parse_args()

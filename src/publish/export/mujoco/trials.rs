@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::{
     super::{
@@ -16,7 +16,7 @@ use super::{
     parts::{CONTACT, inertial},
 };
 use format::{
-    Channel, GraspRun, GraspTrials, Noun, Product, TrialMethod,
+    Channel, GraspLadder, GraspLadders, GraspRun, GraspTrial, GraspTrials, LadderLevel, Noun, Product,
     dataset::{AssetRow, DatasetReader, Sample},
     extras::Shapes,
 };
@@ -28,7 +28,7 @@ use kernel::{
 /// Script that runs the trials again; it requires only MuJoCo and NumPy.
 const REPLAY: &str = include_str!("replay_trials.py");
 
-/// `<object>/scene.xml` and `grasps.json` of a dataset of tried grasps, with `hand.xml`, `drive.json` and
+/// `<object>/scene.xml` and `grasps.json` of a dataset of tried grasps, by either method of labels, with `hand.xml`, `drive.json` and
 /// `replay.py`, which repeats the trials in plain MuJoCo.
 pub(super) const FORM: ExportForm = ExportForm {
     product: Product::GRASPS,
@@ -37,18 +37,116 @@ pub(super) const FORM: ExportForm = ExportForm {
     layout: |_| {
         "hand.xml: the hand with a servo for each joint; drive.json: the actuation, and the phases of a trial; \
          <object>/scene.xml, scene_sdf.xml: that hand and the object for MuJoCo 3.17, by triangles and by distances; \
-         <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], the same for the pregrasp with its driven joints, and the outcome of each trial; replay.py repeats the trials and writes agreement.json"
+         <object>/grasps.json: postures, object_from_base (3, 4) row-major [m], the same for the pregrasp with its driven joints, and the stored outcome (of graded labels that at the level nominal, with success and label); replay.py repeats the trials and writes agreement.json"
     },
     write,
 };
 
-/// A tried grasp: its sample, and the index of its trial.
+/// A tried grasp: its sample, and its index among the tried grasps of the sample.
 type TriedGrasp = (SampleIndex, usize);
+
+/// Gravity of trials that become graded labels: all of them lift and shake.
+const LIFTED: &str = "lifted";
+
+/// Tried grasps of a sample.
+enum Tried {
+    Agreement(GraspTrials),
+    Ladder(GraspLadders),
+}
+
+/// Conditions that all trials of an object share: at the level `nominal` of graded labels.
+struct Conditions {
+    friction: f64,
+    torsion: f64,
+    mass: f64,
+    mass_from: String,
+    gravity: String,
+}
+
+impl Tried {
+    fn read(sample: &Sample) -> Result<Self, ExportError> {
+        if let Some(trials) = sample.find::<GraspTrials>()? {
+            return Ok(Self::Agreement(trials));
+        }
+        sample.find::<GraspLadders>()?.map(Self::Ladder).ok_or(ExportError::NoTrials)
+    }
+
+    fn len(&self) -> usize {
+        match self {
+            Self::Agreement(trials) => trials.trials.len(),
+            Self::Ladder(ladders) => ladders.ladders.len(),
+        }
+    }
+
+    fn conditions(&self) -> Conditions {
+        match self {
+            Self::Agreement(GraspTrials { method, .. }) => Conditions {
+                friction: method.friction,
+                torsion: method.torsion,
+                mass: method.mass,
+                mass_from: method.mass_from.clone(),
+                gravity: method.gravity.clone(),
+            },
+            Self::Ladder(GraspLadders { method, .. }) => Conditions {
+                friction: method.friction,
+                torsion: method.torsion,
+                mass: method.mass,
+                mass_from: method.mass_from.clone(),
+                gravity: LIFTED.to_owned(),
+            },
+        }
+    }
+
+    /// Resting pose whose table carried the object in the trials; `None` in the air.
+    fn resting_pose(&self, tried: usize) -> Option<usize> {
+        match self {
+            Self::Agreement(_) => None,
+            Self::Ladder(ladders) => ladders.ladders[tried].resting_pose.map(|pose| pose as usize),
+        }
+    }
+
+    /// Index of a tried grasp in its run, and its stored outcome.
+    fn expected(&self, tried: usize) -> (u32, Value) {
+        match self {
+            Self::Agreement(trials) => (trials.trials[tried].grasp, expected_of_trial(&trials.trials[tried])),
+            Self::Ladder(ladders) => (ladders.ladders[tried].grasp, expected_of_ladder(&ladders.ladders[tried])),
+        }
+    }
+}
+
+fn expected_of_trial(trial: &GraspTrial) -> Value {
+    json!({
+        "verdict": trial.outcome.verdict.name(),
+        "label": trial.label().name(),
+        "time": trial.outcome.time,
+        "closing_time": trial.outcome.closing_time,
+        "farthest": trial.outcome.farthest,
+        "perturbed": trial.perturbed.iter().map(|run| run.outcome.verdict.name()).collect::<Vec<_>>(),
+        "closed_joints": trial.closed.as_ref().map(|closed| &closed.joints),
+    })
+}
+
+/// The outcome at the level `nominal`; a blocked grasp has no trial, and the verdict `blocked`.
+fn expected_of_ladder(ladder: &GraspLadder) -> Value {
+    let nominal = ladder.level(LadderLevel::Nominal).and_then(|level| level.trial()).map(|trial| &trial.outcome);
+    json!({
+        "verdict": nominal.map_or("blocked", |outcome| outcome.verdict.name()),
+        "label": ladder.label().name(),
+        "success": ladder.success(),
+        "resting_pose": ladder.resting_pose,
+        "time": nominal.map(|outcome| outcome.time),
+        "closing_time": nominal.map(|outcome| outcome.closing_time),
+        "farthest": nominal.map(|outcome| outcome.farthest),
+        "perturbed": [],
+        "closed_joints": ladder.closed.as_ref().map(|closed| &closed.joints),
+    })
+}
 
 /// Writes `hand.xml`, `drive.json`, `replay.py`, and a folder per object with `object.obj`, `scene.xml`, `scene_sdf.xml` and
 /// `grasps.json`.
 fn write(reader: &DatasetReader, selection: &ExportSelection, target: &mut Target) -> Result<Written, ExportError> {
-    if !reader.manifest().topics.iter().any(|topic| topic == Channel::GRASP_TRIALS.topic) {
+    let channels = reader.manifest().channels();
+    if ![Channel::GRASP_TRIALS, Channel::GRASP_LADDERS].iter().any(|channel| channels.contains(channel)) {
         return Err(ExportError::NoTrials);
     }
     let shapes = Shapes::open(reader.folder())?;
@@ -81,8 +179,8 @@ fn chosen(
     for sample in reader.iter(selection.samples) {
         let sample = sample?;
         if wanted.is_empty() || wanted.contains(&sample.id.subject) {
-            let trials = trials(&sample)?.trials.len();
-            all.extend((0..trials).map(|trial| (sample.id.subject, (sample.index, trial))));
+            let tried = Tried::read(&sample)?.len();
+            all.extend((0..tried).map(|tried| (sample.id.subject, (sample.index, tried))));
         }
     }
     if all.is_empty() {
@@ -97,10 +195,6 @@ fn chosen(
     Ok(chosen)
 }
 
-fn trials(sample: &Sample) -> Result<GraspTrials, ExportError> {
-    sample.find::<GraspTrials>()?.ok_or(ExportError::NoTrials)
-}
-
 /// One object's folder.
 fn object(
     reader: &DatasetReader,
@@ -110,54 +204,46 @@ fn object(
     (folder, target): (&str, &mut Target),
 ) -> Result<(), ExportError> {
     let unit = mass_properties(row, mesh)?;
-    let (mut grasps, mut method) = (Vec::new(), None);
-    for (index, trial) in tried {
+    let (mut grasps, mut conditions) = (Vec::new(), None);
+    for (index, tried) in tried {
         let sample = reader.sample(*index)?.ok_or(ExportError::NoTrials)?;
-        let (run, mut trials) = (sample.read::<GraspRun>()?, trials(&sample)?);
-        let trial = trials.trials.swap_remove(*trial);
-        let grasp = &run.grasps[trial.grasp as usize];
+        let (run, stored) = (sample.read::<GraspRun>()?, Tried::read(&sample)?);
+        let (rank, expected) = stored.expected(*tried);
+        let (grasp, pose) = (&run.grasps[rank as usize], stored.resting_pose(*tried));
         grasps.push(json!({
             "item": sample.id.item.0,
-            "grasp": trial.grasp,
+            "grasp": rank,
             "posture": grasp.posture,
             "object_from_base": grasp.object_from_base.to_rows(),
             "opening": grasp.opening,
             "object_from_base_pregrasp": grasp.object_from_base_back(run.method.stand_off).to_rows(),
-            "pregrasp": grasp.pregrasp(None),
-            "free_ways": grasp.free_ways(None).name(),
-            "expected": {
-                "verdict": trial.outcome.verdict.name(),
-                "label": trial.label().name(),
-                "time": trial.outcome.time,
-                "closing_time": trial.outcome.closing_time,
-                "farthest": trial.outcome.farthest,
-                "perturbed": trial.perturbed.iter().map(|run| run.outcome.verdict.name()).collect::<Vec<_>>(),
-                "closed_joints": trial.closed.map(|closed| closed.joints),
-            },
+            "pregrasp": grasp.pregrasp(pose),
+            "free_ways": grasp.free_ways(pose).name(),
+            "expected": expected,
         }));
-        method = Some(trials.method);
+        conditions = Some(stored.conditions());
     }
-    let Some(method) = method else { return Ok(()) };
+    let Some(conditions) = conditions else { return Ok(()) };
     let facts = json!({
         "name": row.name,
         "object": row.object.to_string(),
-        "mass": method.mass,
-        "mass_from": method.mass_from,
-        "friction": method.friction,
-        "torsion": method.torsion,
-        "gravity": method.gravity,
+        "mass": conditions.mass,
+        "mass_from": conditions.mass_from,
+        "friction": conditions.friction,
+        "torsion": conditions.torsion,
+        "gravity": conditions.gravity,
         "grasps": grasps,
     });
     target.write_json(&format!("{folder}/grasps.json"), &facts)?;
     write_touched_mesh(target, &format!("{folder}/object.obj"), mesh)?;
-    let [triangles, distances] = scenes(&method, &unit);
+    let [triangles, distances] = scenes(&conditions, &unit);
     target.write(&format!("{folder}/scene.xml"), triangles.as_bytes())?;
     target.write(&format!("{folder}/scene_sdf.xml"), distances.as_bytes())
 }
 
 /// The object with the hand, touched by its triangles and by distances; `unit` is of a kilogram. Small objects have thousands of
 /// triangles near a hand, so MuJoCo's default memory would be too small for the contacts.
-fn scenes(method: &TrialMethod, unit: &MassProperties) -> [String; 2] {
+fn scenes(conditions: &Conditions, unit: &MassProperties) -> [String; 2] {
     let body = |assets: &str, geometry: &str| {
         format!(
             concat!(
@@ -167,16 +253,16 @@ fn scenes(method: &TrialMethod, unit: &MassProperties) -> [String; 2] {
                 "    </body>\n  </worldbody>\n</mujoco>\n"
             ),
             assets,
-            inertial(method.mass, unit),
+            inertial(conditions.mass, unit),
             geometry
         )
     };
     // The object's friction counts for all contacts.
     let contact = format!(
         "priority=\"1\" condim=\"{}\" friction=\"{} {} 0.0001\" {CONTACT}",
-        if method.torsion > 0.0 { 4 } else { 3 },
-        method.friction,
-        method.friction * method.torsion,
+        if conditions.torsion > 0.0 { 4 } else { 3 },
+        conditions.friction,
+        conditions.friction * conditions.torsion,
     );
     let triangles = format!(
         concat!(

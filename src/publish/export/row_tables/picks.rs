@@ -48,6 +48,7 @@ pub(super) struct CandidateRow<'a> {
     sample: &'a SelectedSample<'a>,
     number: u32,
     candidate: &'a PickCandidate,
+    nearest_free_rotation: Option<f64>,
     trial: Option<&'a PickTrial>,
     drawn: Option<&'a DrawnPick>,
 }
@@ -119,10 +120,12 @@ impl PickTables {
         self.picks.extend([PickRow { sample, body, picks, hand, trials, sampling }])?;
         let tried = trials.iter().flat_map(|trials| &trials.trials);
         let tried: BTreeMap<u32, &PickTrial> = tried.map(|trial| (trial.candidate, trial)).collect();
-        let row = |(number, candidate)| {
+        let rotations = picks.nearest_free_rotations();
+        let row = |(number, candidate): (u32, &'a PickCandidate)| {
+            let nearest_free_rotation = rotations[number as usize];
             let trial = tried.get(&number).copied();
             let drawn = sampling.and_then(|sampling| sampling.drawn.get(number as usize));
-            CandidateRow { sample, number, candidate, trial, drawn }
+            CandidateRow { sample, number, candidate, nearest_free_rotation, trial, drawn }
         };
         self.candidates.extend((0..).zip(&picks.candidates).map(row))?;
         self.bodies.extend(BodyRow::all(sample, names, &picks.bodies))?;
@@ -374,6 +377,13 @@ impl TableRow for CandidateRow<'_> {
                 Text,
                 "ways of approach on which the hand touches nothing but the body: opened, posture, both or none",
                 |row| Value::Text(row.candidate.free_ways().name()),
+            ),
+            RowColumn::optional(
+                "nearest_free_rotation",
+                F64,
+                "smallest rotation about its closing line by which the grasp becomes free, in steps of the evaluated directions, from -pi to pi; 0 of a \
+                 free one, none where no direction of the stored grasp is free [rad]",
+                |row| row.nearest_free_rotation.map_or(Value::Empty, Value::F64),
             ),
         ]);
         columns.extend(posture_columns());

@@ -275,6 +275,14 @@ impl SampledPicks {
     }
 }
 
+impl TriedPicks {
+    /// Trials that lifted the body, whether or not they held it in the end.
+    pub(super) fn lifted(&self) -> u64 {
+        let lifted = [PickVerdict::Held, PickVerdict::LostHolding, PickVerdict::LetGo];
+        lifted.iter().filter_map(|verdict| self.verdicts.get(verdict.name())).sum()
+    }
+}
+
 impl PickedObject {
     fn add(&mut self, facts: &PickFacts) {
         self.bodies += 1;

@@ -2,7 +2,7 @@
 
 use super::{
     headline::headline,
-    inspection::PickSurvey,
+    inspection::{PickSurvey, PicksInspection},
     page::{PicksPage, cards, pick_words},
     painting::{Drawn, pick_panel},
     templates::TEMPLATES,
@@ -14,7 +14,7 @@ use crate::{
     numbers::{NumberRow, Numbers},
     picture::{Panel, Picture},
     preview::write_pick_preview,
-    product::{PICTURES, Page, ProductAssets, ProductPages, ProductWords, SampleParts, Survey},
+    product::{GraspFunnel, PICTURES, Page, ProductAssets, ProductPages, ProductWords, SampleParts, Survey},
     scene_samples::{ScenePanel, SceneSample},
     templates::page_values,
 };
@@ -82,6 +82,18 @@ impl Survey for PickSurvey {
         let (cards, job) = (cards(reader, self)?, reader.job_text()?);
         let shown = cards.len();
         Ok(Page { values: page_values(&PicksPage::of(self, cards, &job)), shown })
+    }
+
+    fn funnel(&self) -> Option<GraspFunnel> {
+        let PicksInspection { hand, kept, bodies_with_free, candidates, free, poses, trials, .. } = &self.facts;
+        Some(GraspFunnel {
+            hand: hand.clone(),
+            bodies: *kept,
+            bodies_with_free: *bodies_with_free,
+            candidates: poses.as_ref().map_or(*candidates, |poses| poses.poses),
+            free: *free,
+            trials: trials.as_ref().map(|trials| [trials.tried, trials.lifted(), trials.held]),
+        })
     }
 
     fn add_numbers(&self, numbers: &mut Numbers) {
