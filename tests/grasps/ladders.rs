@@ -1,9 +1,14 @@
 //! Graded labels from job file to Parquet and Python.
 
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+};
+
 use graspmill::{
     files::Folder,
     format::{
-        Channel, FailureReason, GraspLadders, GraspRun, LadderLabel, LadderLevel, LevelResult,
+        Channel, FailureReason, GraspLadders, GraspRun, HeatmapPatch, LadderLabel, LadderLevel, LevelResult,
         dataset::{DatasetReader, Selection},
     },
     words::FreeWays,
@@ -57,7 +62,7 @@ seen = 0
 for path in glob.glob(sys.argv[2] + "/grasps/*.h5"):
     with h5py.File(path) as file:
         flex = file["grasps/qualities/flex/object_in_gripper"]
-        assert flex.attrs["from"] == "ladder"
+        assert flex.attrs["from"] == b"ladder"
         own = file["grasps/qualities/graspmill"]
         name = file["object/id"][()].decode()
         for in_gripper, item, rank, share in zip(flex, own["item"], own["rank"], own["success"], strict=True):
@@ -131,6 +136,48 @@ fn graded_labels_are_stored_exported_and_read() {
     });
     let read = Program::python_lines(EXPORTED_LABELS).arg(&path).arg(&acronym).arg(&replay);
     read.arg(repository_path("python")).succeed();
+}
+
+/// Patches take graded labels: held and failed states have them, partial ones are known not to count.
+#[test]
+fn patches_have_the_graded_labels_of_their_grasps() {
+    let workspace = Workspace::new();
+    let hand = repository_path("scenes/barrett_bh8_280.xml");
+    let grasps = format!(
+        "product = \"grasps\"\nseed = 1\nhand = {{ model = {hand:?} }}\nobjects = [{{ built_in = [\"can-01\"] }}]\n\
+         grasps = {{ seeds = 1, sampler = \"uniform\" }}\nuniform = {{ poses = \"any\" }}\nphysics = {{ labels = \"ladder\" }}\n\
+         split = {{ validation_objects = 0, test_objects = 0 }}\n"
+    );
+    let data = workspace.make_dataset("data", &grasps, &[]);
+    let patches = format!(
+        "product = \"patches\"\nhand = {{ model = {hand:?} }}\ngrasps = {{ dataset = {data:?} }}\nrender = {{ colour = false }}\n"
+    );
+    let patches = workspace.make_dataset("patches", &patches, &[]);
+    let reader = |path: &Path| DatasetReader::open(&Folder::at(path)).expect("a dataset");
+    let mut graded = BTreeMap::new();
+    for sample in reader(&data).iter(Selection::default()) {
+        let sample = sample.expect("readable");
+        for ladder in sample.read::<GraspLadders>().expect("ladders").ladders {
+            graded.insert((sample.id.item.0, ladder.grasp), ladder.label());
+        }
+    }
+    let mut labels = BTreeSet::new();
+    for sample in reader(&patches).iter(Selection::default()) {
+        let sample = sample.expect("readable");
+        let patch = sample.read::<HeatmapPatch>().expect("patches");
+        let label = graded[&(patch.run, patch.rank)];
+        let expected = match label {
+            LadderLabel::Held => -1.0,
+            LadderLabel::Failed => 1.0,
+            _ => 0.0,
+        };
+        assert_eq!(patch.value.to_bits(), f32::to_bits(expected), "{label:?}");
+        labels.insert(label);
+    }
+    assert!(
+        labels.contains(&LadderLabel::Held) && labels.len() > 1 && !labels.contains(&LadderLabel::Blocked),
+        "{labels:?}"
+    );
 }
 
 /// Keys of the other method of labels contradict this one, and its own key leaves jobs without it as they are.

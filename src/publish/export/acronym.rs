@@ -130,8 +130,11 @@ impl Label {
     }
 }
 
+/// Labels of the tried grasps of a sample by rank.
+type RankedLabels = Vec<(u32, Label)>;
+
 /// Tried grasps of a sample by rank with their labels, and friction and mass [kg] of their trials.
-fn tried_grasps(sample: &Sample, source: LabelSource) -> Result<(Vec<(u32, Label)>, [f64; 2]), ExportError> {
+fn tried_grasps(sample: &Sample, source: LabelSource) -> Result<(RankedLabels, [f64; 2]), ExportError> {
     if let LabelSource::Ladder = source {
         let stored = sample.find::<GraspLadders>()?.ok_or(ExportError::NoTrials)?;
         let labels = stored.ladders.iter().map(|ladder| (ladder.grasp, Label::from_ladder(ladder)));

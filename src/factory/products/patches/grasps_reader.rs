@@ -8,7 +8,8 @@ use std::{
 use super::settings::{ChosenGrasp, FoundGrasps, GraspTable, GraspTrialEnd, GraspedObject};
 use crate::products::input::{InvalidInput, open_input};
 use format::{
-    Channel, Grasp, GraspLabel, GraspRun, GraspTrial, GraspTrials, Product, WRENCH,
+    Channel, Grasp, GraspLabel, GraspLadder, GraspLadders, GraspRun, GraspTrials, LadderLabel, LadderLevel, Product,
+    WRENCH,
     dataset::{DatasetError, DatasetReader, Sample, Selection},
     extras::InvalidResting,
 };
@@ -28,8 +29,8 @@ pub enum InvalidGrasps {
     /// The dataset cannot be read.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
-    /// Labels are to be those of trials, and the dataset has none, or graded labels only.
-    #[error("{} has no trials by agreement, which the labels require; make it with [physics] and `physics.labels = \"agreement\"`", .0.shown())]
+    /// Labels are to be those of trials, and the dataset has none.
+    #[error("{} has no trials, which the labels require; make it with [physics]", .0.shown())]
     NoTrials(PathBuf),
     /// A row of the dataset's table of assets has resting poses that make no sense.
     #[error(transparent)]
@@ -57,9 +58,11 @@ pub struct WantedGrasps {
 /// When the folder holds no finished dataset of grasps of a known hand, or none with trials where they are required.
 pub fn read_grasps(folder: &Path, wanted: WantedGrasps) -> Result<FoundGrasps, InvalidGrasps> {
     let (reader, root) = open_input(folder, Product::GRASPS, NumberClass::Exact)?;
+    let channels = reader.manifest().channels();
     let trials = match wanted.by_trials {
-        // Labels of patches are those of trials that agree, not graded ones.
-        true if !reader.manifest().channels().contains(&Channel::GRASP_TRIALS) => return Err(no_trials(folder)),
+        true if ![Channel::GRASP_TRIALS, Channel::GRASP_LADDERS].iter().any(|by| channels.contains(by)) => {
+            return Err(no_trials(folder));
+        }
         true => Some(*reader.manifest().classes.get(&NumberClass::Physics).ok_or_else(|| no_trials(folder))?),
         false => None,
     };
@@ -101,7 +104,7 @@ impl TypeCensus {
                 };
                 *census.counts.entry(kind).or_default() += 1;
                 let stands = table.is_some() || !wanted.on_table;
-                if stands && trial.is_none_or(|trial| trial.label() == GraspLabel::Held) {
+                if stands && trial.is_none_or(|trial| trial.outcome == GraspLabel::Held) {
                     *census.good.entry(kind).or_default() += 1;
                 }
             }
@@ -116,19 +119,18 @@ impl TypeCensus {
 /// A run, with its trials where labels are those of trials.
 struct CandidateRun {
     run: GraspRun,
-    trials: Option<Vec<GraspTrial>>,
+    trials: Option<Vec<(u32, GraspTrialEnd)>>,
 }
 
 impl CandidateRun {
     fn of(sample: &Sample, by_trials: bool) -> Result<Self, DatasetError> {
         // A dataset with a root of physics has trials for every run; without them nothing of the run was tried.
-        let stored = if by_trials { sample.find::<GraspTrials>()? } else { None };
-        let trials = by_trials.then(|| stored.map_or_else(Vec::new, |stored| stored.trials));
+        let trials = if by_trials { Some(ends_of(sample)?) } else { None };
         Ok(Self { run: sample.read::<GraspRun>()?, trials })
     }
 
     /// The states that can become samples, with their ranks and trials: the kept ones, or all that were tried.
-    fn candidates(&self) -> Box<dyn Iterator<Item = (u32, &Grasp, Option<&GraspTrial>)> + '_> {
+    fn candidates(&self) -> Box<dyn Iterator<Item = (u32, &Grasp, Option<GraspTrialEnd>)> + '_> {
         let ranked = (0..).zip(&self.run.grasps);
         match &self.trials {
             None => Box::new(
@@ -137,12 +139,34 @@ impl CandidateRun {
                     .map(|(rank, grasp)| (rank, grasp, None)),
             ),
             Some(trials) => Box::new(
-                trials
-                    .iter()
-                    .filter_map(|trial| Some((trial.grasp, self.run.grasps.get(trial.grasp as usize)?, Some(trial)))),
+                trials.iter().filter_map(|(rank, end)| Some((*rank, self.run.grasps.get(*rank as usize)?, Some(*end)))),
             ),
         }
     }
+}
+
+/// Outcomes of the tried states of a run by rank, by either method of labels.
+fn ends_of(sample: &Sample) -> Result<Vec<(u32, GraspTrialEnd)>, DatasetError> {
+    if let Some(stored) = sample.find::<GraspTrials>()? {
+        let end = |outcome, trial| GraspTrialEnd { outcome, trial };
+        return Ok(stored.trials.iter().map(|each| (each.grasp, end(each.label(), each.outcome.verdict))).collect());
+    }
+    let stored = sample.find::<GraspLadders>()?.map_or_else(Vec::new, |stored| stored.ladders);
+    Ok(stored.iter().filter_map(|ladder| Some((ladder.grasp, end_of_ladder(ladder)?))).collect())
+}
+
+/// The outcome of a graded state, with the end of its trial at the level `nominal`. A state that holds at some level only is
+/// `borderline`; a blocked one, of which no trial was made, has no outcome.
+fn end_of_ladder(ladder: &GraspLadder) -> Option<GraspTrialEnd> {
+    let outcome = match ladder.label() {
+        LadderLabel::Untested => GraspLabel::Untested,
+        LadderLabel::Held => GraspLabel::Held,
+        LadderLabel::Partial => GraspLabel::Borderline,
+        LadderLabel::Failed => GraspLabel::Failed,
+        LadderLabel::Blocked => return None,
+    };
+    let trial = ladder.level(LadderLevel::Nominal)?.trial()?.outcome.verdict;
+    Some(GraspTrialEnd { outcome, trial })
 }
 
 /// Resting poses by object; none without a table.
@@ -188,8 +212,7 @@ fn objects(
             if let Some(kind) = kind_of(grasp, table).filter(|kind| types.index_of(*kind).is_some()) {
                 let epsilon = grasp.epsilon(&run.run.method);
                 let mut chosen = of_grasp(grasp, [sample.item.0, rank, kind], epsilon);
-                chosen.trial =
-                    trial.map(|trial| GraspTrialEnd { outcome: trial.label(), trial: trial.outcome.verdict });
+                chosen.trial = trial;
                 chosen.table = table;
                 grasps.push(chosen);
             }

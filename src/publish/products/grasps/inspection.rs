@@ -15,7 +15,7 @@ use crate::{
     tally::{Spread, SpreadRow},
 };
 use format::{
-    Channel, Grasp, GraspFacts, GraspMethod, GraspRun, GraspTrials, HandNames, Product,
+    Channel, Grasp, GraspFacts, GraspLadders, GraspMethod, GraspRun, GraspTrials, HandNames, LadderLabel, Product,
     dataset::{AssetRow, DatasetError, DatasetReader, Fate, Manifest, Selection, layout::ASSETS},
 };
 use kernel::{
@@ -118,7 +118,7 @@ pub struct GraspObjectFacts {
     pub given_up: u64,
     /// States with each verdict, in the order of [`GraspVerdict::ALL`].
     pub verdicts: [u64; GraspVerdict::ALL.len()],
-    /// Tried grasps, and those that held; zeros without trials.
+    /// Tried grasps, and those that held in the air or whose graded label is held; zeros without trials.
     pub trials: [u64; 2],
     /// Poses in which the object rests on a table.
     #[serde(default)]
@@ -268,21 +268,38 @@ impl Pass {
 impl Pass {
     fn trials(&mut self, index: SampleIndex, run: &GraspRun, trials: &GraspTrials) {
         self.trials.add(run, trials);
-        let object = self.objects.entry(run.sample.subject).or_default();
         for trial in &trials.trials {
-            let held = u64::from(trial.outcome.verdict.is_held());
-            object.trials = [object.trials[0] + 1, object.trials[1] + held];
-            let grasp = run.grasps.get(trial.grasp as usize);
             let is_lifted = trial.table.as_ref().is_some_and(|table| table.outcome.verdict.is_held());
-            let judged = &mut object.judged[if is_lifted { 0 } else { 2 - held as usize }];
-            if let Some(epsilon) = grasp.map(|grasp| grasp.epsilon(&run.method))
-                && judged.is_none_or(|(best, _)| epsilon > best)
-            {
-                *judged = Some((epsilon, GraspIndex { run: index, grasp: trial.grasp as usize }));
+            let judgement = if is_lifted { 0 } else { 2 - usize::from(trial.outcome.verdict.is_held()) };
+            self.judge(index, run, trial.grasp, (trial.outcome.verdict.is_held(), Some(judgement)));
+        }
+    }
+
+    /// Graded labels: a grasp that holds at some levels only is shown neither as held nor as failed.
+    fn ladders(&mut self, index: SampleIndex, run: &GraspRun, ladders: &GraspLadders) {
+        for ladder in &ladders.ladders {
+            let judgement = match ladder.label() {
+                LadderLabel::Held => Some(usize::from(ladder.resting_pose.is_none())),
+                LadderLabel::Failed => Some(2),
+                LadderLabel::Untested | LadderLabel::Partial | LadderLabel::Blocked => None,
+            };
+            self.judge(index, run, ladder.grasp, (ladder.label() == LadderLabel::Held, judgement));
+        }
+    }
+
+    /// Counts a tried grasp; `judgement` is a row of [`JUDGEMENTS`] for which it may be shown.
+    fn judge(&mut self, index: SampleIndex, run: &GraspRun, rank: u32, (is_held, judgement): (bool, Option<usize>)) {
+        let object = self.objects.entry(run.sample.subject).or_default();
+        object.trials = [object.trials[0] + 1, object.trials[1] + u64::from(is_held)];
+        let Some(grasp) = run.grasps.get(rank as usize) else { return };
+        if let Some(judged) = judgement.map(|row| &mut object.judged[row]) {
+            let epsilon = grasp.epsilon(&run.method);
+            if judged.is_none_or(|(best, _)| epsilon > best) {
+                *judged = Some((epsilon, GraspIndex { run: index, grasp: rank as usize }));
             }
-            if let Some(kind) = grasp.filter(|grasp| grasp.verdict == GraspVerdict::Kept).and_then(|grasp| grasp.kind) {
-                self.types.entry(kind).or_default()[1] += held;
-            }
+        }
+        if let Some(kind) = grasp.kind.filter(|_| grasp.verdict == GraspVerdict::Kept) {
+            self.types.entry(kind).or_default()[1] += u64::from(is_held);
         }
     }
 }
@@ -306,6 +323,9 @@ impl GraspSurvey {
             pass.run(sample.index, &run);
             if let Some(trials) = sample.find::<GraspTrials>()? {
                 pass.trials(sample.index, &run, &trials);
+            }
+            if let Some(ladders) = sample.find::<GraspLadders>()? {
+                pass.ladders(sample.index, &run, &ladders);
             }
         }
         let mut objects: Vec<GraspObjectFacts> = Vec::new();
