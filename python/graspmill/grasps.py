@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 VERDICTS = ("kept", "penetrates", "open_hand", "no_force_closure", "low_quality", "below_table")
 """Name of each verdict on a grasp."""
 POINT_SCHEMES = (None, "area", "thickness", "cells")
-"""Scheme by which the first point of a pair was drawn, by number; none for samplers without pairs."""
+"""Scheme by which the point of a pair or an approach was drawn, by number; none for samplers without points."""
 TRIAL_VERDICTS = (
     *("held", "starts_too_deep", "not_touching", "one_link", "lost_closing", "lost_lifting", "lost_shaking"),
     *("lost_turned", "let_go", "unstable"),

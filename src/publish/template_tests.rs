@@ -438,6 +438,7 @@ fn pages(name: &str) -> Vec<Page> {
         (Some("annealing"), Some(true), true),
         (Some("uniform"), Some(false), true),
         (Some("antipodal"), Some(false), false),
+        (Some("approach"), Some(false), true),
         (Some("annealing"), None, true),
         (None, None, false),
     ] {

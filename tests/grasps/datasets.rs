@@ -122,6 +122,7 @@ fn samplers_without_a_search_make_datasets() {
         ("middles", "antipodal", "pairs = 100\nbest = 2\ndepth = \"middle\"", 2),
         ("air", "antipodal", "pairs = 100\nbest = 2", 2),
         ("table", "antipodal", "pairs = 100\nbest = 2\nsupport = \"table\"", 2),
+        ("along", "approach", "draws = 300\nbest = 2", 2),
     ] {
         let job = format!(
             "product = \"grasps\"\nname = \"{name}\"\nseed = 5\n[hand]\nmodel = {scene:?}\n[[objects]]\n\
@@ -142,7 +143,7 @@ fn samplers_without_a_search_make_datasets() {
         // On its table a run keeps its margin in one of the resting poses at least.
         let above = |grasp: &Grasp| grasp.clearances.iter().any(|[shaped, _]| *shaped >= 0.002);
         assert!(name != "table" || runs.iter().flat_map(|run| &run.grasps).all(above));
-        let max_advance = if ["air", "table"].contains(&name) { 0.0 } else { 0.03 };
+        let max_advance = if ["air", "table", "along"].contains(&name) { 0.0 } else { 0.03 };
         assert!(runs.iter().all(|run| run.method.max_advance == max_advance), "{name}");
         assert!(runs.iter().flat_map(|run| &run.grasps).any(|grasp| grasp.shift.is_some()), "{name}");
     }
@@ -155,6 +156,35 @@ fn samplers_without_a_search_make_datasets() {
         assert!(said.contains("only a gripper has middles of pads"), "{said}");
     }
     assert!(!workspace.path("barrett").exists());
+}
+
+/// Approaches of the Barrett hand: the same bytes on one thread and on two, and a budget that is spent is counted.
+#[test]
+fn approaches_of_several_fingers_make_the_same_dataset_on_any_number_of_threads() {
+    let workspace = Workspace::new();
+    let job = format!(
+        "product = \"grasps\"\nname = \"approaches\"\nseed = 5\n{}objects = [{{ built_in = [\"can-01\"] }}]\n\
+         [grasps]\nseeds = 2\nsampler = \"approach\"\n[approach]\ndraws = 400\nbest = 4\n{NO_SPLIT}",
+        barrett_line()
+    );
+    workspace.write("job.toml", job);
+    let first = run(&workspace, "one", &["--threads", "1"]);
+    assert_eq!(run(&workspace, "two", &["--threads", "2"]), first, "every file");
+    let runs = |name: &str| -> Vec<GraspRun> {
+        let reader = open(&workspace, name);
+        let samples = reader.iter(Selection::default()).map(|sample| sample.expect("a sample"));
+        samples.map(|sample| sample.read::<GraspRun>().expect("a run")).collect()
+    };
+    for run in runs("one") {
+        assert_eq!((run.method.sampler.as_str(), run.method.max_advance, run.grasps.len()), ("approach", 0.0, 4));
+        assert!(!run.budget_spent && run.asked_steps == run.steps && run.steps < 400);
+        let free = |grasp: &Grasp| grasp.object_in_way.is_some_and(|ways| ways.shaped.is_none());
+        assert!(run.grasps.iter().all(free), "the way in the posture of the grasp is free of the object");
+    }
+    run(&workspace, "short", &["--set", "approach={draws=400,best=1000}"]);
+    assert!(runs("short").iter().all(|run| run.budget_spent && run.steps == 400));
+    assert!(read_report(&workspace.path("short")).contains("approached along surface normals"));
+    assert_intact(workspace.path("one"), FULL_CHECK);
 }
 
 /// Runs of a plate that is flat on a table, wider than the gripper opens, are rejected, and the dataset reports why.
@@ -576,6 +606,7 @@ fn an_object_without_a_solid_is_refused_before_the_run_and_the_others_are_made()
         ("annealing", "[annealing]\nsteps = 300\nmax_failures = 300"),
         ("uniform", "[uniform]\ngrasps = 3\nposes = \"any\""),
         ("antipodal", "[antipodal]\npairs = 100\nbest = 2"),
+        ("approach", "[approach]\ndraws = 300\nbest = 2"),
     ] {
         let workspace = write_job_with_sheet(sampler, keys);
         let said = workspace.run_job("job", "data").expect_code(3).stdout;

@@ -435,13 +435,13 @@ pub struct GraspRun {
     /// resting poses of the object: each grasp that was closed has one clearance per pose
     #[prost(uint32, tag = "41")]
     pub resting_poses: u32,
-    /// sampler of its states: empty for annealing, else uniform or antipodal.
+    /// sampler of its states: empty for annealing, else uniform, antipodal or approach.
     #[prost(string, tag = "40")]
     pub sampler: ::prost::alloc::string::String,
-    /// With the latter, steps and tries count states or pairs, failed those that gave no state,
-    /// accepted the others; energy rates the states
+    /// With the latter, steps and tries count states, pairs or approaches, failed those that gave
+    /// no state, accepted the others; energy rates the states
     ///
-    /// of antipodal: steps is the job's budget of pairs, and the run has fewer states than the job sets
+    /// of antipodal and approach: steps is the job's budget of draws, and the run has fewer states than the job sets
     #[prost(bool, tag = "42")]
     pub budget_spent: bool,
 }

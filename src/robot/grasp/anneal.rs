@@ -115,6 +115,7 @@ impl Annealer {
             course: counts.course,
             grasps,
             losses: None,
+            approach_losses: None,
         }
     }
 

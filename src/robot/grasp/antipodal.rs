@@ -3,13 +3,13 @@
 
 use std::{f64::consts::TAU, sync::Arc};
 
-use nalgebra::{IsometryMatrix3, Point3, Rotation3, Translation3, Vector3};
+use nalgebra::{IsometryMatrix3, Rotation3, Translation3, Vector3};
 
 use super::{
-    alike::KnownGrasps,
     best::{BestList, Candidate},
-    found::{GraspContact, PairLosses, RatedGrasp, SearchRun},
+    found::{PairLosses, RatedGrasp, SearchRun},
     frame::Frame,
+    known::KnownStates,
     object::ObjectSearch,
     opposition::Oppositions,
     pads::{Grip, Pads},
@@ -48,9 +48,6 @@ const LIFT: f64 = 0.0005;
 /// Farther than this no hand is lifted [m].
 const MAX_LIFT: f64 = 0.03;
 
-/// Two contacts hold an object between them where the cosine of the angle between their normals is below this.
-const MAX_OPPOSED: f64 = -0.5;
-
 /// Parts of a hand between which it takes a pair.
 enum Holds<'a> {
     Pads(&'a Pads),
@@ -63,13 +60,6 @@ struct PairSource<'a> {
     mixture: PointMixture<'a>,
     /// Straight up, in `Object`, above a table.
     up: Option<Vector3<f64>>,
-}
-
-/// States that a run has.
-struct KnownStates {
-    grasps: KnownGrasps,
-    /// Middle between the pads of a gripper, else the origin, expressed in the approach frame [m].
-    middle: Point3<f64>,
 }
 
 /// A table below an object.
@@ -126,7 +116,7 @@ impl GraspSampler {
             }
         };
         let source = self.pair_source(object, holds, antipodal.friction, table.as_ref());
-        let mut known = self.known_states(holds);
+        let mut known = KnownStates::new(&self.search);
         let (mut energies, mut grasps) = (Vec::new(), Vec::<RatedGrasp>::new());
         losses.nowhere_thin = source.mixture.is_empty();
         let budget = if losses.no_resting_pose || losses.nowhere_thin { 0 } else { antipodal.pairs };
@@ -198,20 +188,6 @@ impl GraspSampler {
         let rule = PairRule { surface, friction, max, level };
         let mixture = PointMixture::new(surface, object.sample(level), rule.max_thickness(), level);
         PairSource { rule, mixture, up: table.map(|table| table.up) }
-    }
-
-    /// No states yet, of a hand with its symmetry.
-    fn known_states(&self, holds: &Holds<'_>) -> KnownStates {
-        let hand = &self.search.hand;
-        let middle = match holds {
-            Holds::Pads(pads) => {
-                let frames = hand.link_frames(&hand.posture_values(&hand.opened()));
-                let approach_from_base = hand.approach_pose(&frames).isometry().inverse();
-                approach_from_base * Point3::from(pads.base_from_pads(hand, &frames).translation.vector)
-            }
-            Holds::Contacts(_) => Point3::origin(),
-        };
-        KnownStates { grasps: KnownGrasps::new(self.search.is_half_turn_symmetric()), middle }
     }
 
     /// The hand opened a little farther than a pair; `None` where it does not open so far.
@@ -313,7 +289,12 @@ impl GraspSampler {
 
     /// Whether the hand in a posture of amplitudes may be clear of the object, by the test of annealing, which is by far the
     /// cheaper one; true of a gripper without amplitudes.
-    fn is_clear(&mut self, object: &ObjectSearch, object_from_base: &IsometryMatrix3<f64>, amplitudes: &[f64]) -> bool {
+    pub(super) fn is_clear(
+        &mut self,
+        object: &ObjectSearch,
+        object_from_base: &IsometryMatrix3<f64>,
+        amplitudes: &[f64],
+    ) -> bool {
         let base = Frame::of(object_from_base);
         amplitudes.is_empty()
             || is_feasible(self.level, &self.search, object.field(), &base, amplitudes, &mut self.scratch)
@@ -328,11 +309,7 @@ impl GraspSampler {
                     |side: f64| contacts.iter().any(|contact| self.search.hand.closing_side(contact.link) == side);
                 touches(1.0) && touches(-1.0)
             }
-            Holds::Contacts(_) => contacts.iter().enumerate().any(|(index, one)| {
-                let opposes =
-                    |other: &GraspContact| one.link != other.link && one.normal.dot(&other.normal) < MAX_OPPOSED;
-                contacts[..index].iter().any(opposes)
-            }),
+            Holds::Contacts(_) => grasp.presses_from_both_sides(),
         }
     }
 
@@ -403,22 +380,6 @@ impl PairSource<'_> {
             }
         };
         (scheme, pair)
-    }
-}
-
-impl KnownStates {
-    /// Frame that is compared: the approach frame, moved to between the pads.
-    fn compared(&self, object_from_approach: &IsometryMatrix3<f64>) -> Frame {
-        Frame::of(&(object_from_approach * Translation3::from(self.middle)))
-    }
-
-    fn has(&self, object_from_approach: &IsometryMatrix3<f64>) -> bool {
-        self.grasps.has(&self.compared(object_from_approach))
-    }
-
-    fn add(&mut self, object_from_approach: &IsometryMatrix3<f64>) {
-        let frame = self.compared(object_from_approach);
-        self.grasps.add(frame);
     }
 }
 

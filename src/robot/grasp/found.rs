@@ -7,6 +7,9 @@ use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
 use super::table::TableClearance;
 use kernel::words::{GraspVerdict, PointScheme, STRETCHES};
 
+/// Two contacts hold an object between them where the cosine of the angle between their normals is below this.
+const MAX_OPPOSED: f64 = -0.5;
+
 /// Energies of a state of the hand; lower is better.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energies {
@@ -79,8 +82,18 @@ pub struct RatedGrasp {
     /// For each pose in which the object rests on a table, how far the hand stays above it; none where the verdict is
     /// [`GraspVerdict::Penetrates`].
     pub clearances: Vec<TableClearance>,
-    /// Scheme by which the first point of its pair was drawn; `None` of other samplers.
+    /// Scheme by which the first point of its pair, or the point of its approach, was drawn; `None` of other samplers.
     pub point_scheme: Option<PointScheme>,
+}
+
+impl RatedGrasp {
+    /// Whether two links of the closed hand press on the object against each other.
+    pub(super) fn presses_from_both_sides(&self) -> bool {
+        self.contacts.iter().enumerate().any(|(index, one)| {
+            let opposes = |other: &GraspContact| one.link != other.link && one.normal.dot(&other.normal) < MAX_OPPOSED;
+            self.contacts[..index].iter().any(opposes)
+        })
+    }
 }
 
 /// A tenth of an annealing run.
@@ -112,6 +125,22 @@ pub struct SearchRun {
     pub grasps: Vec<RatedGrasp>,
     /// Why pairs of points came to no state, where a sampler took them anywhere along the pads.
     pub losses: Option<PairLosses>,
+    /// Why approaches came to no state, where a sampler drew them until it had its states.
+    pub approach_losses: Option<ApproachLosses>,
+}
+
+impl SearchRun {
+    /// Whether the budget of draws ended the run before it had its states; `None` of a run with a fixed number of steps.
+    pub fn is_budget_spent(&self) -> Option<bool> {
+        let of_pairs = self.losses.map(|losses| losses.budget_spent);
+        of_pairs.or(self.approach_losses.map(|losses| losses.budget_spent))
+    }
+
+    /// Why draws came to no state; `None` of a run with a fixed number of steps.
+    pub fn explained_losses(&self) -> Option<String> {
+        let of_pairs = self.losses.map(|losses| losses.to_string());
+        of_pairs.or(self.approach_losses.map(|losses| losses.to_string()))
+    }
 }
 
 /// Why pairs of points came to no state, by count.
@@ -159,8 +188,49 @@ impl fmt::Display for PairLosses {
             (self.lowered, "are nearer to the table than the margin once closed"),
             (self.known, "give a state like one that the run has"),
         ];
-        let told = counts.into_iter().filter(|(count, _)| *count > 0);
-        let told: Vec<String> = told.map(|(count, what)| format!(" {count} {what}")).collect();
-        f.write_str(&told.join(","))
+        write_counts(f, &counts)
+    }
+}
+
+/// Counts above 0, each with its meaning.
+fn write_counts(f: &mut fmt::Formatter<'_>, counts: &[(u32, &str)]) -> fmt::Result {
+    let counted = counts.iter().filter(|(count, _)| *count > 0);
+    let parts: Vec<String> = counted.map(|(count, meaning)| format!(" {count} {meaning}")).collect();
+    f.write_str(&parts.join(","))
+}
+
+/// Why approaches came to no state, by count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ApproachLosses {
+    /// Approaches that were drawn.
+    pub draws: u32,
+    /// No line across the approach meets the two sides of the object within their friction cones.
+    pub unopposed: u32,
+    /// The object is wider there than the hand opens in any posture.
+    pub too_wide: u32,
+    /// The preshaped hand would be in the object.
+    pub in_object: u32,
+    /// The preshaped hand meets the object before its fingers are on both sides.
+    pub blocked: u32,
+    /// Closed, no two links press on the object against each other.
+    pub open: u32,
+    /// Like a state that the run has already.
+    pub known: u32,
+    /// The budget of draws ended the run before it had its states.
+    pub budget_spent: bool,
+}
+
+impl fmt::Display for ApproachLosses {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "of {} approaches", self.draws)?;
+        let counts = [
+            (self.unopposed, "have no two sides across them within the friction cones"),
+            (self.too_wide, "meet a part wider than the hand opens"),
+            (self.in_object, "would have the preshaped hand in the object"),
+            (self.blocked, "meet the object before the fingers are on both sides"),
+            (self.open, "do not press from both sides once closed"),
+            (self.known, "give a state like one that the run has"),
+        ];
+        write_counts(f, &counts)
     }
 }

@@ -5,6 +5,7 @@
 mod alike;
 mod anneal;
 mod antipodal;
+mod approach;
 mod best;
 mod centring;
 mod closing;
@@ -14,6 +15,7 @@ mod found;
 mod frame;
 mod in_scene;
 mod kind;
+mod known;
 mod links;
 mod meeting;
 mod motion;
@@ -42,7 +44,7 @@ pub mod wrench;
 pub use anneal::Annealer;
 pub use closing::TOUCHES;
 pub use field::DistanceField;
-pub use found::{Energies, GraspContact, PairLosses, Quality, RatedGrasp, SearchInterval, SearchRun};
+pub use found::{ApproachLosses, Energies, GraspContact, PairLosses, Quality, RatedGrasp, SearchInterval, SearchRun};
 pub use in_scene::{
     OpenBox, PoseCounts, RejectedPose, SampledGrasp, SampledGrasps, SceneSampler, SceneSampling, SceneTarget,
 };
@@ -54,8 +56,8 @@ pub use passage::{ClosingGrasp, HandPassage, Passage, PathObstacle, SceneObstacl
 pub use points::SurfacePoints;
 pub use sampled::{GraspSampler, axes};
 pub use settings::{
-    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, RestingChoice, Rolls, Sampler, SearchFrame,
-    Support, Uniform, WrenchSpace,
+    AmplitudeRange, Annealing, Antipodal, ApproachDraws, EnergyKind, Keeping, PairHold, RestingChoice, Rolls, Sampler,
+    SearchFrame, Support, Uniform, WrenchSpace,
 };
 pub use solids::ALLOWED_OVERLAP;
 pub use state::HandSearch;

@@ -69,6 +69,17 @@ struct Place {
     link: usize,
 }
 
+/// Kinds of grasps by the parts of the hand between which they hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum HoldKind {
+    /// Two tips.
+    Pinch,
+    /// A tip against two.
+    Tripod,
+    /// Contacts along the fingers.
+    Wrap,
+}
+
 /// Whether two contacts of a hand face each other in any posture of its eigengrasps.
 pub fn has_opposition(hand: &Hand) -> bool {
     postures(hand).iter().any(|posture| {
@@ -134,6 +145,32 @@ impl Oppositions {
         let list = found[kind].get((choice * found[kind].len() as f64) as usize)?;
         let Opposition { posture, sides, .. } = &list[(share * list.len() as f64) as usize];
         Some(self.grip(hand, solids, &self.postures[*posture as usize], sides))
+    }
+
+    /// Draws two sides of a kind at a width within a range [m]: links first, then a posture, all as likely. Returns the hand in the
+    /// posture with the width; `None` where no two sides of the kind face each other so.
+    pub(super) fn draw_kind(
+        &self,
+        hand: &Hand,
+        solids: &HandSolids,
+        kind: HoldKind,
+        [low, high]: [f64; 2],
+        stream: &mut Stream,
+    ) -> Option<(Grip, f64)> {
+        let [choice, share] = [(); 2].map(|()| stream.unit());
+        let is_pair = |list: &[Opposition]| list[0].sides.iter().all(|[one, other]| one == other);
+        let lists: Vec<&[Opposition]> = self.of_links[usize::from(kind == HoldKind::Wrap)]
+            .iter()
+            .filter(|list| kind == HoldKind::Wrap || is_pair(list) == (kind == HoldKind::Pinch))
+            .filter_map(|list| {
+                let first = list.partition_point(|opposition| opposition.width < low);
+                let last = list.partition_point(|opposition| opposition.width <= high);
+                (first < last).then(|| &list[first..last])
+            })
+            .collect();
+        let list = lists.get((choice * lists.len() as f64) as usize)?;
+        let Opposition { posture, sides, width } = &list[(share * list.len() as f64) as usize];
+        Some((self.grip(hand, solids, &self.postures[*posture as usize], sides), *width))
     }
 
     /// The hand in a posture, to hold a pair between two sides.

@@ -188,12 +188,12 @@ impl<'a> PointMixture<'a> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use kernel::{geom::TriMesh, voxel::InsideTest};
 
     /// Boxes side by side, given by corners and sides [m].
-    fn boxes(of: &[[[f64; 3]; 2]]) -> ContactSurface {
+    pub(in super::super) fn boxes(of: &[[[f64; 3]; 2]]) -> ContactSurface {
         let mut mesh = TriMesh::default();
         for [low, sides] in of {
             let first = mesh.vertices.len() as u32;

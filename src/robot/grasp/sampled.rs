@@ -92,9 +92,7 @@ impl GraspSampler {
         let joints = hand.posture_values(&opened);
         let approach_from_base = hand.approach_pose(&hand.link_frames(&joints)).isometry().inverse();
         let direction = object_from_approach.rotation * Vector3::z();
-        // From where a ball that holds the hand is outside of one that holds the object.
-        let aside = (object_from_approach.translation.vector - object.middle.coords).norm();
-        let far = object.radius + aside + self.reach(&joints);
+        let far = self.distance_outside(object, object_from_approach, &joints);
         let outside = Translation3::from(direction * -far) * object_from_approach * approach_from_base;
         let come = match self.closing.advance(&object.surface, &outside, &joints, &direction, far) {
             0.0 => far,
@@ -109,6 +107,17 @@ impl GraspSampler {
             if (value - opened).abs() <= back { *opened } else { value - driven.closing_sign() * back }
         });
         Start { object_from_approach, posture: before.collect(), amplitudes: Vec::new() }
+    }
+
+    /// Distance back along the approach from where a ball that holds the hand is outside of one that holds the object [m].
+    pub(super) fn distance_outside(
+        &self,
+        object: &ObjectSearch,
+        object_from_approach: &IsometryMatrix3<f64>,
+        joints: &[f64],
+    ) -> f64 {
+        let aside = (object_from_approach.translation.vector - object.middle.coords).norm();
+        object.radius + aside + self.reach(joints)
     }
 
     /// Radius of a ball about the approach frame's origin that holds the hand [m].

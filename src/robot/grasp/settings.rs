@@ -95,6 +95,8 @@ pub enum Sampler {
     Uniform(Uniform),
     /// Hands on pairs of points on opposite sides of the object.
     Antipodal(Antipodal),
+    /// Preshaped hands that come along the normals of the object's surface.
+    Approach(ApproachDraws),
 }
 
 /// Approaches all round an axis, at right angles to it.
@@ -130,6 +132,19 @@ pub struct Antipodal {
     pub best: u32,
     /// Hold of the hand on a pair.
     pub hold: PairHold,
+}
+
+/// Preshaped hands that come along approaches near the normals of the object's surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ApproachDraws {
+    /// Approaches that a run draws at most, at least 1.
+    pub draws: u32,
+    /// Largest angle between an approach and the inward normal of its point [rad], 0 to below pi / 2.
+    pub cone: f64,
+    /// The line between the two sides is within the friction cones of this coefficient, above 0.
+    pub friction: f64,
+    /// Largest number of states that a run returns, at least 1.
+    pub best: u32,
 }
 
 /// Hold of a hand on a pair of points.

@@ -40,6 +40,7 @@ impl Tally {
             course: self.stretches.map(|stretch| SearchInterval { accepted: stretch.0, mean_energy: mean(stretch) }),
             grasps,
             losses: None,
+            approach_losses: None,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Annealing: the grasps that it finds, their ratings, and how hands close, against what others compute.
 
 mod antipodal;
+mod approach;
 mod closing;
 mod energies;
 mod grippers;

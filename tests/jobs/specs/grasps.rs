@@ -111,6 +111,9 @@ fn mistakes_are_shown_at_once_with_their_places() {
             "antipodal.support",
             "a table needs \"any\"",
         ),
+        (&["grasps.sampler=approach", "antipodal.best=5"], "antipodal", "settings of another sampler"),
+        (&["approach.draws=5"], "approach", "settings of another sampler"),
+        (&["grasps.sampler=approach", "keep.advance=0.01"], "keep.advance", "as far as it can"),
         (&["annealing.steps=50", "annealing.max_failures=60"], "annealing.max_failures", "no seed is ever abandoned"),
         (&["annealing.amplitudes={clamped=0.0}"], "annealing.amplitudes.clamped", "above 0"),
         (&["keep.torsion=0"], "keep.torsion", "above 0"),
@@ -165,6 +168,7 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
         vec![GRIPPER, "grasps.sampler=antipodal", "antipodal={support=\"table\",margin=0.01}"],
         vec![GRIPPER, "grasps.sampler=antipodal", "antipodal.depth=middle", "keep.advance=0.01"],
         vec![GRIPPER, "grasps.sampler=antipodal", "profile=thesis"],
+        vec!["grasps.sampler=approach", "approach={draws=70,cone=0.2,friction=0.3,best=5}", "annealing.friction=0.5"],
     ] {
         let job = job(&overrides);
         let text = job.to_toml(Path::new("jobs"));
@@ -214,6 +218,10 @@ fn a_resolved_job_reads_back_and_its_digest_knows_what_grasps_depend_on() {
     for other in ["uniform.grasps=21", "uniform.poses=any", "uniform.rolls=[0.1]", "annealing.energy=contact"] {
         let uniform = "grasps.sampler=uniform";
         assert_ne!(job(&[uniform, other]).digest(), job(&[uniform]).digest(), "{other}");
+    }
+    for other in ["approach.draws=70", "approach.cone=0.2", "approach.friction=0.3", "approach.best=5"] {
+        let approach = "grasps.sampler=approach";
+        assert_ne!(job(&[approach, other]).digest(), job(&[approach]).digest(), "{other}");
     }
     let split = job(&["split.test_objects=2"]);
     assert_ne!(split.digest(), plain.digest());

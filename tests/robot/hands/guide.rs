@@ -57,7 +57,7 @@ fn the_guides_hand_opens_and_closes() {
         "amplitude -0.649 .. 1.096",
         "opened, nothing touches",
         "jobs that can use this hand: touch.exploration = true, touch.grasp = true, grasps.sampler = \"annealing\", \
-         grasps.sampler = \"uniform\", grasps.sampler = \"antipodal\", [physics]\n",
+         grasps.sampler = \"uniform\", grasps.sampler = \"antipodal\", grasps.sampler = \"approach\", [physics]\n",
     ] {
         assert!(text.contains(expected), "{expected} is not in\n{text}");
     }
@@ -102,7 +102,8 @@ fn hand_check_says_which_jobs_can_use_a_hand() {
     let (head, rest) = table.split_once("  { name = \"left_low\"").expect("contacts");
     let (_, tail) = rest.split_once("\n]\n").expect("their end");
     folder.write("pincers.toml", format!("{head}]\n{tail}"));
-    let samplers = ["annealing", "uniform", "antipodal"].map(|sampler| format!("grasps.sampler = \"{sampler}\""));
+    let samplers =
+        ["annealing", "uniform", "antipodal", "approach"].map(|sampler| format!("grasps.sampler = \"{sampler}\""));
     let refused = [samplers.as_slice(), &["[physics]".to_owned()]].concat();
     assert_eq!(refused_settings(&check(&path).read_json()), refused);
     let said = check(&path).succeed().stdout;

@@ -7,17 +7,17 @@ use super::{
     keys::{AGREEMENT_KEYS, SEARCH_KEYS},
     settings::{Confirm, GraspSettings, Labels, Physics},
     spec::{
-        AmplitudesSpec, AnnealingSpec, AntipodalSpec, AxisSpec, ConfirmSpec, EnergySpec, FrameSpec, GraspsSpec,
-        GravitySpec, KeepSpec, LabelsSpec, MassSpec, PairDepthSpec, PhysicsSpec, RestingSpec, SamplerSpec, SpaceSpec,
-        SupportSpec, TriedSpec, UniformSpec,
+        AmplitudesSpec, AnnealingSpec, AntipodalSpec, ApproachSpec, AxisSpec, ConfirmSpec, EnergySpec, FrameSpec,
+        GraspsSpec, GravitySpec, KeepSpec, LabelsSpec, MassSpec, PairDepthSpec, PhysicsSpec, RestingSpec, SamplerSpec,
+        SpaceSpec, SupportSpec, TriedSpec, UniformSpec,
     },
 };
 use crate::sections::{JobHand, read_hand};
 use form::Checker;
 use format::TriedStates;
 use robot::grasp::{
-    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, RestingChoice, Rolls, Sampler, SearchFrame,
-    Support, Uniform, WrenchSpace,
+    AmplitudeRange, Annealing, Antipodal, ApproachDraws, EnergyKind, Keeping, PairHold, RestingChoice, Rolls, Sampler,
+    SearchFrame, Support, Uniform, WrenchSpace,
 };
 use sim::HandModel;
 
@@ -45,9 +45,10 @@ fn sampler(checker: &mut Checker, spec: &GraspsSpec) -> Sampler {
         SamplerSpec::Annealing => "annealing",
         SamplerSpec::Uniform => "uniform",
         SamplerSpec::Antipodal => "antipodal",
+        SamplerSpec::Approach => "approach",
     };
     let other = format!("grasps.sampler = \"{chosen}\"");
-    for section in ["uniform", "antipodal"].into_iter().filter(|section| *section != chosen) {
+    for section in ["uniform", "antipodal", "approach"].into_iter().filter(|section| *section != chosen) {
         if checker.has(section) {
             checker.contradiction(section, &other, "these are settings of another sampler");
         }
@@ -70,6 +71,13 @@ fn sampler(checker: &mut Checker, spec: &GraspsSpec) -> Sampler {
         SamplerSpec::Antipodal => {
             let &AntipodalSpec { pairs, friction, best, .. } = &spec.antipodal;
             Sampler::Antipodal(Antipodal { pairs, friction, best, hold: pair_hold(checker, &spec.antipodal) })
+        }
+        SamplerSpec::Approach => {
+            if checker.has("keep.advance") {
+                checker.contradiction("keep.advance", &other, "the hand has come as far as it can");
+            }
+            let &ApproachSpec { draws, cone, friction, best } = &spec.approach;
+            Sampler::Approach(ApproachDraws { draws, cone, friction, best })
         }
     }
 }

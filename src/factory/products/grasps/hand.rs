@@ -16,6 +16,7 @@ pub const HAND_USES: &[HandUse] = &[
     HandUse { setting: "grasps.sampler = \"annealing\"", check: HandModel::check_grasping },
     HandUse { setting: "grasps.sampler = \"uniform\"", check: HandModel::check_grasping },
     HandUse { setting: "grasps.sampler = \"antipodal\"", check: can_take_pairs },
+    HandUse { setting: "grasps.sampler = \"approach\"", check: can_be_preshaped },
     HandUse { setting: "[physics]", check: can_be_tried },
 ];
 
@@ -28,6 +29,7 @@ pub fn can_grasp(model: &HandModel, sampler: &Sampler, with_trials: bool) -> Res
                 model.check_gripper()?;
             }
         }
+        Sampler::Approach(_) => can_be_preshaped(model)?,
         Sampler::Annealing | Sampler::Uniform(_) => model.check_grasping()?,
     }
     if with_trials { model.check_trials() } else { Ok(()) }
@@ -42,6 +44,11 @@ fn can_take_pairs(model: &HandModel) -> Result<(), HandError> {
     model.check_grasping()?;
     // A gripper takes them between its pads.
     model.check_gripper().or_else(|_| model.check_opposition())
+}
+
+fn can_be_preshaped(model: &HandModel) -> Result<(), HandError> {
+    model.check_grasping()?;
+    model.check_opposition()
 }
 
 /// A job's hand, read once for all threads.

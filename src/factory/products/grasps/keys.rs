@@ -5,16 +5,16 @@ use std::path::Path;
 use super::{
     settings::{Confirm, GraspJob, GraspSettings, Labels, Physics},
     spec::{
-        AmplitudesSpec, AnnealingSpec, AntipodalSpec, AutoMass, AxisSpec, ClampedAmplitudes, ConfirmSpec, EnergySpec,
-        FrameSpec, GraspsSpec, GravitySpec, KeepSpec, LabelsSpec, MassSpec, NamedAmplitudes, PairDepthSpec,
+        AmplitudesSpec, AnnealingSpec, AntipodalSpec, ApproachSpec, AutoMass, AxisSpec, ClampedAmplitudes, ConfirmSpec,
+        EnergySpec, FrameSpec, GraspsSpec, GravitySpec, KeepSpec, LabelsSpec, MassSpec, NamedAmplitudes, PairDepthSpec,
         PhysicsSpec, RestingSpec, SamplerSpec, SpaceSpec, SupportSpec, TriedSpec, UniformSpec,
     },
 };
 use crate::sections::{keys_of, without};
 use format::TriedStates;
 use robot::grasp::{
-    AmplitudeRange, Annealing, Antipodal, EnergyKind, Keeping, PairHold, RestingChoice, Sampler, SearchFrame, Support,
-    WrenchSpace,
+    AmplitudeRange, Annealing, Antipodal, ApproachDraws, EnergyKind, Keeping, PairHold, RestingChoice, Sampler,
+    SearchFrame, Support, WrenchSpace,
 };
 
 /// Keys of the annealing search; the others rate the states of any sampler.
@@ -52,10 +52,11 @@ impl GraspJob {
             idle.push("hand.model");
         }
         match sampler {
-            Sampler::Annealing => idle.extend(["uniform", "antipodal"]),
-            Sampler::Uniform(_) => idle.push("antipodal"),
+            Sampler::Annealing => idle.extend(["uniform", "antipodal", "approach"]),
+            Sampler::Uniform(_) => idle.extend(["antipodal", "approach"]),
+            Sampler::Approach(_) => idle.extend(["uniform", "antipodal", "keep.advance"]),
             Sampler::Antipodal(antipodal) => {
-                idle.push("uniform");
+                idle.extend(["uniform", "approach"]);
                 match antipodal.hold {
                     PairHold::Middle | PairHold::Along(Support::Air) => {
                         idle.extend(["antipodal.margin", "antipodal.resting_pose"]);
@@ -107,15 +108,15 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
                 PairHold::Middle => (PairDepthSpec::Middle, SupportSpec::None, margin, resting),
                 PairHold::Along(Support::Air) => (PairDepthSpec::Any, SupportSpec::None, margin, resting),
                 PairHold::Along(Support::Table { margin, resting }) => {
-                    let resting = match resting {
-                        RestingChoice::Drawn => RestingSpec::Sampled,
-                        RestingChoice::Likeliest => RestingSpec::MostLikely,
-                    };
-                    (PairDepthSpec::Any, SupportSpec::Table, margin, resting)
+                    (PairDepthSpec::Any, SupportSpec::Table, margin, resting_spec(resting))
                 }
             };
             spec.antipodal = AntipodalSpec { pairs, friction, best, depth, support, margin, resting_pose: resting };
             SamplerSpec::Antipodal
+        }
+        Sampler::Approach(ApproachDraws { draws, cone, friction, best }) => {
+            spec.approach = ApproachSpec { draws: *draws, cone: *cone, friction: *friction, best: *best };
+            SamplerSpec::Approach
         }
     };
     spec.annealing = annealing_spec(annealing);
@@ -167,6 +168,13 @@ fn spec(settings: &GraspSettings) -> GraspsSpec {
         }
     });
     spec
+}
+
+fn resting_spec(resting: RestingChoice) -> RestingSpec {
+    match resting {
+        RestingChoice::Drawn => RestingSpec::Sampled,
+        RestingChoice::Likeliest => RestingSpec::MostLikely,
+    }
 }
 
 fn annealing_spec(annealing: &Annealing) -> AnnealingSpec {

@@ -14,11 +14,16 @@ use robot::{
 /// Method record: settings that energies and quality are computed with.
 pub(super) fn method(settings: &GraspSettings) -> GraspMethod {
     let GraspSettings { sampler, annealing, keeping, .. } = settings;
-    let stays = matches!(sampler, Sampler::Antipodal(antipodal) if antipodal.hold != PairHold::Middle);
+    let stays = match sampler {
+        Sampler::Annealing | Sampler::Uniform(_) => false,
+        Sampler::Antipodal(antipodal) => antipodal.hold != PairHold::Middle,
+        Sampler::Approach(_) => true,
+    };
     let sampler = match sampler {
         Sampler::Annealing => "annealing",
         Sampler::Uniform(_) => "uniform",
         Sampler::Antipodal(_) => "antipodal",
+        Sampler::Approach(_) => "approach",
     };
     let energy = match annealing.energy {
         EnergyKind::Contact => "contact",

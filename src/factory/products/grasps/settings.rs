@@ -126,12 +126,13 @@ impl Physics {
 }
 
 impl GraspSettings {
-    /// Steps of a run: steps of annealing, approaches, or pairs.
+    /// Steps of a run: steps of annealing, approaches or pairs.
     pub fn steps(&self) -> u32 {
         match &self.sampler {
             Sampler::Annealing => self.annealing.steps,
             Sampler::Uniform(uniform) => uniform.grasps,
             Sampler::Antipodal(antipodal) => antipodal.pairs,
+            Sampler::Approach(approach) => approach.draws,
         }
     }
 }

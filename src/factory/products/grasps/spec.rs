@@ -27,6 +27,8 @@ pub struct GraspsSpec {
     pub uniform: UniformSpec,
     /// Settings of `sampler = "antipodal"`.
     pub antipodal: AntipodalSpec,
+    /// Settings of `sampler = "approach"`.
+    pub approach: ApproachSpec,
     /// Criteria for kept grasps, evaluated after the hand has closed. Rejected states stay in the dataset, with the
     /// reason.
     pub keep: KeepSpec,
@@ -71,6 +73,9 @@ pub enum SamplerSpec {
     /// pads one motor slides towards each other, holds them between its pads; every other hand between two of its
     /// contacts that face each other in a posture of its eigengrasps.
     Antipodal,
+    /// A hand with several fingers that comes along the surface normal of a point, without a search: `[approach]`. Its posture is one
+    /// of its eigengrasps, a little wider than the part of the object across the approach: a pinch, a tripod or a wrap.
+    Approach,
 }
 
 /// Approaches around an axis, at right angles to it, spread evenly: the opened hand moves in from afar until it meets
@@ -128,6 +133,26 @@ pub struct AntipodalSpec {
     /// With `support = "table"`: resting pose of the object in each run.
     #[schemars(extend("examples" = ["most_likely"]))]
     pub resting_pose: RestingSpec,
+}
+
+/// Approaches along the normals of the object's surface, with the hand preshaped to the part that lies across. The hand comes from
+/// afar until it meets the object, backs off by a drawn distance, and closes there; the way is free of the object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ApproachSpec {
+    /// Budget of a run: the largest number of approaches that it draws. The run ends earlier, once it has `best` states.
+    #[schemars(range(min = 1, max = 10_000_000), extend("x-unit" = "approaches"))]
+    pub draws: u32,
+    /// Largest angle between an approach and the inward normal of the point towards which the hand comes.
+    #[schemars(range(min = 0, max = 1.5), extend("x-unit" = "rad"))]
+    pub cone: f64,
+    /// Coefficient of the friction cones within which the line between the two sides of a part is, separate from the friction of
+    /// quality and trials.
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = 10))]
+    pub friction: f64,
+    /// Number of states that a run keeps, no two alike.
+    #[schemars(range(min = 1, max = 1000), extend("x-unit" = "states"))]
+    pub best: u32,
 }
 
 /// Resting pose of an object in a run.

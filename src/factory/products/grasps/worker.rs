@@ -22,7 +22,9 @@ use kernel::{
     seed::Stream,
     words::{GraspVerdict, STRETCHES},
 };
-use robot::grasp::{Annealer, Antipodal, GraspSampler, HandPassage, ObjectSearch, Sampler, SearchRun, Uniform, axes};
+use robot::grasp::{
+    Annealer, Antipodal, ApproachDraws, GraspSampler, HandPassage, ObjectSearch, Sampler, SearchRun, Uniform, axes,
+};
 
 /// Reason why a run makes no sample: no neighbour of the seed was legal.
 const NO_LEGAL_STATE: &str = "no_legal_state";
@@ -61,6 +63,7 @@ enum Search {
     Annealing(Box<Annealer>),
     Uniform(Box<GraspSampler>, Uniform),
     Antipodal(Box<GraspSampler>, Antipodal),
+    Approach(Box<GraspSampler>, ApproachDraws),
 }
 
 /// An object ready for its runs.
@@ -98,6 +101,7 @@ impl<'j> GraspWorker<'j> {
             Sampler::Annealing => Search::Annealing(Box::new(Annealer::new(&hand.search, annealing, keeping, level))),
             Sampler::Uniform(uniform) => Search::Uniform(sampling(), uniform.clone()),
             Sampler::Antipodal(antipodal) => Search::Antipodal(sampling(), *antipodal),
+            Sampler::Approach(approach) => Search::Approach(sampling(), *approach),
         };
         Ok(Self {
             job,
@@ -163,15 +167,17 @@ impl Producer for GraspWorker<'_> {
             Search::Annealing(annealer) => annealer.run(&object.search, seed, &mut stream),
             Search::Uniform(search, uniform) => search.uniform(&object.search, seed, uniform),
             Search::Antipodal(search, antipodal) => search.antipodal(&object.search, antipodal, &mut stream),
+            Search::Approach(search, approach) => search.approaches(&object.search, approach, &mut stream),
         };
         recorded(&run, sample, &self.hand.hand, &mut self.record);
         for grasp in self.record.grasps.iter_mut().filter(|grasp| grasp.verdict != GraspVerdict::Penetrates) {
             let base = grasp.object_from_base.isometry();
             grasp.object_in_way = Some(self.passage.past_object(&object.surface, base, &grasp.posture));
         }
-        // A run over pairs ends once it has its states: it takes no more pairs than it has drawn.
-        self.record.asked_steps = if run.losses.is_some() { run.steps } else { self.job.settings.steps() };
-        self.record.budget_spent = run.losses.is_some_and(|losses| losses.budget_spent);
+        // A run over pairs or approaches ends once it has its states: it takes no more than it has drawn.
+        let spent = run.is_budget_spent();
+        self.record.asked_steps = if spent.is_some() { run.steps } else { self.job.settings.steps() };
+        self.record.budget_spent = spent.unwrap_or(false);
         self.record.resting_poses = object.search.resting().poses.len() as u32;
         let mut facts = self.record.facts();
         if run.grasps.is_empty() {
@@ -201,9 +207,9 @@ impl Producer for GraspWorker<'_> {
 /// Cause and remedy of a run without a legal state, for the ledger.
 fn no_state(run: &SearchRun, hand: &GraspHand) -> String {
     let own = hand.own_obstacle();
-    match &run.losses {
+    match run.explained_losses() {
         // These counts have their own causes.
-        Some(losses) => own.map_or_else(|| losses.to_string(), |own| format!("{losses}; {own}")),
+        Some(losses) => own.map_or_else(|| losses.clone(), |own| format!("{losses}; {own}")),
         None => {
             let in_the_way = "the object is in the hand's way: check its unit and size, or raise grasps.seeds";
             let cause = own.unwrap_or_else(|| in_the_way.to_owned());

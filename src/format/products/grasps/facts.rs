@@ -16,7 +16,7 @@ pub struct GraspFacts {
     pub best_epsilon: f64,
     /// Whether the seed was given up before the run was over.
     pub given_up: bool,
-    /// Whether a run over pairs drew its whole budget before it had its states.
+    /// Whether a run over pairs or approaches drew its whole budget before it had its states.
     pub budget_spent: bool,
     /// Outcomes of physical trials; zeros where there were none.
     pub trials: TrialFacts,
@@ -86,7 +86,7 @@ pub(super) const FACTS: [FactFormat; VERDICTS + TRIAL_FACTS + LADDER_FACTS + 4] 
     fact(
         "budget_spent",
         FactKind::Count,
-        "1 if a run over pairs of points drew its whole budget before it had its states, else 0.",
+        "1 if a run over pairs of points or approaches drew its whole budget before it had its states, else 0.",
     ),
     trials("grasps_tried", "Grasps with a physical trial."),
     trials("grasps_held", "Tried grasps that held."),

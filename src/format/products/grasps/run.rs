@@ -27,7 +27,7 @@ impl Frame for Seed {
 /// Method of search and rating: settings that energies and quality were computed with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraspMethod {
-    /// Sampler of the hand's states: `annealing`, `uniform` or `antipodal`.
+    /// Sampler of the hand's states: `annealing`, `uniform`, `antipodal` or `approach`.
     pub sampler: String,
     /// Energy that was minimised: `contact` or `contact_and_potential`.
     pub energy: String,
@@ -249,7 +249,7 @@ pub struct GraspRun {
     /// Resting poses of the object, which the asset table lists; each grasp that was closed has a clearance over the table
     /// for every one of them.
     pub resting_poses: u32,
-    /// Whether a run over pairs drew its whole budget before it had its states.
+    /// Whether a run over pairs or approaches drew its whole budget before it had its states.
     pub budget_spent: bool,
 }
 
@@ -258,7 +258,7 @@ pub const FORCE: &str = "force";
 /// Forces and torques.
 pub const WRENCH: &str = "wrench";
 const ENERGIES: [&str; 2] = ["contact", "contact_and_potential"];
-const SAMPLERS: [&str; 3] = ["annealing", "uniform", "antipodal"];
+const SAMPLERS: [&str; 4] = ["annealing", "uniform", "antipodal", "approach"];
 const MODELS: [&str; 2] = ["hard_point", "soft_finger"];
 
 impl GraspRun {

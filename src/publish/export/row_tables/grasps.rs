@@ -337,7 +337,7 @@ fn hand_columns<'a>() -> [RowColumn<GraspRow<'a>>; 15] {
         RowColumn::optional(
             "point_scheme",
             Text,
-            "scheme by which the first point of its pair was drawn: area, thickness or cells; none without pairs",
+            "scheme by which the first point of its pair, or the point of its approach, was drawn: area, thickness or cells; none without points",
             |row| row.grasp.point_scheme.map_or(Value::Empty, |scheme| Value::Text(scheme.name())),
         ),
         RowColumn::new(

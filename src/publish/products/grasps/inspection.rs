@@ -41,7 +41,7 @@ pub struct GraspsInspection {
     pub rejected: BTreeMap<String, u64>,
     /// Runs whose seed was given up early.
     pub given_up: u64,
-    /// Runs over pairs of points that drew their whole budget before they had their states.
+    /// Runs over pairs of points or approaches that drew their whole budget before they had their states.
     #[serde(default)]
     pub budget_spent: u64,
     /// Closed states by verdict.
@@ -454,7 +454,7 @@ impl fmt::Display for GraspsInspection {
         write!(f, "  runs      {runs}, {given_up} given up early")?;
         match self.budget_spent {
             0 => writeln!(f)?,
-            spent => writeln!(f, ", {} with their whole budget of pairs drawn", grouped(spent))?,
+            spent => writeln!(f, ", {} with their whole budget drawn", grouped(spent))?,
         }
         InspectionHeader::write_rejected(f, &self.rejected)?;
         self.header.write_shards(f)?;
