@@ -1,5 +1,5 @@
 """Reads datasets of graspmill: completion pairs with touch, reachability maps, grasps, patches, scenes, views, amodal pairs,
-volumes, picks and heatmaps.
+volumes, picks, heatmaps and suction.
 
     import graspmill
     data = graspmill.Dataset("datasets/quickstart", graspmill.CompletionSample, split="training")
@@ -57,6 +57,7 @@ from .samples import Sample
 from .scenes import Overview, SceneContacts, SceneSample
 from .shapes import Mesh, ObjectFacts, RestingPose, object_facts, object_meshes, resting_poses
 from .shuffle import ShuffledChunks
+from .suction import SEAL_LIMITS, SUCTION_RESULTS, SUCTION_STRENGTHS, SURFACE_MEASURES, CupMeasures, SuctionSample
 from .views import ViewSample
 from .volumes import Affordance, VolumeSample
 
@@ -71,6 +72,7 @@ __all__ = [
     "Clutter",
     "CompletionSample",
     "Contacts",
+    "CupMeasures",
     "DamagedFile",
     "Dataset",
     "DatasetError",
@@ -111,10 +113,15 @@ __all__ = [
     "ReachabilitySample",
     "RestingPose",
     "Sample",
+    "SEAL_LIMITS",
+    "SUCTION_RESULTS",
+    "SUCTION_STRENGTHS",
+    "SURFACE_MEASURES",
     "SampleId",
     "SceneContacts",
     "SceneSample",
     "ShuffledChunks",
+    "SuctionSample",
     "FAILURE_REASONS",
     "GRADED_LABELS",
     "GRASP_LABELS",

@@ -26,6 +26,7 @@ from .picks import PickSample
 from .reachability import ReachabilitySample
 from .samples import Layout, Sample
 from .scenes import SceneSample
+from .suction import SuctionSample
 from .views import ViewSample
 from .volumes import VolumeSample
 
@@ -47,6 +48,7 @@ KINDS: dict[str, type[Sample]] = {
         VolumeSample,
         PickSample,
         HeatmapSample,
+        SuctionSample,
     )
 }
 
@@ -55,7 +57,8 @@ class Dataset(Generic[S]):
     """Samples of a finished dataset, by index: ``len(data)``, ``data[k]``, ``data[:100]``, ``data.gather([...])``.
 
     ``kind`` is the class of its samples (``CompletionSample``, ``ReachabilitySample``, ``GraspSample``, ``PatchSample``,
-    ``SceneSample``, ``ViewSample``, ``AmodalSample``, ``VolumeSample``, ``PickSample``, ``HeatmapSample``): with it, type
+    ``SceneSample``, ``ViewSample``, ``AmodalSample``, ``VolumeSample``, ``PickSample``, ``HeatmapSample``,
+    ``SuctionSample``): with it, type
     checkers know the attributes of a sample, and a dataset of another product is refused. ``Sample`` reads any product by the
     schemas in its shards, including products without a class. ``split``, ``objects`` (names) and ``subset`` (a nested training
     subset) select; ``channels`` are the channels to read, by default all. ``cached_chunks`` is the number of unpacked chunks, of

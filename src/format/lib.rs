@@ -53,6 +53,10 @@ pub use products::{
         CONTAINER, ContainerMesh, Scene, SceneBody, SceneContact, SceneContainer, SceneFacts, SceneImport, SceneMode,
         SceneOverview, SceneSupport,
     },
+    suction::{
+        CupMeasures, SealedSurface, SuctionDraws, SuctionFacts, SuctionHold, SuctionPose, SuctionPoses, SuctionResult,
+        SuctionRules,
+    },
     views::{NearBody, SceneColour, SceneImage, SceneInstance, ViewFacts},
     volumes::{FusedView, GraspsInVolume, SceneVolume, VolumeAffordance, VolumeFacts, VolumeTruth, VoxelGrasp},
 };

@@ -25,6 +25,7 @@ use crate::{
         picks::{self, PickSurvey, PicksInspection},
         reachability::{self, ReachabilityFacts},
         scenes::{self, SceneSurvey, ScenesInspection},
+        suction::{self, SuctionInspection, SuctionSurvey},
         views::{self, ViewSurvey, ViewsInspection},
         volumes::{self, VolumeSurvey, VolumesInspection},
     },
@@ -78,6 +79,13 @@ fn header(name: &str, product: Product, warnings: usize, is_full: bool) -> Inspe
             intended: is_full.then(|| name.to_owned()).into_iter().collect(),
         },
     }
+}
+
+/// The facts of a dataset: those that all products share, and the others.
+fn inspection<T: serde::de::DeserializeOwned>(header: &InspectionHeader, rest: &serde_json::Value) -> T {
+    let mut facts = serde_json::to_value(header).expect("plain data");
+    facts.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
+    serde_json::from_value(facts).expect("the facts of a dataset")
 }
 
 fn completion_page(name: &str, warnings: usize, is_full: bool) -> Page {
@@ -251,10 +259,7 @@ fn views_page(name: &str, is_full: bool) -> Page {
         "too_near": u64::from(is_full),
         "objects": [{ "name": name, "object": object(), "split": "training" }],
     });
-    let mut facts =
-        serde_json::to_value(header(name, Product::VIEWS, usize::from(is_full), is_full)).expect("plain data");
-    facts.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
-    let facts: ViewsInspection = serde_json::from_value(facts).expect("the facts of a dataset");
+    let facts: ViewsInspection = inspection(&header(name, Product::VIEWS, usize::from(is_full), is_full), &rest);
     let survey = ViewSurvey { facts, shown: Vec::new() };
     let cards = if is_full { vec![views::CardView::example(name)] } else { Vec::new() };
     page(views::PAGE_TEMPLATE, &views::ViewsPage::of(&survey, cards, name))
@@ -271,10 +276,7 @@ fn amodal_page(name: &str, is_full: bool) -> Page {
         "others_solid_cells": SPREAD, "touch": is_full.then_some(touch),
         "objects": [{ "name": name, "object": object(), "split": "training" }],
     });
-    let mut facts =
-        serde_json::to_value(header(name, Product::AMODAL, usize::from(is_full), is_full)).expect("plain data");
-    facts.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
-    let facts: AmodalInspection = serde_json::from_value(facts).expect("the facts of a dataset");
+    let facts: AmodalInspection = inspection(&header(name, Product::AMODAL, usize::from(is_full), is_full), &rest);
     let survey = AmodalSurvey { facts, shown: Vec::new() };
     let cards = if is_full { vec![amodal::CardView::example(name)] } else { Vec::new() };
     page(amodal::PAGE_TEMPLATE, &amodal::AmodalPage::of(&survey, cards, name))
@@ -290,10 +292,7 @@ fn volumes_page(name: &str, is_full: bool) -> Page {
         "grasps": is_full.then(|| json!({ "states": [5, 3, 1], "forbidden": 81, "outside": 2 })),
         "objects": [{ "name": name, "object": object(), "split": "training" }],
     });
-    let mut facts =
-        serde_json::to_value(header(name, Product::VOLUMES, usize::from(is_full), is_full)).expect("plain data");
-    facts.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
-    let facts: VolumesInspection = serde_json::from_value(facts).expect("the facts of a dataset");
+    let facts: VolumesInspection = inspection(&header(name, Product::VOLUMES, usize::from(is_full), is_full), &rest);
     let survey = VolumeSurvey { facts, shown: Vec::new() };
     let cards = if is_full { vec![volumes::CardView::example(name)] } else { Vec::new() };
     page(volumes::PAGE_TEMPLATE, &volumes::VolumesPage::of(&survey, cards, name))
@@ -309,10 +308,7 @@ fn heatmaps_page(name: &str, is_full: bool) -> Page {
         "points_in_images": 24, "visible_points": 20, "patches": 7,
         "objects": [{ "name": name, "object": object(), "split": "training" }],
     });
-    let mut facts =
-        serde_json::to_value(header(name, Product::HEATMAPS, usize::from(is_full), is_full)).expect("plain data");
-    facts.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
-    let facts: HeatmapsInspection = serde_json::from_value(facts).expect("the facts of a dataset");
+    let facts: HeatmapsInspection = inspection(&header(name, Product::HEATMAPS, usize::from(is_full), is_full), &rest);
     let survey = HeatmapSurvey { facts, shown: Vec::new() };
     let cards = if is_full { vec![heatmaps::CardView::example(name)] } else { Vec::new() };
     page(heatmaps::PAGE_TEMPLATE, &heatmaps::HeatmapsPage::of(&survey, cards, name))
@@ -336,13 +332,25 @@ fn picks_page(name: &str, is_full: bool) -> Page {
             "lost": [40, 20, 1, 20], "trials": [8, 5],
         }],
     });
-    let mut facts =
-        serde_json::to_value(header(name, Product::PICKS, usize::from(is_full), is_full)).expect("plain data");
-    facts.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
-    let facts: PicksInspection = serde_json::from_value(facts).expect("the facts of a dataset");
+    let facts: PicksInspection = inspection(&header(name, Product::PICKS, usize::from(is_full), is_full), &rest);
     let survey = PickSurvey { facts, shown: Vec::new() };
     let cards = if is_full { vec![picks::CardView::example(name)] } else { Vec::new() };
     page(picks::PAGE_TEMPLATE, &picks::PicksPage::of(&survey, cards, name))
+}
+
+fn suction_page(name: &str, is_full: bool) -> Page {
+    let rest = json!({
+        "scenes": 3, "samples": 5, "kept": if is_full { 4 } else { 0 }, "splits": { "training": 4 },
+        "bodies_with_free": 3, "poses": if is_full { 900 } else { 0 }, "lost": [["leaking: hole", 500], ["too weak: tilt", 300]],
+        "alike": 90, "free": 10, "robust": 8,
+        "objects": [{
+            "name": name, "object": object(), "split": "training", "bodies": [4, 3], "poses": 900, "results": [500, 300, 0, 10],
+        }],
+    });
+    let facts: SuctionInspection = inspection(&header(name, Product::SUCTION, usize::from(is_full), is_full), &rest);
+    let survey = SuctionSurvey { facts, shown: Vec::new() };
+    let cards = if is_full { vec![suction::CardView::example(name)] } else { Vec::new() };
+    page(suction::PAGE_TEMPLATE, &suction::SuctionPage::of(&survey, cards, name))
 }
 
 fn scenes_page(name: &str, is_full: bool) -> Page {
@@ -354,10 +362,7 @@ fn scenes_page(name: &str, is_full: bool) -> Page {
         "objects": [{ "name": name, "object": object(), "split": "training", "mass": 0.3 }],
         "imported": is_full.then(|| json!({ "too_deep": 1, "moved": 2 })),
     });
-    let mut facts =
-        serde_json::to_value(header(name, Product::SCENES, usize::from(is_full), is_full)).expect("plain data");
-    facts.as_object_mut().expect("a table").extend(rest.as_object().expect("a table").clone());
-    let facts: ScenesInspection = serde_json::from_value(facts).expect("the facts of a dataset");
+    let facts: ScenesInspection = inspection(&header(name, Product::SCENES, usize::from(is_full), is_full), &rest);
     let survey = SceneSurvey { facts, shown: Vec::new() };
     let cards = if is_full { vec![scenes::CardView::example(name)] } else { Vec::new() };
     page(scenes::PAGE_TEMPLATE, &scenes::ScenesPage::of(&survey, cards, name))
@@ -451,6 +456,7 @@ fn pages(name: &str) -> Vec<Page> {
     pages.extend([true, false].map(|is_full| volumes_page(name, is_full)));
     pages.extend([true, false].map(|is_full| picks_page(name, is_full)));
     pages.extend([true, false].map(|is_full| heatmaps_page(name, is_full)));
+    pages.extend([true, false].map(|is_full| suction_page(name, is_full)));
     pages.extend([true, false].map(|is_full| page(set::PAGE_TEMPLATE, &SetPage::example(name, is_full))));
     let compared = |is_full| page(evaluation::PAGE_TEMPLATE, &Evaluation::example(name, is_full).page());
     pages.extend([true, false].map(compared));

@@ -87,6 +87,7 @@ const SMALL: &[(&str, &[&str])] = &[
     ("jobs/clutter-grasps-quick.toml", &["grasps.seeds=1", "antipodal.best=5"]),
     ("jobs/model-quick.toml", &["views={ even = 4 }"]),
     ("jobs/picks-quick.toml", &["picks.candidates=40", "picks.trials=1"]),
+    ("jobs/suction-quick.toml", &["suction.poses=200", "suction.free=4"]),
 ];
 
 /// Things that a document takes for granted, since another one makes them.

@@ -61,7 +61,7 @@ const PRODUCT: Extension = Extension {
             "src/format/products/mod.rs",
             &[
                 ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
-                ("[&ProductFormat; 10]", "[&ProductFormat; 11]"),
+                ("[&ProductFormat; 11]", "[&ProductFormat; 12]"),
                 ("    &volumes::FORMAT,\n", "    &volumes::FORMAT,\n    &volume::FORMAT,\n"),
             ],
         ),
@@ -69,7 +69,7 @@ const PRODUCT: Extension = Extension {
             "src/format/products/checks.rs",
             &[
                 ("views, volumes}", "views, volume, volumes}"),
-                ("[&ProductChecks; 10]", "[&ProductChecks; 11]"),
+                ("[&ProductChecks; 11]", "[&ProductChecks; 12]"),
                 ("    &volumes::CHECKS,\n", "    &volumes::CHECKS,\n    &volume::CHECKS,\n"),
             ],
         ),
@@ -77,7 +77,7 @@ const PRODUCT: Extension = Extension {
             "src/factory/products/mod.rs",
             &[
                 ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
-                ("[&ProductFactory; 10]", "[&ProductFactory; 11]"),
+                ("[&ProductFactory; 11]", "[&ProductFactory; 12]"),
                 ("    &volumes::FACTORY,\n", "    &volumes::FACTORY,\n    &volume::FACTORY,\n"),
             ],
         ),
@@ -85,7 +85,7 @@ const PRODUCT: Extension = Extension {
             "src/publish/products/mod.rs",
             &[
                 ("pub mod views;\n", "pub mod views;\npub mod volume;\n"),
-                ("[&ProductPages; 10]", "[&ProductPages; 11]"),
+                ("[&ProductPages; 11]", "[&ProductPages; 12]"),
                 ("    &volumes::PAGES,\n", "    &volumes::PAGES,\n    &volume::PAGES,\n"),
             ],
         ),

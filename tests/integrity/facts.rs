@@ -102,11 +102,15 @@ fn no_verb_takes_facts_outside_of_their_range() {
 }
 
 #[test]
-#[ignore = "slow: makes a set of seven datasets"]
+#[ignore = "slow: makes a set of seven datasets, and one of suction"]
 fn no_reader_takes_such_facts_of_products_in_clutter() {
     let workspace = Workspace::new();
     let set = workspace.path("set");
     Program::run_job("jobs/clutter-quick.toml", &set).succeed();
-    let names = ["scenes", "views", "amodal", "volumes", "picks", "heatmaps"];
+    let scenes = format!("scenes.dataset={:?}", set.join("scenes"));
+    Program::run_job("jobs/suction-quick.toml", set.join("suction"))
+        .set(&[scenes, "suction.poses=100".to_owned()])
+        .succeed();
+    let names = ["scenes", "views", "amodal", "volumes", "picks", "heatmaps", "suction"];
     forge_all(&names.map(|name| (name, set.join(name))), true);
 }

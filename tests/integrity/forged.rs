@@ -468,6 +468,7 @@ pub fn verbs(product: &str) -> Vec<Vec<&'static str>> {
         "grasps" | "scenes" => verbs.push(export("mujoco")),
         "volumes" => verbs.push(export("vgn")),
         "views" => verbs.push(export("bop")),
+        "suction" => verbs.push(export("suctionnet")),
         _ => {}
     }
     verbs

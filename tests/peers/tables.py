@@ -335,6 +335,56 @@ def heatmap_tables(sample, names):
         }
 
 
+def suction_tables(sample, names):
+    message, objects, (kind, size) = sample.message("poses"), sample.objects, sample.container
+    cup = sample.cup
+    yield "suction", named(objects, names, sample.body) | {
+        "container": kind,
+        "container_size": flat(size),
+        "mass": sample.mass,
+        "centre_of_mass": flat(sample.centre_of_mass),
+        "cup_radius": cup.radius,
+        "cup_outer_radius": cup.outer_radius,
+        "cup_height": cup.height,
+        "tube_radius": cup.tube_radius,
+        "tube_length": cup.tube_length,
+        "margin": sample.margin,
+        "any_direction": message["any_direction"] == 1,
+    } | {name: message[name] for name in ("half_angle", "tilt", "safety", "budget", "wanted")}
+    for body in range(1, len(objects) + 1):
+        yield "bodies", named(objects, names, body) | {"world_from_object": flat(sample.world_from_object[body - 1])}
+    for pose in range(len(sample.numbers)):
+        surface = dict(zip(graspmill.SURFACE_MEASURES, sample.surfaces[pose].tolist()))
+        is_met, is_sealed = sample.missed[pose] == 0, sample.strengths[pose] != 255
+        row = {
+            "pose": sample.numbers[pose],
+            "scheme": graspmill.PICK_SCHEMES[sample.schemes[pose]],
+            "object_from_cup": flat(sample.object_from_cup[pose]),
+            "result": graspmill.SUCTION_RESULTS[sample.results[pose]],
+            "seal_limit": graspmill.SEAL_LIMITS[sample.seal_limits[pose]],
+            "seal_margin": sample.seal_margins[pose],
+            "missed": sample.missed[pose],
+            "suctionnet_seal": sample.suctionnet_seals[pose],
+            "suctionnet_wrench": sample.suctionnet_wrenches[pose],
+            "slope": [surface["slope_x"], surface["slope_y"]] if is_met else None,
+            "curvatures": [surface["curvature_low"], surface["curvature_high"]] if is_met else None,
+            "strength": graspmill.SUCTION_STRENGTHS[sample.strengths[pose]] if is_sealed else None,
+            "hold_margin": sample.hold_margins[pose] if is_sealed else None,
+            "used": flat(sample.used[pose]) if is_sealed else None,
+            "force": sample.forces[pose] if is_sealed else None,
+            "blocked_by": PICK_OBSTACLES[sample.obstacles[pose]] if sample.obstacles[pose] else None,
+            "stage": PICK_STAGES[sample.stages[pose]] if sample.obstacles[pose] else None,
+            "neighbour": sample.neighbours[pose] or None,
+            "clearance": sample.clearances[pose],
+            "robustness": None if np.isnan(sample.robustness[pose]) else sample.robustness[pose],
+        }
+        row |= {name: surface[name] if is_met else None for name in SURFACE_COLUMNS.split()}
+        yield "suction_poses", row
+
+
+SURFACE_COLUMNS = "seat compression spread flex stretch bulge hole"
+
+
 # Class of the samples, what makes their rows, and the table with a row per sample.
 TABLES = {
     "scenes": (graspmill.SceneSample, scene_tables, "scenes"),
@@ -343,6 +393,7 @@ TABLES = {
     "volumes": (graspmill.VolumeSample, volume_tables, "volumes"),
     "picks": (graspmill.PickSample, pick_tables, "picks"),
     "heatmaps": (graspmill.HeatmapSample, heatmap_tables, "heatmaps"),
+    "suction": (graspmill.SuctionSample, suction_tables, "suction"),
 }
 
 
@@ -410,7 +461,7 @@ def objects_of(sample, dataset):
     """The objects that a sample has: that of its body, or those of the bodies of its scene."""
     if isinstance(sample, graspmill.AmodalSample):
         return {sample.clutter.object}
-    if isinstance(sample, graspmill.PickSample):
+    if isinstance(sample, (graspmill.PickSample, graspmill.SuctionSample)):
         return {sample.object_id}
     if isinstance(sample, graspmill.HeatmapSample):
         return {object for row in dataset.folder.subjects() if row["object"] == sample.id.subject for object in row["objects"]}

@@ -13,6 +13,7 @@ mod picks;
 mod scene_picks;
 mod segmenting;
 mod sets;
+mod suction;
 mod tables;
 mod tilted;
 mod verbs;

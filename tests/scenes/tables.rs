@@ -15,6 +15,10 @@ use crate::support::{
 /// Pairs of bodies in clutter with touch by rays.
 const PAIRS: &str = "product = \"amodal\"\nseed = 3\ntouch = { random_rays = true }\n[views]\ndataset = \"views\"\n";
 
+/// Poses of a cup on these bodies.
+const SUCTION: &str =
+    "product = \"suction\"\nseed = 3\n[scenes]\ndataset = \"scenes\"\n[suction]\nposes = 400\nfree = 5\n";
+
 /// A dataset of each product that is made of scenes, made once.
 fn with_all() -> Workspace {
     let hand = repository_path(GRIPPER);
@@ -23,7 +27,13 @@ fn with_all() -> Workspace {
          support_height = 0.05\n[picks]\ndataset = \"picks\"\n[hand]\nmodel = {hand:?}\n"
     );
     let mut jobs = input_jobs();
-    jobs.extend([("amodal", PAIRS.to_owned()), ("volumes", volumes), ("heatmaps", heatmaps_job(""))]);
+    let suction = SUCTION.to_owned();
+    jobs.extend([
+        ("amodal", PAIRS.to_owned()),
+        ("volumes", volumes),
+        ("heatmaps", heatmaps_job("")),
+        ("suction", suction),
+    ]);
     Workspace::copy_of(&Workspace::with_datasets(&jobs))
 }
 
@@ -40,6 +50,7 @@ fn run_inspect_report_and_card_of_scenes_begin_with_the_same_words() {
         ("volumes", "volumes fused from"),
         ("picks", "bodies have a free grasp; "),
         ("heatmaps", "images have a free grasp; "),
+        ("suction", "bodies have a free suction pose; "),
     ] {
         let headline = check_first_words(&workspace.path(product), &about);
         assert!(headline.contains(words), "{product}: {headline}");
@@ -57,6 +68,7 @@ fn every_table_of_scenes_holds_what_the_shards_do() {
         ("volumes", &["volumes", "volume_grasps", "bodies", "fused_views", "objects"]),
         ("picks", &["picks", "candidates", "bodies", "pick_trials", "pick_contacts", "pick_neighbours", "objects"]),
         ("heatmaps", &["heatmaps", "marks", "forbidden", "objects"]),
+        ("suction", &["suction", "suction_poses", "bodies", "objects"]),
     ] {
         let (data, out) = (workspace.path(product), workspace.path(format!("{product}-tables")));
         Program::on("export", &data).args(["--to", "parquet"]).option("--out", &out).succeed();

@@ -21,10 +21,14 @@ fn make_clutter(workspace: &Workspace) -> Vec<(&'static str, PathBuf)> {
     let amodal = "product = \"amodal\"\nseed = 3\n[views]\ndataset = \"views\"\n";
     let volumes = "product = \"volumes\"\nseed = 3\n[views]\ndataset = \"views\"\n[fusion]\nsize = 0.4\nresolution = 16\n\
                    views = [1, 2]\nper_scene = 1\n";
-    for (name, job) in [("amodal", amodal), ("volumes", volumes), ("heatmaps", &heatmaps_job(""))] {
+    let suction = "product = \"suction\"\nseed = 3\n[scenes]\ndataset = \"scenes\"\n[suction]\nposes = 200\nfree = 3\n";
+    let heatmaps = heatmaps_job("");
+    for (name, job) in [("amodal", amodal), ("volumes", volumes), ("heatmaps", heatmaps.as_str()), ("suction", suction)]
+    {
         workspace.make_dataset(name, job, &[]);
     }
-    ["scenes", "views", "amodal", "volumes", "picks", "heatmaps"].map(|name| (name, workspace.path(name))).to_vec()
+    let names = ["scenes", "views", "amodal", "volumes", "picks", "heatmaps", "suction"];
+    names.map(|name| (name, workspace.path(name))).to_vec()
 }
 
 /// A set of one small dataset.

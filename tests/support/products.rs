@@ -1,4 +1,4 @@
-//! A small dataset of each of the ten products, made once for all tests of a binary, and its job, so that it can be made again.
+//! A small dataset of each of the eleven products, made once for all tests of a binary, and its job, so that it can be made again.
 
 use std::{
     path::{Path, PathBuf},
@@ -43,7 +43,7 @@ fn quoted(word: &str) -> String {
 type ClutterJob = (&'static str, &'static str, &'static [&'static str], &'static [(&'static str, &'static str)]);
 
 /// Jobs of clutter, in the order in which they are made.
-const CLUTTER: [ClutterJob; 6] = [
+const CLUTTER: [ClutterJob; 7] = [
     ("scenes", "scenes-quick", &["scenes={training=4}", "count=3", "shards.scenes=1"], &[]),
     (
         "views",
@@ -60,6 +60,7 @@ const CLUTTER: [ClutterJob; 6] = [
     ),
     ("picks", "picks-quick", &["shards.samples=2"], &[("scenes", "scenes"), ("grasps", "clutter-grasps")]),
     ("heatmaps", "heatmaps-quick", &["shards.samples=1"], &[("views", "views"), ("picks", "picks")]),
+    ("suction", "suction-quick", &["suction.poses=200", "suction.free=4", "shards.samples=2"], &[("scenes", "scenes")]),
 ];
 
 /// The small dataset of a product of [`small_jobs`], without those of the other products.

@@ -16,6 +16,7 @@ pub mod picks;
 pub mod reachability;
 pub mod scenes;
 pub mod settled;
+pub mod suction;
 pub mod surroundings;
 pub mod viewed;
 pub mod views;
@@ -25,7 +26,7 @@ use super::product::ProductFactory;
 use format::Product;
 
 /// Every product; a job that names none is of the first.
-pub static PRODUCTS: [&ProductFactory; 10] = [
+pub static PRODUCTS: [&ProductFactory; 11] = [
     &completion::FACTORY,
     &reachability::FACTORY,
     &grasps::FACTORY,
@@ -36,6 +37,7 @@ pub static PRODUCTS: [&ProductFactory; 10] = [
     &volumes::FACTORY,
     &picks::FACTORY,
     &heatmaps::FACTORY,
+    &suction::FACTORY,
 ];
 
 /// The row of a product.

@@ -1892,6 +1892,146 @@ pub struct SceneOverview {
     #[prost(bytes = "vec", tag = "7")]
     pub depths: ::prost::alloc::vec::Vec<u8>,
 }
+/// Topic /suction/poses. Poses of a suction cup on one body of a settled scene: whether the cup seals there, holds the body, and gets
+/// there without touching anything else. SampleId.subject is the digest of the scene, SampleId.item the number of the body minus one.
+/// Bodies are numbered from 1, in the order of the scene. Lengths in m, angles in rad, forces in N. Poses come in drawn order: all free
+/// ones, and of those that leak, that are too weak and that are blocked the first ones. Numbers that a pose does not have are NaN.
+/// Obstacles come in the order ground, container, own object, neighbour.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct SuctionPoses {
+    #[prost(message, optional, tag = "1")]
+    pub sample: ::core::option::Option<SampleId>,
+    /// plane, bin, mesh
+    #[prost(string, tag = "2")]
+    pub container: ::prost::alloc::string::String,
+    /// plane: sides of the rectangle; bin: inner sides along x, y, z, wall; mesh: inner sides; then their tilt \[degree\] if tilted
+    #[prost(double, repeated, tag = "3")]
+    pub container_size: ::prost::alloc::vec::Vec<f64>,
+    /// 32 bytes per body of the scene: its object's digest
+    #[prost(bytes = "vec", tag = "4")]
+    pub objects: ::prost::alloc::vec::Vec<u8>,
+    /// (bodies, 12): rotation and translation by rows
+    #[prost(double, repeated, tag = "5")]
+    pub world_from_object: ::prost::alloc::vec::Vec<f64>,
+    /// mesh: (vertices, 3) f32, little-endian, in its own frame
+    #[prost(bytes = "vec", tag = "6")]
+    pub container_vertices: ::prost::alloc::vec::Vec<u8>,
+    /// mesh: (triangles, 3) u32, little-endian
+    #[prost(bytes = "vec", tag = "7")]
+    pub container_triangles: ::prost::alloc::vec::Vec<u8>,
+    /// kg, of the body
+    #[prost(double, tag = "8")]
+    pub mass: f64,
+    /// (3) of the body, in Object
+    #[prost(double, repeated, tag = "9")]
+    pub centre_of_mass: ::prost::alloc::vec::Vec<f64>,
+    /// (5): radius of the sealing circle, outer radius of the lip, height; radius and length of the tube
+    #[prost(double, repeated, tag = "10")]
+    pub cup: ::prost::alloc::vec::Vec<f64>,
+    /// distance that cup and tube keep from everything except the body
+    #[prost(double, tag = "11")]
+    pub margin: f64,
+    /// largest angle between the approach and straight down
+    #[prost(double, tag = "12")]
+    pub half_angle: f64,
+    /// largest angle between the approach and the inward normal of the drawn point
+    #[prost(double, tag = "13")]
+    pub tilt: f64,
+    /// factor on the weight
+    #[prost(double, tag = "14")]
+    pub safety: f64,
+    /// 1 if the cup must hold the body in every direction of gravity, 0 as it lies
+    #[prost(uint32, tag = "15")]
+    pub any_direction: u32,
+    /// poses at most
+    #[prost(uint32, tag = "16")]
+    pub budget: u32,
+    /// free poses at which the run ends
+    #[prost(uint32, tag = "17")]
+    pub wanted: u32,
+    /// poses drawn: the sum of all counts from tilted to free
+    #[prost(uint32, tag = "18")]
+    pub drawn: u32,
+    /// beyond half_angle
+    #[prost(uint32, tag = "19")]
+    pub tilted: u32,
+    /// (7) by the limit of the seal that is used most
+    #[prost(uint32, repeated, tag = "20")]
+    pub leaking: ::prost::alloc::vec::Vec<u32>,
+    /// (4) by the strength that is used most
+    #[prost(uint32, repeated, tag = "21")]
+    pub weak: ::prost::alloc::vec::Vec<u32>,
+    /// like a free pose that was found before, not followed
+    #[prost(uint32, tag = "22")]
+    pub alike: u32,
+    /// (4) by each obstacle
+    #[prost(uint32, repeated, tag = "23")]
+    pub blocked: ::prost::alloc::vec::Vec<u32>,
+    /// free and unlike each other
+    #[prost(uint32, tag = "24")]
+    pub free: u32,
+    /// per pose: its number in drawn order, from 0
+    #[prost(uint32, repeated, tag = "25")]
+    pub poses: ::prost::alloc::vec::Vec<u32>,
+    /// u8 per pose, draw of its point: 0 area, 1 thickness, 2 cells
+    #[prost(bytes = "vec", tag = "26")]
+    pub schemes: ::prost::alloc::vec::Vec<u8>,
+    /// (poses, 12): origin where the axis meets the surface, z the approach
+    #[prost(double, repeated, tag = "27")]
+    pub object_from_cup: ::prost::alloc::vec::Vec<f64>,
+    /// u8 per pose: 0 free, 1 blocked, 2 weak, 3 leaking
+    #[prost(bytes = "vec", tag = "28")]
+    pub results: ::prost::alloc::vec::Vec<u8>,
+    /// u8 per pose, limit used most: 0 surface, 1 stroke, 2 flex, 3 stretch, 4 bulge, 5 hole, 6 curvature
+    #[prost(bytes = "vec", tag = "29")]
+    pub seal_limits: ::prost::alloc::vec::Vec<u8>,
+    /// per pose: 1 less the used share of that limit, at least -1; it seals from 0 on
+    #[prost(double, repeated, tag = "30")]
+    pub seal_margins: ::prost::alloc::vec::Vec<f64>,
+    /// per pose: rays that miss the surface
+    #[prost(uint32, repeated, tag = "31")]
+    pub missed: ::prost::alloc::vec::Vec<u32>,
+    /// (poses, 11): seat, compression, spread, slope along x and y, flex, stretch, bulge, hole,
+    #[prost(double, repeated, tag = "32")]
+    pub surfaces: ::prost::alloc::vec::Vec<f64>,
+    /// smaller and larger principal curvature \[1/m\]; NaN where a ray misses
+    ///
+    /// per pose: seal score of SuctionNet-1Billion, 0 to 1; 0 where a ray misses
+    #[prost(double, repeated, tag = "33")]
+    pub seals: ::prost::alloc::vec::Vec<f64>,
+    /// per pose: wrench score of SuctionNet-1Billion, 0 to 1, for the body as it lies
+    #[prost(double, repeated, tag = "34")]
+    pub wrenches: ::prost::alloc::vec::Vec<f64>,
+    /// u8 per pose, strength used most: 0 pull, 1 shear, 2 torsion, 3 tilt; 255 where it leaks
+    #[prost(bytes = "vec", tag = "35")]
+    pub strengths: ::prost::alloc::vec::Vec<u8>,
+    /// per pose: 1 less the used share of that strength, at least -1; it holds from 0 on; NaN where it leaks
+    #[prost(double, repeated, tag = "36")]
+    pub hold_margins: ::prost::alloc::vec::Vec<f64>,
+    /// (poses, 4) used share of each strength; NaN where it leaks
+    #[prost(double, repeated, tag = "37")]
+    pub used: ::prost::alloc::vec::Vec<f64>,
+    /// per pose: force of the vacuum less that of the bellows; NaN where it leaks
+    #[prost(double, repeated, tag = "38")]
+    pub forces: ::prost::alloc::vec::Vec<f64>,
+    /// u8 per pose: 0 nothing, 1 ground, 2 container, 3 own object, 4 neighbour
+    #[prost(bytes = "vec", tag = "39")]
+    pub obstacles: ::prost::alloc::vec::Vec<u8>,
+    /// u8 per pose: 0 nothing, 1 the pose itself, 2 the line to it
+    #[prost(bytes = "vec", tag = "40")]
+    pub stages: ::prost::alloc::vec::Vec<u8>,
+    /// per pose: number of the neighbour that is the obstacle; 0 without one
+    #[prost(uint32, repeated, tag = "41")]
+    pub neighbours: ::prost::alloc::vec::Vec<u32>,
+    /// per pose: distance from the obstacle, negative where they overlap, at least -0.001; without
+    #[prost(double, repeated, tag = "42")]
+    pub clearances: ::prost::alloc::vec::Vec<f64>,
+    /// an obstacle the smallest from anything but the body on the path, at most 0.01
+    ///
+    /// per pose: share of poses with errors in which the cup seals and holds; NaN unless it is free
+    #[prost(double, repeated, tag = "43")]
+    pub robustness: ::prost::alloc::vec::Vec<f64>,
+}
 /// Topic /completion/touch_rays, probes are rays; each kind of touch has its own topic. Contacts with the object, in
 /// camera axes: one row per contact, in the order of the probes. Fields from 12 on are reserved for hands.
 #[derive(Clone, PartialEq, Eq, Hash, ::prost::Message)]

@@ -1,10 +1,10 @@
 //! The table of checks of records: one row per product, separate from the rows of the format, which every dataset needs.
 
-use super::{amodal, completion, grasps, heatmaps, patches, picks, reachability, scenes, views, volumes};
+use super::{amodal, completion, grasps, heatmaps, patches, picks, reachability, scenes, suction, views, volumes};
 use crate::{Product, ProductChecks};
 
 /// The checks of every product, in the order of [`PRODUCTS`](super::PRODUCTS).
-pub static CHECKS: [&ProductChecks; 10] = [
+pub static CHECKS: [&ProductChecks; 11] = [
     &completion::CHECKS,
     &reachability::CHECKS,
     &grasps::CHECKS,
@@ -15,6 +15,7 @@ pub static CHECKS: [&ProductChecks; 10] = [
     &volumes::CHECKS,
     &picks::CHECKS,
     &heatmaps::CHECKS,
+    &suction::CHECKS,
 ];
 
 /// The checks of a product.

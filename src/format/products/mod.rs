@@ -12,6 +12,7 @@ pub mod reachability;
 mod record;
 mod record_check;
 pub mod scenes;
+pub mod suction;
 pub mod views;
 pub mod volumes;
 
@@ -23,7 +24,7 @@ pub use record_check::{BrokenRule, CheckSample, CheckedRecord, ProductChecks, ch
 use super::ProductFormat;
 
 /// Every product, in the order of documents and help.
-pub static PRODUCTS: [&ProductFormat; 10] = [
+pub static PRODUCTS: [&ProductFormat; 11] = [
     &completion::FORMAT,
     &reachability::FORMAT,
     &grasps::FORMAT,
@@ -34,4 +35,5 @@ pub static PRODUCTS: [&ProductFormat; 10] = [
     &volumes::FORMAT,
     &picks::FORMAT,
     &heatmaps::FORMAT,
+    &suction::FORMAT,
 ];

@@ -24,6 +24,7 @@ mod pcd;
 mod rle;
 mod row_tables;
 mod selected;
+mod suctionnet;
 mod table;
 mod target;
 mod vgn;
@@ -41,7 +42,7 @@ use format::{Noun, dataset::DatasetReader};
 use kernel::files::Folder;
 
 /// Every format, in the order of the help.
-pub static FORMATS: [&ExportFormat; 11] = [
+pub static FORMATS: [&ExportFormat; 12] = [
     &npy::FORMAT,
     &row_tables::FORMAT,
     &webdataset::FORMAT,
@@ -53,6 +54,7 @@ pub static FORMATS: [&ExportFormat; 11] = [
     &bop::FORMAT,
     &coco::FORMAT,
     &vgn::FORMAT,
+    &suctionnet::FORMAT,
 ];
 
 impl ExportFormat {

@@ -8,6 +8,7 @@ mod pairs;
 mod patches;
 mod picks;
 mod scenes;
+mod suction;
 mod views;
 mod volumes;
 
@@ -18,6 +19,7 @@ pub use pairs::{PreviewSample, preview_samples, write_preview};
 pub use patches::write_patch_preview;
 pub use picks::write_pick_preview;
 pub use scenes::write_scene_preview;
+pub use suction::write_suction_preview;
 pub use views::write_view_preview;
 pub use volumes::write_volume_preview;
 

@@ -20,10 +20,10 @@ use kernel::{
     ids::ObjectId,
 };
 
-const BODY: Color = Color { r: 0.9, g: 0.62, b: 0.0, a: 1.0 };
-const NEIGHBOUR: Color = Color { r: 0.55, g: 0.55, b: 0.56, a: 1.0 };
-const FREE: Color = Color { r: 0.0, g: 0.62, b: 0.45, a: 1.0 };
-const BLOCKED: Color = Color { r: 0.84, g: 0.37, b: 0.0, a: 0.6 };
+pub(super) const BODY: Color = Color { r: 0.9, g: 0.62, b: 0.0, a: 1.0 };
+pub(super) const NEIGHBOUR: Color = Color { r: 0.55, g: 0.55, b: 0.56, a: 1.0 };
+pub(super) const FREE: Color = Color { r: 0.0, g: 0.62, b: 0.45, a: 1.0 };
+pub(super) const BLOCKED: Color = Color { r: 0.84, g: 0.37, b: 0.0, a: 0.6 };
 
 /// Diameter of the ball at a hand's base [m].
 const BALL: f64 = 0.006;
@@ -66,7 +66,7 @@ fn write_messages(file: impl std::io::Write + std::io::Seek, scenes: &[[SceneUpd
 }
 
 /// Each entity takes the place of the one before with its name.
-fn entity(second: i64, id: &str) -> SceneEntity {
+pub(super) fn entity(second: i64, id: &str) -> SceneEntity {
     SceneEntity {
         timestamp: Some(Timestamp { seconds: second, nanos: 0 }),
         frame_id: "world".to_owned(),
@@ -75,7 +75,7 @@ fn entity(second: i64, id: &str) -> SceneEntity {
     }
 }
 
-fn triangles(mesh: &TriMesh, pose: &Pose<World, Object>, colour: Color) -> TriangleListPrimitive {
+pub(super) fn triangles(mesh: &TriMesh, pose: &Pose<World, Object>, colour: Color) -> TriangleListPrimitive {
     let rotation = UnitQuaternion::from_rotation_matrix(pose.rotation()).coords;
     let orientation = Quaternion { x: rotation.x, y: rotation.y, z: rotation.z, w: rotation.w };
     let at = pose.translation();

@@ -7,7 +7,9 @@ pub mod heatmaps;
 pub mod patches;
 pub mod picks;
 pub mod reachability;
+mod scene_shapes;
 pub mod scenes;
+pub mod suction;
 pub mod views;
 pub mod volumes;
 
@@ -15,7 +17,7 @@ use super::product::ProductPages;
 use format::Product;
 
 /// Every product.
-pub static PRODUCTS: [&ProductPages; 10] = [
+pub static PRODUCTS: [&ProductPages; 11] = [
     &completion::PAGES,
     &reachability::PAGES,
     &grasps::PAGES,
@@ -26,6 +28,7 @@ pub static PRODUCTS: [&ProductPages; 10] = [
     &volumes::PAGES,
     &picks::PAGES,
     &heatmaps::PAGES,
+    &suction::PAGES,
 ];
 
 /// The row of a product.

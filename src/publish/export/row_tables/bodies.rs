@@ -126,7 +126,7 @@ impl TableRow for BodyRow<'_> {
         name: "bodies",
         row: "body",
         group: 16384,
-        meaning: "One row per body of each exported scene, volume or pick; `body` counts in the order of the scene. Only scenes have the \
+        meaning: "One row per body of each exported scene, volume, pick or sample of suction; `body` counts in the order of the scene. Only scenes have the \
                   columns from `mass` on.",
     };
 

@@ -15,6 +15,7 @@ mod poses;
 mod row_table;
 mod scenes;
 mod series;
+mod suction;
 mod touch;
 mod trials;
 mod views;
@@ -54,5 +55,6 @@ pub(super) static FORMAT: ExportFormat = ExportFormat {
         tables(Product::VOLUMES, Noun { one: "volume", many: "volumes" }, |_| volumes::LAYOUT, volumes::write),
         tables(Product::PICKS, Noun { one: "body", many: "bodies" }, |_| picks::LAYOUT, picks::write),
         tables(Product::HEATMAPS, Noun { one: "image", many: "images" }, |_| heatmaps::LAYOUT, heatmaps::write),
+        tables(Product::SUCTION, Noun { one: "body", many: "bodies" }, |_| suction::LAYOUT, suction::write),
     ],
 };

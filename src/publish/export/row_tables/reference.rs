@@ -9,7 +9,7 @@ use super::{
     grasps, heatmaps, objects, pairs, patches, pick_trials, picks, poses,
     row_table::TableRow,
     scenes::{self, SceneRow},
-    series, touch, trials, views, volumes,
+    series, suction, touch, trials, views, volumes,
 };
 use format::Product;
 use tables::ColumnType;
@@ -66,7 +66,7 @@ fn table<R: TableRow>(products: &[Product]) -> Table {
 
 /// Every table, in the order of the page.
 fn all_tables() -> Vec<Table> {
-    const OF_SCENES: [Product; 3] = [Product::SCENES, Product::VOLUMES, Product::PICKS];
+    const OF_SCENES: [Product; 4] = [Product::SCENES, Product::VOLUMES, Product::PICKS, Product::SUCTION];
     let of_objects: Vec<Product> = Product::all().filter(|product| *product != Product::REACHABILITY).collect();
     let pairs = [Product::COMPLETION, Product::AMODAL];
     vec![
@@ -101,6 +101,8 @@ fn all_tables() -> Vec<Table> {
         table::<heatmaps::HeatmapRow>(&[Product::HEATMAPS]),
         table::<heatmaps::MarkRow>(&[Product::HEATMAPS]),
         table::<heatmaps::ForbiddenRow>(&[Product::HEATMAPS]),
+        table::<suction::SuctionRow>(&[Product::SUCTION]),
+        table::<suction::PoseRow>(&[Product::SUCTION]),
     ]
 }
 
@@ -163,6 +165,7 @@ fn every_fact_of_a_product_has_a_column() {
             Product::VIEWS => names::<views::ViewRow>(product),
             Product::VOLUMES => names::<volumes::VolumeRow>(product),
             Product::PICKS => names::<picks::PickRow>(product),
+            Product::SUCTION => names::<suction::SuctionRow>(product),
             _ => names::<heatmaps::HeatmapRow>(product),
         };
         for fact in product.facts {

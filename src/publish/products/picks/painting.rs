@@ -3,22 +3,22 @@
 use std::{
     collections::BTreeMap,
     f64::consts::{FRAC_PI_4, TAU},
-    sync::Arc,
 };
 
-use nalgebra::{IsometryMatrix3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 
 use crate::{
     picture::{Colour, Picture, Solid, SolidView, seen_pixels, solid_picture},
+    products::scene_shapes::{container_shape, mesh_shape},
     scene_samples::ScenePanel,
 };
 use format::{
-    HandShape, LinkSolid, PickCandidate, PickCandidates, PickTrial, PickTrials, SceneContainer,
+    HandShape, LinkSolid, PickCandidate, PickCandidates, PickTrial, PickTrials,
     dataset::{DatasetError, DatasetReader, Sample},
     extras::Shapes,
 };
 use kernel::{
-    geom::{NoSurface, Shape, TouchShape, TriMesh, Triangles},
+    geom::{NoSurface, TouchShape},
     ids::ObjectId,
 };
 
@@ -36,9 +36,6 @@ const EXTENT: f64 = 0.42;
 
 /// Side of a picture over the radius of the dot of a hand.
 const SIDE_OVER_DOT: f64 = 90.0;
-
-/// Thickness of a drawn table [m].
-const TABLE_THICKNESS: f64 = 0.002;
 
 /// Hand and objects of a dataset, ready to be drawn.
 pub(super) struct Drawn {
@@ -80,7 +77,7 @@ impl Drawn {
         for (object, _) in &candidates.bodies {
             self.load(*object)?;
         }
-        let container = container(&candidates.container);
+        let container = container_shape(&candidates.container);
         let (mut solids, mut own): (Vec<Solid<'_>>, _) = (Vec::new(), None);
         for (number, (object, pose)) in (1..).zip(&candidates.bodies) {
             let Some(shape) = self.objects.get(object) else { continue };
@@ -161,28 +158,6 @@ fn view(solids: &[Solid<'_>], own: Option<usize>, without_hand: usize, candidate
 /// The first trial that held.
 fn first_held(trials: &PickTrials) -> Option<&PickTrial> {
     trials.trials.iter().find(|trial| trial.verdict.is_held())
-}
-
-fn mesh_shape(mesh: &TriMesh) -> Result<TouchShape, NoSurface> {
-    let triangles = Triangles {
-        corners: mesh.vertices.iter().map(|corner| Point3::from(corner.map(f64::from))).collect(),
-        triangles: mesh.triangles.clone(),
-    };
-    TouchShape::new(&Shape::Mesh(Arc::new(triangles)))
-}
-
-/// The container and its pose; a piece of the plane if there is no container.
-fn container(container: &SceneContainer) -> Option<(TouchShape, IsometryMatrix3<f64>)> {
-    match *container {
-        SceneContainer::Bin { .. } | SceneContainer::Mesh { .. } => {
-            Some((mesh_shape(&container.mesh()?).ok()?, IsometryMatrix3::identity()))
-        }
-        SceneContainer::Plane { size: [x, y] } => {
-            let half = [x / 2.0, y / 2.0, TABLE_THICKNESS / 2.0];
-            let shape = TouchShape::new(&Shape::Box { half }).ok()?;
-            Some((shape, IsometryMatrix3::translation(0.0, 0.0, -TABLE_THICKNESS / 2.0)))
-        }
-    }
 }
 
 /// Side of the picture of a body in the first picture of a set [px].
