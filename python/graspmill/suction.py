@@ -64,7 +64,7 @@ class SuctionSample(Sample):
 
     @content
     def container(self) -> tuple[str, Floats]:
-        """As ``PickSample.container``."""
+        """Kind and sizes [m] of the container of the scene, as in ``PickSample.container``."""
         message = self.message("poses")
         return str(message["container"]), message["container_size"]
 

@@ -53,10 +53,12 @@ pub struct CupSettings {
     pub friction: f64,
     /// Limit on the force of the vacuum. Default: none, the force is the vacuum times the area inside of the sealing circle.
     #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "N", "examples" = [15.0]))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub max_force: Option<f64>,
     /// Limit on the moment that tilts the cup. Default: the lip opens where its load, distributed linearly along the circle, falls
     /// to 0, at the normal force times half the radius. Dex-Net 3.0 has pi r times 0.005 N, SuctionNet-1Billion pi r times 15.6 N.
     #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "N m", "examples" = [0.49]))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub max_moment: Option<f64>,
     /// Radius of the tube behind the cup.
     #[schemars(extend("exclusiveMinimum" = 0, "x-unit" = "m"))]

@@ -1,7 +1,7 @@
 //! The row of suction in the table of products.
 
 use super::{
-    inspection::{SuctionSurvey, headline},
+    inspection::{SuctionInspection, SuctionSurvey, headline},
     page::{SuctionPage, cards, suction_words},
     painting::Drawn,
     templates::TEMPLATES,
@@ -13,7 +13,7 @@ use crate::{
     numbers::{NumberRow, Numbers},
     picture::{Panel, Picture},
     preview::write_suction_preview,
-    product::{PICTURES, Page, ProductAssets, ProductPages, ProductWords, SampleParts, Survey},
+    product::{GraspFunnel, PICTURES, Page, ProductAssets, ProductPages, ProductWords, SampleParts, Survey},
     templates::page_values,
 };
 use format::{
@@ -80,6 +80,18 @@ impl Survey for SuctionSurvey {
         let (cards, job) = (cards(reader, self)?, reader.job_text()?);
         let shown = cards.len();
         Ok(Page { values: page_values(&SuctionPage::of(self, cards, &job)), shown })
+    }
+
+    fn funnel(&self) -> Option<GraspFunnel> {
+        let SuctionInspection { kept, bodies_with_free, poses, free, .. } = &self.facts;
+        Some(GraspFunnel {
+            hand: "suction cup".to_owned(),
+            bodies: *kept,
+            bodies_with_free: *bodies_with_free,
+            candidates: *poses,
+            free: *free,
+            trials: None,
+        })
     }
 
     fn add_numbers(&self, numbers: &mut Numbers) {

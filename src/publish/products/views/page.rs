@@ -117,7 +117,7 @@ impl<'a> ViewsPage<'a> {
                 share: percent(facts.kept as f64 / facts.samples.max(1) as f64),
                 scenes: grouped(facts.scenes),
                 bodies: grouped(facts.bodies),
-                seen: grouped(facts.bodies - facts.strata.first().map_or(0, |(_, unseen)| *unseen)),
+                seen: grouped(facts.bodies.saturating_sub(facts.strata.first().map_or(0, |(_, unseen)| *unseen))),
                 truncated: grouped(facts.truncated),
                 too_near: (facts.too_near > 0).then(|| grouped(facts.too_near)),
                 near_draws: grouped(facts.near_draws),
