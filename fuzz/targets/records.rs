@@ -4,7 +4,7 @@ use graspmill::format::{
     Channel, Cloud, Clutter, Coverage, Depth, GraspLadders, GraspRun, GraspTrials, HandShape, HeatmapPatch, Implicit,
     ObjectShape, Occlusion, PatchColour, PatchHeatmap, PatchImageColour, PatchMetric, PatchTable, PatchTrial,
     PatchVisibility, PickCandidates, PickSampling, PickTrials, ReachabilityBlock, ReachabilityField, Scene,
-    SceneColour, SceneHeatmap, SceneImage, SceneOverview, SceneVolume, TactileContacts, Tsdf, Visibility,
+    SceneColour, SceneHeatmap, SceneImage, SceneOverview, SceneVolume, SuctionPoses, TactileContacts, Tsdf, Visibility,
     VolumeAffordance, VolumeTruth, VoxelPair, check_record, checks_of,
 };
 
@@ -88,6 +88,7 @@ pub fn records(input: &[u8]) {
         Channel::PICK_TRIALS => again(payload, |bytes| PickTrials::decode(bytes).ok(), PickTrials::encode),
         Channel::PICK_SAMPLING => again(payload, |bytes| PickSampling::decode(bytes).ok(), PickSampling::encode),
         Channel::HEATMAP_GRASPS => again(payload, |bytes| SceneHeatmap::decode(bytes).ok(), SceneHeatmap::encode),
+        Channel::SUCTION_POSES => again(payload, |bytes| SuctionPoses::decode(bytes).ok(), SuctionPoses::encode),
         Channel::CLUTTER => again(payload, |bytes| Clutter::decode(bytes).ok(), Clutter::encode),
         other => panic!("{other:?} has no record here"),
     };
