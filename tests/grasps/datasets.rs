@@ -118,11 +118,11 @@ fn samplers_without_a_search_make_datasets() {
     let workspace = write_job();
     let scene = repository_path("scenes/fetch_gripper.xml");
     for (name, sampler, keys, max) in [
+        ("along", "approach", "draws = 300\nbest = 2", 2),
         ("uniform", "uniform", "grasps = 3\nposes = \"any\"", 3),
         ("middles", "antipodal", "pairs = 100\nbest = 2\ndepth = \"middle\"", 2),
         ("air", "antipodal", "pairs = 100\nbest = 2", 2),
         ("table", "antipodal", "pairs = 100\nbest = 2\nsupport = \"table\"", 2),
-        ("along", "approach", "draws = 300\nbest = 2", 2),
     ] {
         let job = format!(
             "product = \"grasps\"\nname = \"{name}\"\nseed = 5\n[hand]\nmodel = {scene:?}\n[[objects]]\n\
