@@ -20,12 +20,13 @@ use crate::support::{
 use serde_json::Value;
 
 /// Files of the repository that a build of the program takes.
-const SOURCES: [&str; 10] = [
+const SOURCES: [&str; 11] = [
     ".cargo",
     "Cargo.lock",
     "Cargo.toml",
     "benches",
     "build.rs",
+    "examples",
     "jobs",
     "proto",
     "rust-toolchain.toml",
