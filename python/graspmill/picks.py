@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .geometry import Floats, container_mesh, pose, poses
+from .geometry import Floats, pose, poses
 from .grasps import FREE_WAYS
-from .samples import Sample, as_array, content, expect_lengths
+from .samples import as_array, content, expect_lengths
+from .settled import BodySample
 
 PICK_OBSTACLES = ("free", "ground", "container", "own object", "neighbour")
 """Obstacles of a hand, by the numbers of ``verdicts``; 0: none."""
@@ -125,48 +126,13 @@ class PickTrial:
         return self.verdict == PICK_VERDICTS[0]
 
 
-class PickSample(Sample):
+class PickSample(BodySample):
     """Grasps of one body of a settled scene. Bodies are numbered from 1, in the order of the scene; candidates are rows of
     arrays."""
 
     product = "picks"
+    main = "grasps"
     __slots__ = ()
-
-    @content
-    def body(self) -> int:
-        """Number of the body in its scene, from 1."""
-        return int(self.id.item) + 1
-
-    @content
-    def container(self) -> tuple[str, Floats]:
-        """``("plane", [x, y])``, ``("bin", [x, y, z, wall])`` or ``("mesh", [x, y, z])``, with the inner sides [m]; last the
-        tilt [degree] of a tilted bin or mesh, whose side at positive y is raised. The world's origin is the middle of the
-        floor."""
-        message = self.message("grasps")
-        return str(message["container"]), message["container_size"]
-
-    @content
-    def container_mesh(self) -> tuple[Floats, npt.NDArray[np.uint32]] | None:
-        """Vertices (n, 3) in the world [m] and triangles (m, 3) of a container that is a mesh; ``None`` for others."""
-        return container_mesh(self.message("grasps"))
-
-    @content
-    def objects(self) -> list[str]:
-        """Digest of the object of each body of the scene, 64 hexadecimal digits, as in ``assets.json``."""
-        digests = bytes(self.message("grasps")["objects"])
-        return [digests[start : start + 32].hex() for start in range(0, len(digests), 32)]
-
-    @content
-    def object_id(self) -> str:
-        """Digest of the body's own object."""
-        return self.objects[self.body - 1]
-
-    @content
-    def world_from_object(self) -> Floats:
-        """(bodies, 4, 4) poses of all bodies of the scene."""
-        found = poses(self.message("grasps")["world_from_object"])
-        expect_lengths(len(self.objects), world_from_object=found)
-        return found
 
     @content
     def hand(self) -> str:

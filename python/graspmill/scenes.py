@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from .geometry import Floats, container_mesh
-from .samples import Sample, as_array, content, expect_lengths
+from .geometry import Floats
+from .samples import as_array, content, expect_lengths
+from .settled import SettledSample
 
 CONTAINER = 0
 """Number of the container among the bodies of contacts and supports; bodies are numbered from 1."""
@@ -48,10 +49,11 @@ class Overview:
     """Height of the camera above the floor [m]."""
 
 
-class SceneSample(Sample):
+class SceneSample(SettledSample):
     """Bodies of a scene in the order of their first release, with poses, contacts and supports."""
 
     product = "scenes"
+    main = "scene"
     __slots__ = ()
 
     @content
@@ -84,34 +86,6 @@ class SceneSample(Sample):
     def crossed(self) -> int:
         """Pairs of bodies of an imported scene that intersect; 0 for a settled scene."""
         return int(self.message("scene").get("crossed", 0))
-
-    @content
-    def container(self) -> tuple[str, Floats]:
-        """``("plane", [x, y])``, ``("bin", [x, y, z, wall])`` or ``("mesh", [x, y, z])``, with the inner sides [m]; last the
-        tilt [degree] of a tilted bin or mesh, whose side at positive y is raised. The world's origin is the middle of the
-        floor."""
-        message = self.message("scene")
-        return str(message["container"]), message["container_size"]
-
-    @content
-    def container_mesh(self) -> tuple[Floats, npt.NDArray[np.uint32]] | None:
-        """Vertices (n, 3) in the world [m] and triangles (m, 3) of a container that is a mesh; ``None`` for others."""
-        return container_mesh(self.message("scene"))
-
-    @content
-    def objects(self) -> list[str]:
-        """Digest of each body's object, 64 hexadecimal digits, as in ``assets.json``."""
-        digests = bytes(self.message("scene")["objects"])
-        return [digests[start : start + 32].hex() for start in range(0, len(digests), 32)]
-
-    @content
-    def world_from_object(self) -> Floats:
-        """(bodies, 4, 4) poses."""
-        rows: Floats = self.message("scene")["world_from_object"].reshape(-1, 3, 4)
-        expect_lengths(len(self.objects), world_from_object=rows)
-        poses = np.tile(np.eye(4), (len(rows), 1, 1))
-        poses[:, :3] = rows
-        return poses
 
     @content
     def masses(self) -> Floats:

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .geometry import Floats, container_mesh, poses
+from .geometry import Floats, poses
 from .picks import PICK_OBSTACLES
-from .samples import Sample, as_array, content, expect_lengths
+from .samples import as_array, content, expect_lengths
+from .settled import BodySample
 
 SUCTION_RESULTS = ("free", "blocked", "weak", "leaking")
 """Results of poses, by the numbers of ``results``."""
@@ -50,46 +51,13 @@ class CupMeasures:
     """Of that tube."""
 
 
-class SuctionSample(Sample):
+class SuctionSample(BodySample):
     """Poses of a suction cup on one body of a settled scene. Bodies are numbered from 1, in the order of the scene; poses are rows of
     arrays, in drawn order."""
 
     product = "suction"
+    main = "poses"
     __slots__ = ()
-
-    @content
-    def body(self) -> int:
-        """Number of the body in its scene, from 1."""
-        return int(self.id.item) + 1
-
-    @content
-    def container(self) -> tuple[str, Floats]:
-        """Kind and sizes [m] of the container of the scene, as in ``PickSample.container``."""
-        message = self.message("poses")
-        return str(message["container"]), message["container_size"]
-
-    @content
-    def container_mesh(self) -> tuple[Floats, npt.NDArray[np.uint32]] | None:
-        """Vertices (n, 3) in the world [m] and triangles (m, 3) of a container that is a mesh; ``None`` for others."""
-        return container_mesh(self.message("poses"))
-
-    @content
-    def objects(self) -> list[str]:
-        """Digest of the object of each body of the scene, 64 hexadecimal digits, as in ``assets.json``."""
-        digests = bytes(self.message("poses")["objects"])
-        return [digests[start : start + 32].hex() for start in range(0, len(digests), 32)]
-
-    @content
-    def object_id(self) -> str:
-        """Digest of the body's own object."""
-        return self.objects[self.body - 1]
-
-    @content
-    def world_from_object(self) -> Floats:
-        """(bodies, 4, 4) poses of all bodies of the scene."""
-        found = poses(self.message("poses")["world_from_object"])
-        expect_lengths(len(self.objects), world_from_object=found)
-        return found
 
     @content
     def mass(self) -> float:

@@ -1895,7 +1895,7 @@ pub struct SceneOverview {
 /// Topic /suction/poses. Poses of a suction cup on one body of a settled scene: whether the cup seals there, holds the body, and gets
 /// there without touching anything else. SampleId.subject is the digest of the scene, SampleId.item the number of the body minus one.
 /// Bodies are numbered from 1, in the order of the scene. Lengths in m, angles in rad, forces in N. Poses come in drawn order: all free
-/// ones, and of those that leak, that are too weak and that are blocked the first ones. Numbers that a pose does not have are NaN.
+/// ones, and the first ones that leak, that are too weak and that are blocked. Numbers that a pose does not have are NaN.
 /// Obstacles come in the order ground, container, own object, neighbour.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct SuctionPoses {

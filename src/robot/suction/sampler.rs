@@ -124,7 +124,7 @@ pub struct SampledSuctions {
     pub counts: SuctionCounts,
 }
 
-/// Samples poses of a suction cup in scenes; the memory of one thread.
+/// Samples poses of a suction cup in scenes. Each thread needs its own.
 ///
 /// ```
 /// use std::sync::Arc;

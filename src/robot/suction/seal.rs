@@ -85,7 +85,7 @@ impl Seal {
     }
 }
 
-/// Measures the surface under a cup; the memory of one thread.
+/// Measures the surface under a cup. Each thread needs its own.
 ///
 /// ```
 /// use kernel::{contact::ContactSurface, geom::{SimdLevel, TriMesh}, voxel::InsideTest};

@@ -3,9 +3,10 @@
 use nalgebra::IsometryMatrix3;
 
 use super::{loaded::ClosedGrasp, scene::LoadedScene};
-use format::{Blocked, PickCandidate, PickObstacle, PickPassage};
+use crate::products::settled::recorded_passage;
+use format::PickCandidate;
 use kernel::{geom::Pose, words::BothWays};
-use robot::grasp::{Passage, PathObstacle};
+use robot::grasp::Passage;
 
 /// The record of a grasp that was followed through a scene.
 pub(super) fn recorded(
@@ -28,18 +29,5 @@ pub(super) fn recorded(
             .filter(|_| ways.shaped.blocked.is_none() || ways.opened.blocked.is_none())
             .map(|closed| closed.joints.clone())
             .unwrap_or_default(),
-    }
-}
-
-fn recorded_passage(passage: &Passage) -> PickPassage {
-    let obstacle = |by: PathObstacle| match by {
-        PathObstacle::Ground => PickObstacle::Ground,
-        PathObstacle::Container => PickObstacle::Container,
-        PathObstacle::Target => PickObstacle::Own,
-        PathObstacle::Neighbour(index) => PickObstacle::Neighbour(index as u32 + 1),
-    };
-    PickPassage {
-        blocked: passage.blocked.map(|(stage, by)| Blocked { stage, by: obstacle(by) }),
-        clearance: passage.clearance,
     }
 }

@@ -3,6 +3,7 @@
 
 mod found;
 mod objects;
+mod passage;
 mod reader;
 mod source;
 
@@ -10,5 +11,6 @@ pub use found::{FoundScenes, SettledScene};
 pub use objects::{
     ObjectKeys, add_meshes, by_content, cost_of_meshes, draft_objects, object_keys, rolling_friction, write_meshes,
 };
+pub use passage::recorded_passage;
 pub use reader::{InvalidScenes, read_scenes};
 pub use source::{SCENES, ScenesSourceSpec, found_scenes};

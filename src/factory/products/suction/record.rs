@@ -3,16 +3,11 @@
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::{loaded::LoadedScene, settings::SuctionJob};
-use format::{
-    Blocked, CupMeasures, PickObstacle, PickPassage, SealedSurface, SuctionDraws, SuctionHold, SuctionPose,
-    SuctionPoses, SuctionRules,
-};
+use crate::products::settled::recorded_passage;
+use format::{CupMeasures, SealedSurface, SuctionDraws, SuctionHold, SuctionPose, SuctionPoses, SuctionRules};
 use kernel::{geom::Pose, ids::SampleId};
-use robot::{
-    grasp::{Passage, PathObstacle},
-    suction::{
-        HoldLimit, SampledSuction, SampledSuctions, SealLimit, SealShape, SuctionCounts, SuctionCup, suctionnet_wrench,
-    },
+use robot::suction::{
+    HoldLimit, SampledSuction, SampledSuctions, SealLimit, SealShape, SuctionCounts, SuctionCup, suctionnet_wrench,
 };
 
 const _: () = assert!(
@@ -109,17 +104,4 @@ fn recorded_pose(
 fn measured(shape: &SealShape) -> SealedSurface {
     let &SealShape { seat, compression, spread, slope, flex, stretch, bulge, hole, curvatures, suctionnet: _ } = shape;
     SealedSurface { seat, compression, spread, slope, flex, stretch, bulge, hole, curvatures }
-}
-
-fn recorded_passage(passage: &Passage) -> PickPassage {
-    let obstacle = |by: PathObstacle| match by {
-        PathObstacle::Ground => PickObstacle::Ground,
-        PathObstacle::Container => PickObstacle::Container,
-        PathObstacle::Target => PickObstacle::Own,
-        PathObstacle::Neighbour(index) => PickObstacle::Neighbour(index as u32 + 1),
-    };
-    PickPassage {
-        blocked: passage.blocked.map(|(stage, by)| Blocked { stage, by: obstacle(by) }),
-        clearance: passage.clearance,
-    }
 }

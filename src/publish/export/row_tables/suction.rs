@@ -157,7 +157,7 @@ impl TableRow for PoseRow<'_> {
         name: "suction_poses",
         row: "pose",
         group: 8192,
-        meaning: "One row per stored pose: all free ones, and of those that leak, that are too weak and that are blocked the first ones. \
+        meaning: "One row per stored pose: all free ones, and the first ones that leak, that are too weak and that are blocked. \
                   `seat` to `curvatures` are none where a ray misses the surface, `strength` to `force` where the cup leaks.",
     };
 

@@ -124,7 +124,7 @@ pub struct SampledGrasps {
     pub palm_only: bool,
 }
 
-/// Samples grasps of a gripper in scenes; the memory of one thread.
+/// Samples grasps of a gripper in scenes. Each thread needs its own.
 pub struct SceneSampler {
     hand: Arc<Hand>,
     solids: HandSolids,
