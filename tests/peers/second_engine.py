@@ -1,6 +1,6 @@
 """Tries grasps of `graspmill export --to mujoco` in a second physics engine: Drake.
 
-    python second_engine.py FOLDER [--each 50] [--json]
+    python second_engine.py FOLDER [--each 50] [--by-success] [--json]
 
 Nothing of MuJoCo's physics is used: MuJoCo reads `hand.xml` (bodies, axes, primitives) and steps nothing. Drake solves
 contacts as pressure fields over surfaces (hydroelastic contact) of the true, not convex, mesh with slightly soft
@@ -383,14 +383,13 @@ def label_of(grasp):
     return {"held": "held", "starts_too_deep": "untested"}.get(expected["verdict"], "failed")
 
 
-def chosen(folder, each):
-    """This many grasps whose label is held, and as many that failed, evenly over the export, by object."""
-    sides = {True: [], False: []}
+def chosen(folder, each, side_of):
+    """This many grasps of each side, evenly over the export, by object; `side_of` returns a grasp's side or None."""
+    sides = {}
     for path in sorted(folder.glob("*/grasps.json")):
         for number, grasp in enumerate(json.loads(path.read_text())["grasps"]):
-            # Grasps that could not be tried there, or are on the edge, have no outcome to compare with.
-            if (label := label_of(grasp)) in ("held", "failed"):
-                sides[label == "held"].append((path.parent.name, number))
+            if (side := side_of(grasp)) is not None:
+                sides.setdefault(side, []).append((path.parent.name, number))
     by_object = {}
     for some in sides.values():
         count = min(each, len(some))
@@ -400,15 +399,28 @@ def chosen(folder, each):
     return by_object
 
 
+def side_of_label(grasp):
+    """Grasps that could not be tried there, or are on the edge, have no outcome to compare with."""
+    label = label_of(grasp)
+    return label if label in ("held", "failed") else None
+
+
+def side_of_success(grasp):
+    """Share of the levels that hold, of a grasp with a graded label that has been tried."""
+    return grasp["expected"].get("success")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, help="what `graspmill export --to mujoco` wrote")
     parser.add_argument("--each", type=int, default=50, help="grasps stored as held, and as many stored as failed")
+    parser.add_argument("--by-success", action="store_true", help="that many of each share of levels of graded labels, and a row for each share")
     parser.add_argument("--json", action="store_true", help="counts as JSON alone")
     arguments = parser.parse_args()
     drive = json.loads((arguments.folder / "drive.json").read_text())
     rows = []
-    for name, numbers in sorted(chosen(arguments.folder, arguments.each).items()):
+    side_of = side_of_success if arguments.by_success else side_of_label
+    for name, numbers in sorted(chosen(arguments.folder, arguments.each, side_of).items()):
         world = World(arguments.folder, name, drive)
         grasps = json.loads((arguments.folder / name / "grasps.json").read_text())["grasps"]
         for number in numbers:
@@ -416,11 +428,11 @@ def main():
                 verdict = world.try_grasp(grasps[number])
             except RuntimeError as error:
                 verdict = f"refused: {str(error).splitlines()[0]}"
-            rows.append((name, number, label_of(grasps[number]), verdict))
+            rows.append((name, number, side_of(grasps[number]), label_of(grasps[number]), verdict))
             print(*rows[-1], file=sys.stderr, flush=True)
     counts = {}
-    for side in ("held", "failed"):
-        some = [verdict for _, _, stored, verdict in rows if (stored == "held") == (side == "held")]
+    for side in sorted({side for _, _, side, _, _ in rows}) if arguments.by_success else ("held", "failed"):
+        some = [verdict for _, _, stored, _, verdict in rows if stored == side]
         counts[side] = {"tried": len(some), "hold": sum(verdict == "held" for verdict in some)}
         counts[side]["refused"] = sum(verdict.startswith("refused") for verdict in some)
     if arguments.json:
