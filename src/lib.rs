@@ -83,6 +83,8 @@ pub mod runtime {
     };
     pub use measure::{self, Baseline};
     pub use perception;
+    pub use planner;
+    pub use robot::{self, collision, grasp, hand, kinematics};
     pub use surface;
 }
 

@@ -1,0 +1,1 @@
+//! Motions of an arm that are proven free of contact.
