@@ -83,7 +83,10 @@ pub mod runtime {
     };
     pub use measure::{self, Baseline};
     pub use perception;
-    pub use planner;
+    pub use planner::{
+        self,
+        energy::{EnergyForm, grasp_energy},
+    };
     pub use robot::{self, collision, grasp, hand, kinematics};
     pub use surface;
 }

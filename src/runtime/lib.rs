@@ -9,6 +9,6 @@ pub use format::{
 };
 pub use kernel::words::{Split, SplitTable};
 pub use reachability::{
-    ArmCover, Ball, EndEffectorVolume, EnergyForm, InvalidMap, InvalidObstacle, NearestCell, Obstacle, ObstacleId,
-    Ranked, ReachabilityMap, ReachabilityParts, RobotFacts, grasp_energy,
+    ArmCover, Ball, EndEffectorVolume, InvalidMap, InvalidObstacle, NearestCell, Obstacle, ObstacleId, Ranked,
+    ReachabilityMap, ReachabilityParts, RobotFacts,
 };

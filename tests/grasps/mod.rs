@@ -8,6 +8,7 @@ mod ladders;
 mod passage;
 mod patch_marks;
 mod patches;
+mod planner_energies;
 mod second_engine;
 mod table_trials;
 mod trials;

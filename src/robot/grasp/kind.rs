@@ -18,6 +18,11 @@ pub struct KindDigits {
 }
 
 impl KindDigits {
+    /// Range of the spread that is binned [rad].
+    pub const SPREAD_RANGE: [f64; 2] = [0.0, PI];
+    /// Range of each proximal joint that is binned [rad].
+    pub const PROXIMAL_RANGE: [f64; 2] = [0.0, 2.44];
+
     /// Digits for a hand with one joint that spreads its fingers and three fingers of two joints, each closed by its
     /// own motor, like a Barrett hand. `None` for every other hand.
     pub fn new(hand: &Hand) -> Option<Self> {
@@ -29,7 +34,7 @@ impl KindDigits {
             [follower] => Some(follower.joint),
             _ => None,
         };
-        let (full, proximal, tip) = ([0.0, PI], [0.0, 2.44], [0.0, 0.84]);
+        let (full, proximal, tip) = (Self::SPREAD_RANGE, Self::PROXIMAL_RANGE, [0.0, 0.84]);
         Some(Self {
             joints: [
                 (spread.joint, full),
@@ -41,6 +46,12 @@ impl KindDigits {
                 (distal(c)?, tip),
             ],
         })
+    }
+
+    /// Values of the joints that shape a hand before it closes: the spread, and the proximal joints of fingers 1 to 3 [rad]. `joints`
+    /// are all values in the tree's order.
+    pub fn opened_joints(&self, joints: &[f64]) -> [f64; 4] {
+        std::array::from_fn(|digit| joints[self.joints[digit].0])
     }
 
     /// The type of a closed hand, `sum of bin_i 5^i`: below 390,625. `joints` are all values in the tree's order, `rotation` is

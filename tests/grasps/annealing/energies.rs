@@ -3,8 +3,9 @@
 use graspmill::{
     geom::MeshQuery,
     grasp::{Annealing, EnergyKind, RatedGrasp, WrenchSpace},
+    runtime::planner::energy::{ContactEnergy, HandContact},
 };
-use nalgebra::Vector3;
+use nalgebra::{Point3, Vector3};
 
 use super::{QUICK, Searcher, THESIS, annealed};
 
@@ -50,6 +51,13 @@ fn contact_energies_are_what_the_formula_says() {
             // A point that two parts of the surface are equally near to has two directions.
             assert!((energy - grasp.energies.contact).abs() < 2e-3, "{energy} {:?}", grasp.energies);
             assert_eq!(grasp.energies.total, grasp.energies.contact);
+            // The planner's energy without a camera is the same one.
+            let hand = &searcher.hand;
+            let joints = hand.posture_values(&grasp.posture);
+            let base = annealed(grasp) * hand.approach_pose(&hand.link_frames(&joints)).isometry().inverse();
+            let contacts = HandContact::all(hand, &searcher.surface, &base, &joints);
+            let planned = ContactEnergy::STANDARD.of(&contacts, &Point3::origin());
+            assert!((planned - grasp.energies.contact).abs() < 2e-3, "{planned} {:?}", grasp.energies);
             compared += 1;
         }
     }
