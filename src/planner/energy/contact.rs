@@ -50,7 +50,7 @@ pub enum ContactForm {
     /// The mean over all contacts: a hidden one counts 50 mm and a right angle, so that a hand that shows one good contact is not the
     /// best one. Inside the target the direction to the surface is the inward one, as in `robot::grasp`.
     Standard,
-    /// As printed: the mean over the visible contacts, and always p - v.
+    /// The mean over the visible contacts, and always p - v, as printed.
     Thesis,
 }
 

@@ -108,6 +108,17 @@ impl Heatmaps {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn values_between_lie_within_those_around(column in 0.0..3.0f64, row in 0.0..2.0f64, map in 0..8usize) {
+            let maps = ramp();
+            let value = maps.value(map, [36.0 + 8.0 * column, 36.0 + 8.0 * row]).expect("inside of the border");
+            // The ramp is linear along rows and columns.
+            prop_assert!((value - (100.0 * map as f64 + 10.0 * row + column)).abs() < 1e-9, "{value}");
+        }
+    }
 
     fn ramp() -> Heatmaps {
         let value = |index: usize| {

@@ -11,12 +11,14 @@
 mod contact;
 mod heatmap;
 mod maps;
+mod probability;
 mod reachability;
 mod shape;
 
 pub use contact::{Alignment, ContactEnergy, ContactForm, HandContact, Visibility};
 pub use heatmap::{HeatmapEnergy, HeatmapSettings, HeatmapValue, combined_energy};
 pub use maps::{Heatmaps, InvalidHeatmaps};
+pub use probability::{HeldModel, ReachModel};
 pub use reachability::{EnergyForm, grasp_energy};
 pub use shape::HandShape;
 
