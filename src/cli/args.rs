@@ -28,6 +28,8 @@ pub struct Cli {
 
 #[derive(Subcommand, Debug)]
 pub enum Command {
+    /// Write a commented job for a folder of meshes, after a check of the meshes.
+    Init(InitArgs),
     /// Estimate the samples, shards, bytes and time of a job from a short pilot run.
     Estimate(EstimateArgs),
     /// Make the dataset of a job, or the datasets of a set; run again to resume.
@@ -107,6 +109,40 @@ pub struct JobArgs {
     /// Number of threads; by default every core that the cgroup and the scheduler grant.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
+}
+
+#[derive(Args, Debug)]
+pub struct InitArgs {
+    /// Folder of meshes (STL, OBJ, PLY or OFF), with all folders below it.
+    #[arg(value_hint = ValueHint::DirPath)]
+    pub meshes: PathBuf,
+    /// Job file to write; must not exist.
+    #[arg(short, long, value_name = "JOB", value_parser = local_path())]
+    pub out: PathBuf,
+    /// Product of the job.
+    #[arg(long, value_enum, default_value_t = InitProduct::Completion)]
+    pub product: InitProduct,
+    /// Hand of a job of grasps: an MJCF file with its table beside it.
+    #[arg(long, value_name = "HAND", required_if_eq("product", "grasps"))]
+    pub hand: Option<PathBuf>,
+    /// Length unit of the files: m, dm, cm, mm, in, ft, or the length of one unit in metres; by default the likeliest of m, mm, cm and
+    /// in.
+    #[arg(long)]
+    pub unit: Option<String>,
+    /// Longest side of each mesh in metres, for meshes that were normalised (ShapeNet, ModelNet).
+    #[arg(long, value_name = "METRES", conflicts_with = "unit")]
+    pub size: Option<f64>,
+}
+
+/// Products that `init` writes jobs for: those that need meshes alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum InitProduct {
+    /// Pairs of partial and complete shapes.
+    Completion,
+    /// Grasps on a table with graded labels; needs --hand.
+    Grasps,
+    /// Scenes of several bodies on a table.
+    Scenes,
 }
 
 #[derive(Args, Debug)]

@@ -15,6 +15,7 @@ mod evaluate;
 mod exit;
 mod folder;
 mod hand;
+mod init;
 mod jobs;
 mod local_path;
 mod log;
@@ -131,6 +132,7 @@ fn open_log(command: &Command, printer: &mut Printer) -> Result<(), Failure> {
 
 fn dispatch(command: &Command, printer: &Printer) -> Result<Exit, Failure> {
     match command {
+        Command::Init(arguments) => init::init(arguments, printer),
         Command::Estimate(arguments) => estimate::estimate(arguments, printer),
         Command::Run(arguments) => run_job(arguments, printer),
         Command::Status(arguments) => match SetTable::read(&arguments.dir)? {

@@ -55,7 +55,7 @@ fn scale(arguments: &MeshScaleArgs) -> Result<ScaleRule, Failure> {
 }
 
 /// Length of a unit in metres, from its name or a number.
-fn metres_per_unit(text: &str) -> Result<f64, Failure> {
+pub fn metres_per_unit(text: &str) -> Result<f64, Failure> {
     let number = || text.parse().ok().filter(|metres: &f64| *metres > 0.0 && metres.is_finite());
     LengthUnit::named(text).map(|unit| unit.metres).or_else(number).ok_or_else(|| {
         let message = format!("--unit {text}: give {}, or the length of one unit in metres", LengthUnit::list());

@@ -370,3 +370,34 @@ fn a_key_by_another_word_is_named() {
     assert!(grasps.contains("`grasps.seeds` sets the number of runs"), "{grasps}");
     assert!(said("[camera]\nfovy = 0.8\n").contains("camera.horizontal_fov"));
 }
+
+/// Meshes of 120 mm in millimetres: the unit is found, and the job runs as its comment says.
+#[test]
+fn a_job_for_a_folder_of_meshes_is_written_and_runs() {
+    let workspace = Workspace::new();
+    for name in ["a", "b"] {
+        workspace.write(format!("meshes/{name}.off"), tetrahedron_off(if name == "a" { 120.0 } else { 80.0 }));
+    }
+    let init = |product: &str, out: &str| {
+        let init = Program::on("init", workspace.path("meshes")).option("--product", product);
+        init.option("--out", workspace.path(out))
+    };
+    let said = init("completion", "pairs.toml").succeed().stdout;
+    assert!(said.contains("2 meshes usable, unit = \"mm\"") && said.contains("next: graspmill estimate"), "{said}");
+    let text = workspace.read("pairs.toml");
+    assert!(text.contains("folder = \"meshes\"\nunit = \"mm\"") && text.contains("# Completion pairs"), "{text}");
+    Program::run_job(workspace.path("pairs.toml"), workspace.path("pairs")).set(["views={ even = 2 }"]).succeed();
+    let said = init("completion", "pairs.toml").expect_code(2).stderr;
+    assert!(said.contains("give another --out"), "{said}");
+    // Every product has a job without mistakes.
+    init("scenes", "scenes.toml").succeed();
+    init("grasps", "none.toml").expect_code(2);
+    init("grasps", "grasps.toml").option("--hand", repository_path("scenes/panda_hand.xml")).succeed();
+    for job in ["scenes.toml", "grasps.toml"] {
+        Program::on("estimate", workspace.path(job)).succeed();
+    }
+    // A mesh that no unit saves leaves the job to the others.
+    workspace.write("meshes/c.off", "OFF\n");
+    let said = init("completion", "others.toml").expect_code(3).stdout;
+    assert!(said.contains("1 refused: graspmill meshes check"), "{said}");
+}
