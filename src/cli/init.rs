@@ -35,6 +35,9 @@ const LIKELY: f64 = 4.0;
 /// Objects for each one that is held out for tests.
 const PER_TEST_OBJECT: u32 = 5;
 
+/// Bodies in a scene, at most.
+const MOST_BODIES: u32 = 8;
+
 /// Size of the meshes in a job file: its key with the value, and what the meshes are with it.
 struct Size {
     line: String,
@@ -134,15 +137,16 @@ fn job(arguments: &InitArgs, folder: &Path, size: &str, usable: u32) -> Result<S
         InitProduct::Grasps => ("Grasps of your meshes on a table, tried in physics", "grasps"),
         InitProduct::Scenes => ("Cluttered scenes of your meshes on a table", "scenes"),
     };
+    let held_out = usable / PER_TEST_OBJECT;
     let own = match product {
         InitProduct::Completion => COMPLETION.to_owned(),
         InitProduct::Grasps => {
             let hand = hand.as_deref().expect("clap requires it");
             GRASPS.replace("HAND", &quoted(&path_from(folder, hand)?))
         }
-        InitProduct::Scenes => SCENES.to_owned(),
+        // No object is twice in a scene.
+        InitProduct::Scenes => SCENES.replace("MAX", &(usable - 2 * held_out).min(MOST_BODIES).to_string()),
     };
-    let held_out = usable / PER_TEST_OBJECT;
     Ok(format!(
         "# {title}.\n#\n#   graspmill estimate {shown}\n#   graspmill run {shown} --out {dataset}\n#   graspmill report {dataset}\n#\n\
          # docs/jobs/{page}.md lists all keys; `graspmill schema` prints them for editors.\n\n\
@@ -179,9 +183,9 @@ labels = \"ladder\"
 ";
 
 const SCENES: &str = "\
-# Bodies per scene, on a table of this size [m]. With `mode = \"bin\"`, `container` takes its place.
+# Bodies per scene, on a table of this size [m]. With `mode = \"bin\"`, give `container` instead.
 mode = \"table\"
-count = { min = 1, max = 8 }
+count = { min = 1, max = MAX }
 table = { size = [0.8, 0.6] }
 scenes = { training = 20 }
 ";
