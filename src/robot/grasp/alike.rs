@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use nalgebra::IsometryMatrix3;
+
 use super::frame::Frame;
 
 /// Nearness at which two frames of a hand count as one. The relation is not transitive, so results depend on the order in which
@@ -49,6 +51,7 @@ impl Likeness {
 const COS_APART: f64 = 0.309_016_994_374_947_45;
 
 /// Grasps that a run has, no two alike.
+#[derive(Clone, Debug)]
 pub(super) struct KnownGrasps {
     likeness: Likeness,
     frames: Vec<Frame>,
@@ -69,6 +72,28 @@ impl KnownGrasps {
     /// Remembers a grasp.
     pub(super) fn add(&mut self, frame: Frame) {
         self.frames.push(frame);
+    }
+}
+
+/// Grasps of an object that are apart as the best states of a search are: of any two, max(|between the origins of their approach
+/// frames| / radius, angle between their rotations / 2 pi) is at least 0.2.
+#[derive(Clone, Debug)]
+pub struct DistinctGrasps(KnownGrasps);
+
+impl DistinctGrasps {
+    /// No grasps yet, of an object whose box has half this diagonal [m].
+    pub fn new(radius: f64) -> Self {
+        Self(KnownGrasps { likeness: Likeness::of_search(radius), frames: Vec::new() })
+    }
+
+    /// Whether a grasp is apart from all that were added, by its approach frame.
+    pub fn is_apart(&self, object_from_approach: &IsometryMatrix3<f64>) -> bool {
+        !self.0.has(&Frame::of(object_from_approach))
+    }
+
+    /// Adds a grasp.
+    pub fn add(&mut self, object_from_approach: &IsometryMatrix3<f64>) {
+        self.0.add(Frame::of(object_from_approach));
     }
 }
 

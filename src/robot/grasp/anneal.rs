@@ -7,15 +7,15 @@ use nalgebra::IsometryMatrix3;
 
 use super::{
     best::{BestList, Candidate},
-    energy::{Potential, contact_energy},
+    energy::Potential,
     found::{RatedGrasp, SearchInterval, SearchRun},
     frame::Frame,
     object::ObjectSearch,
-    rate::{Rating, Start},
-    settings::{Annealing, EnergyKind, Keeping, SearchFrame},
+    rate::{HandState, Rating},
+    searched::SearchedState,
+    settings::{Annealing, Keeping, SearchFrame},
     state::{HandSearch, StateScratch, evaluate_contacts, is_feasible},
     variables::{Variables, search_from_approach},
-    wrench::EpsilonLimits,
 };
 use kernel::{geom::SimdLevel, seed::Stream, words::STRETCHES};
 
@@ -25,6 +25,9 @@ const INITIAL_TEMPERATURE: f64 = 1e6;
 const DECAY: f64 = 7.0;
 const FIRST_STEP: f64 = 30_000.0;
 const SCHEDULE_STEPS: f64 = 70_000.0;
+
+/// Step of the schedule at which a search from a known state begins: effective temperature 1.
+const WARM_STEP: f64 = 60_000.0;
 
 /// Factor of energies in the acceptance test.
 const ENERGY_SCALE: f64 = 1e-6;
@@ -51,6 +54,42 @@ struct Counts {
     course: [SearchInterval; STRETCHES],
 }
 
+/// Where a search begins.
+struct Beginning {
+    object_from_search: IsometryMatrix3<f64>,
+    search_from_start: IsometryMatrix3<f64>,
+    amplitudes: Vec<f64>,
+}
+
+/// Where a search by an energy of the caller begins.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SearchFrom {
+    /// A seed expressed in the object's frame: origin on the surface, z along the inward normal. The hand starts 150 mm before it.
+    Seed(IsometryMatrix3<f64>),
+    /// A known state, in its own frame, with one amplitude per eigengrasp.
+    State(HandState),
+}
+
+/// A state that a search found, neither closed nor rated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundState {
+    /// Energy that the search minimised, with the distances of its lattice.
+    pub energy: f64,
+    /// The hand before it closes.
+    pub start: HandState,
+}
+
+/// Result of a search by an energy of the caller.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exploration {
+    /// Steps of the search.
+    pub steps: u32,
+    /// Steps that found no legal neighbour.
+    pub failed: u32,
+    /// The best states, best first; no two are duplicates.
+    pub states: Vec<FoundState>,
+}
+
 /// One thread's annealing of one hand.
 pub struct Annealer {
     hand: Arc<HandSearch>,
@@ -68,10 +107,25 @@ pub struct Annealer {
 impl Annealer {
     /// With vector instructions up to a level, which does not change the result.
     pub fn new(search: &Arc<HandSearch>, settings: &Annealing, keeping: &Keeping, level: SimdLevel) -> Self {
+        Self::from_step(FIRST_STEP, search, settings, keeping, level)
+    }
+
+    /// Like [`Self::new`] for searches from known states: the schedule begins at step 60,000, where the effective temperature is 1.
+    pub fn warm(search: &Arc<HandSearch>, settings: &Annealing, keeping: &Keeping, level: SimdLevel) -> Self {
+        Self::from_step(WARM_STEP, search, settings, keeping, level)
+    }
+
+    fn from_step(
+        first: f64,
+        search: &Arc<HandSearch>,
+        settings: &Annealing,
+        keeping: &Keeping,
+        level: SimdLevel,
+    ) -> Self {
+        let whole = FIRST_STEP + SCHEDULE_STEPS - first;
         let temperature = |step: u32| {
             let along = f64::from(step);
-            let k = FIRST_STEP
-                + if settings.whole_schedule { SCHEDULE_STEPS * along / f64::from(settings.steps) } else { along };
+            let k = first + if settings.whole_schedule { whole * along / f64::from(settings.steps) } else { along };
             let temperature = INITIAL_TEMPERATURE * libm::exp(-DECAY * k.sqrt().sqrt().sqrt());
             [temperature, libm::log(1.0 + 1.0 / temperature)]
         };
@@ -96,14 +150,12 @@ impl Annealer {
         object_from_seed: &IsometryMatrix3<f64>,
         stream: &mut Stream,
     ) -> SearchRun {
-        let counts = self.search(object, object_from_seed, stream);
-        let rate = |candidate: &Candidate| {
-            let amplitudes = self.variables.amplitudes(&candidate.state);
-            let object_from_approach = candidate.object_from_approach.isometry();
-            let posture = self.hand.hand.posture_of(amplitudes);
-            self.rating.started(object, Start { object_from_approach, posture, amplitudes: amplitudes.to_vec() })
-        };
-        let mut grasps: Vec<RatedGrasp> = self.best.list().iter().map(rate).collect();
+        let kind = self.settings.energy;
+        let counts =
+            self.search(object, &self.beginning_at(object, object_from_seed), stream, |state| state.energy(kind));
+        let states = self.found();
+        let rate = |state: FoundState| self.rating.started(object, state.start);
+        let mut grasps: Vec<RatedGrasp> = states.into_iter().map(rate).collect();
         // Exact energies may have another order than the ones of the search.
         grasps.sort_by(|one, other| one.energies.total.total_cmp(&other.energies.total));
         SearchRun {
@@ -119,24 +171,63 @@ impl Annealer {
         }
     }
 
-    /// Anneals; the best states end in `self.best`.
-    fn search(
+    /// One search by an energy of the caller, without rating: the best states, best first by that energy. `energy` returns the
+    /// energy of a state; what is not below [`SearchedState::limit`] need not be exact. The result does not depend on earlier runs.
+    pub fn explore(
         &mut self,
         object: &ObjectSearch,
-        object_from_seed: &IsometryMatrix3<f64>,
+        from: &SearchFrom,
         stream: &mut Stream,
-    ) -> Counts {
+        energy: impl FnMut(&mut SearchedState<'_>) -> f64,
+    ) -> Exploration {
+        let from = match from {
+            SearchFrom::Seed(object_from_seed) => self.beginning_at(object, object_from_seed),
+            SearchFrom::State(start) => Beginning {
+                object_from_search: start.object_from_approach,
+                search_from_start: IsometryMatrix3::identity(),
+                amplitudes: start.amplitudes.clone(),
+            },
+        };
+        let counts = self.search(object, &from, stream, energy);
+        Exploration { steps: counts.steps, failed: counts.failed, states: self.found() }
+    }
+
+    /// The best states of the last search.
+    fn found(&self) -> Vec<FoundState> {
+        let state = |candidate: &Candidate| {
+            let amplitudes = self.variables.amplitudes(&candidate.state);
+            let start = HandState {
+                object_from_approach: candidate.object_from_approach.isometry(),
+                posture: self.hand.hand.posture_of(amplitudes),
+                amplitudes: amplitudes.to_vec(),
+            };
+            FoundState { energy: candidate.energy, start }
+        };
+        self.best.list().iter().map(state).collect()
+    }
+
+    /// Beginning of a search from a seed: the hand is backed off against the approach direction, all amplitudes 0.
+    fn beginning_at(&self, object: &ObjectSearch, object_from_seed: &IsometryMatrix3<f64>) -> Beginning {
         // Frame of the search's variables: the seed's, or one at the middle of the object.
         let object_from_search = match self.settings.frame {
             SearchFrame::Seed => *object_from_seed,
             SearchFrame::Object => IsometryMatrix3::translation(object.middle.x, object.middle.y, object.middle.z),
         };
-        // Initial state: the hand is backed off against the approach direction, all amplitudes 0.
         let start = object_from_seed * IsometryMatrix3::translation(0.0, 0.0, -STAND_OFF);
-        let amplitudes = vec![0.0; self.variables.count() - 6];
-        let start = Frame::of(&(object_from_search.inverse() * start));
-        let mut state = self.variables.state_at(&start, &amplitudes);
-        let object_from_search = Frame::of(&object_from_search);
+        let search_from_start = object_from_search.inverse() * start;
+        Beginning { object_from_search, search_from_start, amplitudes: vec![0.0; self.variables.count() - 6] }
+    }
+
+    /// Anneals; the best states end in `self.best`.
+    fn search(
+        &mut self,
+        object: &ObjectSearch,
+        from: &Beginning,
+        stream: &mut Stream,
+        mut energy_of: impl FnMut(&mut SearchedState<'_>) -> f64,
+    ) -> Counts {
+        let mut state = self.variables.state_at(&Frame::of(&from.search_from_start), &from.amplitudes);
+        let object_from_search = Frame::of(&from.object_from_search);
         let base_from_approach = self.hand.base_from_approach.isometry();
         let approach_from_base = Frame::of(&base_from_approach.inverse());
         let mut energy = NO_STATE_ENERGY;
@@ -181,7 +272,21 @@ impl Annealer {
                 energy - libm::log(stream.unit()) * temperature / ENERGY_SCALE
             };
             evaluate_contacts(self.level, &self.hand, field, &mut self.scratch);
-            let rated = self.energy(object, temperature, limit, &mut counts);
+            let rated = energy_of(&mut SearchedState {
+                level: self.level,
+                field,
+                mass: &object.mass,
+                hand: &self.hand,
+                contacts: &self.scratch.contacts,
+                values: &self.scratch.values,
+                potential: &mut self.potential,
+                potential_scale: self.settings.potential_scale,
+                unfelt: UNFELT * temperature / ENERGY_SCALE,
+                limit,
+                object_from_approach: &object_from_approach,
+                amplitudes: self.variables.amplitudes(&next),
+                potentials: &mut counts.potentials,
+            });
             if rated < limit {
                 (state, energy) = (next, rated);
                 counts.course[stretch].accepted += 1;
@@ -197,21 +302,5 @@ impl Annealer {
             stretch.mean_energy = if count == 0 { f64::NAN } else { sum / f64::from(count) };
         }
         counts
-    }
-
-    /// Energy of the state that was evaluated last; where it is not below `limit`, any number that is not.
-    fn energy(&mut self, object: &ObjectSearch, temperature: f64, limit: f64, counts: &mut Counts) -> f64 {
-        if self.settings.energy == EnergyKind::ContactAndPotential {
-            let scale = self.settings.potential_scale;
-            // Epsilon above which the energy is below the limit.
-            let tolerance = self.potential.tolerance(UNFELT * temperature / ENERGY_SCALE / scale);
-            let limits = EpsilonLimits { above: f64::INFINITY, below: -limit / scale, tolerance };
-            let potential = self.potential.of(&self.scratch.contacts, &object.mass, &limits);
-            counts.potentials += u64::from(potential.is_some());
-            if let Some(potential) = potential.filter(|potential| *potential < 0.0) {
-                return potential * scale;
-            }
-        }
-        contact_energy(&self.scratch.contacts)
     }
 }

@@ -15,7 +15,7 @@ use super::{
     pads::{Grip, Pads},
     pairs::{NoPair, Pair, PairRule},
     points::PointMixture,
-    rate::Start,
+    rate::HandState,
     sampled::{BEFORE, GraspSampler},
     settings::{Antipodal, PairHold, RestingChoice, Support},
     solids::ALLOWED_OVERLAP,
@@ -184,7 +184,7 @@ impl GraspSampler {
             Holds::Pads(pads) => pads.widest - 2.0 * MIN_GAP,
             Holds::Contacts(oppositions) => oppositions.widest() - OPENED_BY[0],
         };
-        let (surface, level) = (&*object.surface, self.level);
+        let (surface, level) = (&**object.surface(), self.level);
         let rule = PairRule { surface, friction, max, level };
         let mixture = PointMixture::new(surface, object.sample(level), rule.max_thickness(), level);
         PairSource { rule, mixture, up: table.map(|table| table.up) }
@@ -213,7 +213,7 @@ impl GraspSampler {
         table: Option<&Table<'_>>,
         losses: &mut PairLosses,
         stream: &mut Stream,
-    ) -> Option<Start> {
+    ) -> Option<HandState> {
         let (tries, rolls) = match holds {
             Holds::Pads(_) => (1, ROLLS[0]),
             Holds::Contacts(_) => (HOLDS, ROLLS[1]),
@@ -224,7 +224,7 @@ impl GraspSampler {
             is_opened = true;
             let found = self.place_grip(object, &grip, pair, (table, rolls), &mut is_above, stream);
             if let Some(object_from_approach) = found {
-                return Some(Start { object_from_approach, posture: grip.posture, amplitudes: grip.amplitudes });
+                return Some(HandState { object_from_approach, posture: grip.posture, amplitudes: grip.amplitudes });
             }
         }
         match (is_opened, is_above) {
@@ -279,7 +279,7 @@ impl GraspSampler {
             // A random depth in the remaining range.
             let here = object_from_base(roll, first + (outer - first) * share);
             if self.is_clear(object, &here, amplitudes)
-                && !self.closing.overlaps(&object.surface, &here, joints, ALLOWED_OVERLAP)
+                && !self.closing.overlaps(object.surface(), &here, joints, ALLOWED_OVERLAP)
             {
                 return Some(here * base_from_approach);
             }
@@ -326,7 +326,7 @@ impl GraspSampler {
         let mut tally = Tally::new(antipodal.pairs);
         // Farther apart than the hand opens, no posture is found.
         let rule =
-            PairRule { surface: &object.surface, friction: antipodal.friction, max: f64::INFINITY, level: self.level };
+            PairRule { surface: object.surface(), friction: antipodal.friction, max: f64::INFINITY, level: self.level };
         for index in 0..antipodal.pairs {
             let point = rule.point_by_area(stream);
             let pair = rule.draw(point, stream).ok();
@@ -340,7 +340,7 @@ impl GraspSampler {
                 self.best.offer(energy, &Frame::of(&start.object_from_approach), &state);
             }
         }
-        let start = |candidate: &Candidate| Start {
+        let start = |candidate: &Candidate| HandState {
             object_from_approach: candidate.object_from_approach.isometry(),
             posture: pads.posture(&self.search.hand, candidate.state[0]),
             amplitudes: Vec::new(),
@@ -351,7 +351,7 @@ impl GraspSampler {
 
     /// The gripper with the middles of its pads on both sides of a pair, a little open; `None` where it does not open so far,
     /// or would be in the object.
-    fn on_middles(&mut self, object: &ObjectSearch, pads: &Pads, pair: &Pair, roll: f64) -> Option<Start> {
+    fn on_middles(&mut self, object: &ObjectSearch, pads: &Pads, pair: &Pair, roll: f64) -> Option<HandState> {
         let hand = Arc::clone(&self.search.hand);
         let posture = pads.posture(&hand, pads.value(pair.length() + 2.0 * BEFORE[1])?);
         let joints = hand.posture_values(&posture);
@@ -360,8 +360,8 @@ impl GraspSampler {
         let object_from_pads = IsometryMatrix3::from_parts(Translation3::from(pair.middle()), rotation);
         let object_from_base = object_from_pads * base_from_pads.inverse();
         let object_from_approach = object_from_base * hand.approach_pose(&hand.link_frames(&joints)).isometry();
-        let is_clear = !self.closing.overlaps(&object.surface, &object_from_base, &joints, ALLOWED_OVERLAP);
-        is_clear.then_some(Start { object_from_approach, posture, amplitudes: Vec::new() })
+        let is_clear = !self.closing.overlaps(object.surface(), &object_from_base, &joints, ALLOWED_OVERLAP);
+        is_clear.then_some(HandState { object_from_approach, posture, amplitudes: Vec::new() })
     }
 }
 
@@ -410,11 +410,11 @@ impl<'a> Table<'a> {
 
     /// The start of a grasp whose fingers sink too low as they close, moved back along its approach by the missing
     /// distance; `None` if they do not, or if that is too far.
-    fn lifted(&self, grasp: &RatedGrasp, start: Start) -> Option<Start> {
+    fn lifted(&self, grasp: &RatedGrasp, start: HandState) -> Option<HandState> {
         let lacks = self.lacks(grasp).filter(|lacks| *lacks > 0.0)?;
         let direction = start.object_from_approach.rotation * Vector3::z();
         let back = (lacks + LIFT) / -self.up.dot(&direction);
         let object_from_approach = Translation3::from(direction * -back) * start.object_from_approach;
-        (0.0..=MAX_LIFT).contains(&back).then_some(Start { object_from_approach, ..start })
+        (0.0..=MAX_LIFT).contains(&back).then_some(HandState { object_from_approach, ..start })
     }
 }

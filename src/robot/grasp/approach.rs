@@ -16,7 +16,7 @@ use super::{
     pads::Grip,
     pairs::min_cos,
     points::{PointMixture, SurfacePoint},
-    rate::Start,
+    rate::HandState,
     sampled::GraspSampler,
     settings::ApproachDraws,
     solids::ALLOWED_OVERLAP,
@@ -97,8 +97,8 @@ impl GraspSampler {
     pub fn approaches(&mut self, object: &ObjectSearch, settings: &ApproachDraws, stream: &mut Stream) -> SearchRun {
         let search = Arc::clone(&self.search);
         let source = ApproachSource {
-            surface: &object.surface,
-            mixture: PointMixture::new(&object.surface, object.sample(self.level), f64::INFINITY, self.level),
+            surface: object.surface(),
+            mixture: PointMixture::new(object.surface(), object.sample(self.level), f64::INFINITY, self.level),
             min_cos: libm::cos(settings.cone),
             friction: settings.friction,
             max: search.oppositions().widest() - OPENED_BY[0],
@@ -155,7 +155,7 @@ impl GraspSampler {
         part: &Part,
         losses: &mut ApproachLosses,
         stream: &mut Stream,
-    ) -> Option<Start> {
+    ) -> Option<HandState> {
         let search = Arc::clone(&self.search);
         let (mut is_opened, mut is_clear) = (false, false);
         for _ in 0..HOLDS {
@@ -174,7 +174,7 @@ impl GraspSampler {
             let direction = part.approach;
             let shallow = Translation3::from(direction * (DEPTHS[0] - depth)) * object_from_base;
             if !self.is_clear(object, &shallow, &grip.amplitudes)
-                || self.closing.overlaps(&object.surface, &shallow, &grip.joints, ALLOWED_OVERLAP)
+                || self.closing.overlaps(object.surface(), &shallow, &grip.joints, ALLOWED_OVERLAP)
             {
                 continue;
             }
@@ -183,7 +183,7 @@ impl GraspSampler {
             let Some(ahead) = ahead.and_then(|most| depth_of(kind, most, DEPTHS[0] - depth, stream)) else { continue };
             let object_from_base = Translation3::from(direction * ahead) * object_from_base;
             let object_from_approach = object_from_base * search.hand.approach_pose(&grip.frames).isometry();
-            return Some(Start { object_from_approach, posture: grip.posture, amplitudes: grip.amplitudes });
+            return Some(HandState { object_from_approach, posture: grip.posture, amplitudes: grip.amplitudes });
         }
         match (is_opened, is_clear) {
             (false, _) => losses.too_wide += 1,
@@ -207,7 +207,7 @@ impl GraspSampler {
         let far = self.distance_outside(object, &object_from_approach, &grip.joints);
         let outside = Translation3::from(direction * -far) * object_from_base;
         let max = far + object.radius;
-        let come = match self.closing.advance(&object.surface, &outside, &grip.joints, direction, max) {
+        let come = match self.closing.advance(object.surface(), &outside, &grip.joints, direction, max) {
             0.0 => max,
             come => come,
         };

@@ -8,7 +8,7 @@ use kernel::{
 };
 
 /// Cells along the longest side of the lattice.
-const CELLS: f64 = 128.0;
+const CELLS: u32 = 128;
 
 /// Margin of the lattice around the object's box [m].
 const MARGIN: f64 = 0.06;
@@ -61,17 +61,33 @@ struct Cell<L: Lanes> {
 impl DistanceField {
     /// Around an object: 1.6 million distances for a box of equal sides.
     pub fn new(surface: &ContactSurface) -> Self {
+        Self::with_cells(surface, CELLS)
+    }
+
+    /// Around an object, with this number of cells along the longest side of the lattice, at least 1.
+    pub fn with_cells(surface: &ContactSurface, cells: u32) -> Self {
         let bounds = surface.bounds();
         let sides = bounds.extents().map(|side| side + 2.0 * MARGIN);
-        let cell = sides.iter().fold(0.0, |a: f64, b| a.max(*b)) / CELLS;
+        let cell = sides.iter().fold(0.0, |a: f64, b| a.max(*b)) / f64::from(cells);
         let origin = bounds.min - Vector3::repeat(MARGIN);
         // Enough points for the coarse lattice to end where the fine one does.
         let counts: [usize; 3] = std::array::from_fn(|axis| {
             let cells = (sides[axis] / cell).ceil() as usize;
             cells.div_ceil(COARSE) * COARSE + 1
         });
-        let distances = distances(surface, &origin, cell, counts);
+        Self::from_lattice(&origin, cell, counts, &distances(surface, &origin, cell, counts))
+    }
+
+    /// From signed distances [m] at the points of a lattice, shape `counts` (x, y, z) in C order: `origin` in `Object` is the first
+    /// point, `cell` the distance between neighbours [m].
+    ///
+    /// # Panics
+    /// When there are fewer than two points along an axis, not one distance per point, or no distance other than 0 and infinity.
+    pub fn from_lattice(origin: &Point3<f64>, cell: f64, counts: [usize; 3], distances: &[f64]) -> Self {
+        assert!(counts.iter().all(|count| *count > 1), "a lattice of {counts:?} points");
+        assert_eq!(distances.len(), counts.iter().product::<usize>(), "one distance per point");
         let largest = distances.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        assert!(largest > 0.0 && largest.is_finite(), "distances up to {largest} m");
         let step = largest / f64::from(i16::MAX);
         let steps: Vec<i16> = distances.iter().map(|distance| (distance / step).round() as i16).collect();
         let (block_counts, blocks) = blocks(&steps, counts);

@@ -30,6 +30,8 @@ mod points;
 mod probes;
 mod rate;
 mod sampled;
+mod searched;
+mod seeds;
 mod settings;
 mod solids;
 mod state;
@@ -41,7 +43,8 @@ mod unsearchable;
 mod variables;
 pub mod wrench;
 
-pub use anneal::Annealer;
+pub use alike::DistinctGrasps;
+pub use anneal::{Annealer, Exploration, FoundState, SearchFrom};
 pub use closing::TOUCHES;
 pub use field::DistanceField;
 pub use found::{ApproachLosses, Energies, GraspContact, PairLosses, Quality, RatedGrasp, SearchInterval, SearchRun};
@@ -54,7 +57,10 @@ pub use opposition::has_opposition;
 pub use own_overlaps::OwnOverlaps;
 pub use passage::{ClosingGrasp, HandPassage, Passage, PathObstacle, SceneObstacle, Surroundings};
 pub use points::SurfacePoints;
+pub use rate::{GraspRater, HandState};
 pub use sampled::{GraspSampler, axes};
+pub use searched::{SearchedContact, SearchedState};
+pub use seeds::seeds;
 pub use settings::{
     AmplitudeRange, Annealing, Antipodal, ApproachDraws, EnergyKind, Keeping, PairHold, RestingChoice, Rolls, Sampler,
     SearchFrame, Support, Uniform, WrenchSpace,

@@ -25,12 +25,39 @@ const VOLUME_EDGES: usize = 8;
 
 /// A state of the hand before it closes.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Start {
-    pub(super) object_from_approach: IsometryMatrix3<f64>,
-    /// One value per driven joint.
-    pub(super) posture: Vec<f64>,
+pub struct HandState {
+    /// The approach frame expressed in the object's frame [m].
+    pub object_from_approach: IsometryMatrix3<f64>,
+    /// One value per driven joint [rad or m].
+    pub posture: Vec<f64>,
     /// Amplitudes of the eigengrasps; none where they did not make the posture.
-    pub(super) amplitudes: Vec<f64>,
+    pub amplitudes: Vec<f64>,
+}
+
+/// One thread's rating of states of one hand with exact distances: closed as [`Keeping`] states, with quality and verdict.
+pub struct GraspRater(Rating);
+
+impl GraspRater {
+    /// With vector instructions up to a level, which does not change the result. Only the energy of `annealing` is used.
+    pub fn new(search: &HandSearch, annealing: &Annealing, keeping: &Keeping, level: SimdLevel) -> Self {
+        Self(Rating::new(search, annealing, keeping, level.usable()))
+    }
+
+    /// Closes and rates a state, once the hand has come on along its approach until it meets the object, by at most
+    /// [`Keeping::advance`].
+    pub fn rate(&mut self, object: &ObjectSearch, start: HandState) -> RatedGrasp {
+        self.0.started(object, start)
+    }
+
+    /// Closes and rates a state, with the hand where it is.
+    pub fn rate_in_place(&mut self, object: &ObjectSearch, start: HandState) -> RatedGrasp {
+        self.0.placed(object, start)
+    }
+
+    /// The contact energy and the potential of a state.
+    pub fn energies(&mut self, object: &ObjectSearch, start: &HandState) -> Energies {
+        self.0.energies_of(object, start)
+    }
 }
 
 /// Working memory of one thread that rates grasps of one hand.
@@ -68,31 +95,31 @@ impl Rating {
     }
 
     /// The energies of a state, with exact distances.
-    pub(super) fn energies_of(&mut self, object: &ObjectSearch, start: &Start) -> Energies {
+    pub(super) fn energies_of(&mut self, object: &ObjectSearch, start: &HandState) -> Energies {
         let frames = self.hand.link_frames(&self.hand.posture_values(&start.posture));
         let object_from_base = start.object_from_approach * self.hand.approach_pose(&frames).isometry().inverse();
         self.energies(object, &object_from_base, &frames)
     }
 
     /// Closes and rates a state, once the hand has come on along its approach until it meets the object.
-    pub(super) fn started(&mut self, object: &ObjectSearch, start: Start) -> RatedGrasp {
+    pub(super) fn started(&mut self, object: &ObjectSearch, start: HandState) -> RatedGrasp {
         self.rated(object, start, self.keeping.advance)
     }
 
     /// Closes and rates a state, with the hand where it is.
-    pub(super) fn placed(&mut self, object: &ObjectSearch, start: Start) -> RatedGrasp {
+    pub(super) fn placed(&mut self, object: &ObjectSearch, start: HandState) -> RatedGrasp {
         self.rated(object, start, 0.0)
     }
 
     /// Closes and rates a state, once the hand has come on by `max_advance` at most [m].
-    fn rated(&mut self, object: &ObjectSearch, start: Start, max_advance: f64) -> RatedGrasp {
+    fn rated(&mut self, object: &ObjectSearch, start: HandState, max_advance: f64) -> RatedGrasp {
         let hand = Arc::clone(&self.hand);
-        let Start { object_from_approach, posture, amplitudes } = start;
+        let HandState { object_from_approach, posture, amplitudes } = start;
         // The hand before closing: its pose, its depth in the object and the energies of this state.
         let open = hand.posture_values(&posture);
         let frames = hand.link_frames(&open);
         let object_from_base = object_from_approach * hand.approach_pose(&frames).isometry().inverse();
-        let penetration = self.closing.penetration(&object.surface, &object_from_base, &open).max(0.0);
+        let penetration = self.closing.penetration(object.surface(), &object_from_base, &open).max(0.0);
         let energies = self.energies(object, &object_from_base, &frames);
         let mut grasp = RatedGrasp {
             object_from_approach,
@@ -118,13 +145,13 @@ impl Rating {
         // Move on along the approach until the hand meets the object.
         let direction = object_from_approach.rotation * Vector3::z();
         grasp.advance =
-            self.closing.advance(&object.surface, &object_from_base, &grasp.joints, &direction, max_advance);
+            self.closing.advance(object.surface(), &object_from_base, &grasp.joints, &direction, max_advance);
         let advanced = Translation3::from(direction * grasp.advance);
         grasp.object_from_approach = advanced * object_from_approach;
         let mut object_from_base = advanced * object_from_base;
         // Close: a gripper gives way until both pads touch, any other hand closes where it is.
         let max = self.keeping.max_penetration;
-        let closed = match self.closing.centred(&object.surface, &object_from_base, &grasp.posture, max) {
+        let closed = match self.closing.centred(object.surface(), &object_from_base, &grasp.posture, max) {
             Some(centred) => {
                 let base_from_approach = hand.approach_pose(&frames);
                 let object_from_approach = centred.object_from_base * base_from_approach.isometry();
@@ -134,11 +161,11 @@ impl Rating {
                 (grasp.object_from_approach, object_from_base) = (object_from_approach, centred.object_from_base);
                 centred.closed
             }
-            None => self.closing.close(&object.surface, &object_from_base, &grasp.posture),
+            None => self.closing.close(object.surface(), &object_from_base, &grasp.posture),
         };
         grasp.joints = closed.joints;
         // Rate the contacts of the closed hand: quality, grasp type, clearance over the table, verdict.
-        grasp.contacts = self.closing.contacts(&object.surface, &object_from_base, &grasp.joints);
+        grasp.contacts = self.closing.contacts(object.surface(), &object_from_base, &grasp.joints);
         grasp.quality = self.quality.of(&grasp.contacts, &object.mass);
         let turn = *grasp.object_from_approach.rotation.matrix();
         grasp.kind = self.kind.as_ref().map(|digits| digits.kind(&grasp.joints, &turn));
@@ -159,7 +186,7 @@ impl Rating {
         let contacts: Vec<VirtualContact> = (0..self.hand.contacts().len())
             .map(|contact| {
                 let (point, normal) = self.hand.contact_in_base(contact, frames);
-                virtual_contact(&object.surface, object_from_base * point, object_from_base.rotation * normal)
+                virtual_contact(object.surface(), object_from_base * point, object_from_base.rotation * normal)
             })
             .collect();
         let contact = contact_energy(&contacts);

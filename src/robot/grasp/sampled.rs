@@ -12,7 +12,7 @@ use super::{
     kind::camera_axes,
     motion::preshape,
     object::ObjectSearch,
-    rate::{Rating, Start},
+    rate::{HandState, Rating},
     settings::{Annealing, Keeping, Uniform},
     solids::Solid,
     state::{HandSearch, StateScratch},
@@ -86,7 +86,7 @@ impl GraspSampler {
 
     /// Moves the opened hand along an approach from afar until it meets the object, or until the approach frame reaches
     /// its end, and closes there except for the last part of each motor's range.
-    fn come(&mut self, object: &ObjectSearch, object_from_approach: &IsometryMatrix3<f64>) -> Start {
+    fn come(&mut self, object: &ObjectSearch, object_from_approach: &IsometryMatrix3<f64>) -> HandState {
         let hand = Arc::clone(&self.search.hand);
         let opened = preshape(&hand);
         let joints = hand.posture_values(&opened);
@@ -94,19 +94,19 @@ impl GraspSampler {
         let direction = object_from_approach.rotation * Vector3::z();
         let far = self.distance_outside(object, object_from_approach, &joints);
         let outside = Translation3::from(direction * -far) * object_from_approach * approach_from_base;
-        let come = match self.closing.advance(&object.surface, &outside, &joints, &direction, far) {
+        let come = match self.closing.advance(object.surface(), &outside, &joints, &direction, far) {
             0.0 => far,
             come => come,
         };
         let object_from_approach = Translation3::from(direction * (come - far)) * object_from_approach;
-        let closed = self.closing.close(&object.surface, &(object_from_approach * approach_from_base), &opened);
+        let closed = self.closing.close(object.surface(), &(object_from_approach * approach_from_base), &opened);
         let before = hand.driven().iter().zip(&closed.motors).zip(&opened).map(|((driven, motor), opened)| {
             let slides = hand.tree().joints()[driven.joint].joint.kind == JointKind::Prismatic;
             let back = BEFORE[usize::from(slides)];
             let value = driven.value(*motor);
             if (value - opened).abs() <= back { *opened } else { value - driven.closing_sign() * back }
         });
-        Start { object_from_approach, posture: before.collect(), amplitudes: Vec::new() }
+        HandState { object_from_approach, posture: before.collect(), amplitudes: Vec::new() }
     }
 
     /// Distance back along the approach from where a ball that holds the hand is outside of one that holds the object [m].

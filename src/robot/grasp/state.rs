@@ -112,6 +112,11 @@ impl HandSearch {
         Ok(Self { hand, links, solids, middles, contacts, base_from_approach, clear, oppositions })
     }
 
+    /// The hand.
+    pub fn hand(&self) -> &Arc<Hand> {
+        &self.hand
+    }
+
     /// Whether the hand is a gripper whose solids are the same after half a turn about its approach, those of the fingers within
     /// 0.1 mm, the others within 4 mm: a grasp and the one rotated so count as one.
     pub fn is_half_turn_symmetric(&self) -> bool {

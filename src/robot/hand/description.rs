@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{IsometryMatrix3, Point3, Unit, Vector3};
+use nalgebra::{DMatrix, DVector, IsometryMatrix3, Point3, Unit, Vector3};
 
 use super::{Driven, Motor};
 use crate::kinematics::{JointKind, JointTree, TreeJoint};
@@ -389,6 +389,23 @@ impl Hand {
             let [a, b] = driven.range().map(|limit| (limit - origin) / step);
             [low.max(a.min(b)), high.min(a.max(b))]
         })
+    }
+
+    /// The amplitudes whose posture is nearest to a posture, by least squares over the driven joints; empty of a hand without
+    /// eigengrasps, `None` where these depend on each other.
+    ///
+    /// # Panics
+    /// When the posture has another length than the driven joints.
+    pub fn amplitudes_of(&self, posture: &[f64]) -> Option<Vec<f64>> {
+        assert_eq!(posture.len(), self.driven().len(), "one value a driven joint");
+        let Some(grasps) = self.eigengrasps() else { return Some(Vec::new()) };
+        // Normal equations: D^T D a = D^T (posture - origin), by sums in a fixed order.
+        let (directions, count) = (&grasps.directions, grasps.directions.len());
+        let offset: Vec<f64> = posture.iter().zip(&grasps.origin).map(|(value, origin)| value - origin).collect();
+        let dot = |one: &[f64], other: &[f64]| one.iter().zip(other).map(|(a, b)| a * b).sum::<f64>();
+        let products = DMatrix::from_fn(count, count, |row, column| dot(&directions[row], &directions[column]));
+        let amplitudes = products.cholesky()?.solve(&DVector::from_fn(count, |row, _| dot(&directions[row], &offset)));
+        Some(amplitudes.iter().copied().collect())
     }
 
     /// The posture of amplitudes, one an eigengrasp, brought within the joints' ranges.

@@ -2,11 +2,12 @@
 
 use graspmill::{
     geom::SimdLevel,
-    grasp::{Annealing, EnergyKind, WrenchSpace},
+    grasp::{Annealer, Annealing, EnergyKind, HandState, SearchFrom, WrenchSpace},
     words::{GraspVerdict, type_digits},
 };
 
 use super::{QUICK, Searcher, THESIS, annealed, stream};
+use crate::support::annealing::KEEPING;
 
 #[test]
 fn it_cools_down() {
@@ -117,4 +118,47 @@ fn verdicts_and_types_are_what_their_numbers_say() {
         }
     }
     assert!(kept > 0);
+}
+
+/// A search by an energy of the caller finds the states of jobs where that energy is theirs.
+#[test]
+fn a_search_by_the_energy_of_jobs_is_the_one_of_jobs() {
+    let searcher = Searcher::new("can-01");
+    for settings in [QUICK, Annealing { energy: EnergyKind::ContactAndPotential, ..QUICK }] {
+        let mut annealer = searcher.annealer(&settings, SimdLevel::detect());
+        let run = annealer.run(&searcher.object, &searcher.seed(3), &mut stream(3));
+        let from = SearchFrom::Seed(searcher.seed(3));
+        let found = annealer.explore(&searcher.object, &from, &mut stream(3), |state| state.energy(settings.energy));
+        assert_eq!((found.steps, found.failed, found.states.len()), (run.steps, run.failed, run.grasps.len()));
+        assert!(found.states.is_sorted_by(|one, other| one.energy <= other.energy));
+        for grasp in &run.grasps {
+            let is_known = found
+                .states
+                .iter()
+                .any(|state| state.start.amplitudes == grasp.amplitudes && state.start.posture == grasp.posture);
+            assert!(is_known, "{:?}", grasp.amplitudes);
+        }
+    }
+}
+
+/// Searches from known states find legal ones; postures of amplitudes give the amplitudes back.
+#[test]
+fn searches_begin_from_known_states() {
+    let searcher = Searcher::new("mug-01@16k");
+    let settings = Annealing { steps: 500, best: 3, ..QUICK };
+    let mut annealer = Annealer::warm(&searcher.search, &settings, &KEEPING, SimdLevel::detect());
+    let (run, mut found, mut better) = (&searcher.runs(&QUICK, 1)[0], 0, 0);
+    for (number, grasp) in (0..).zip(&run.grasps) {
+        let amplitudes = searcher.hand.amplitudes_of(&grasp.posture).expect("independent eigengrasps");
+        assert!(amplitudes.iter().zip(&grasp.amplitudes).all(|(one, other)| (one - other).abs() < 1e-9));
+        let start = HandState { object_from_approach: annealed(grasp), posture: grasp.posture.clone(), amplitudes };
+        let from = SearchFrom::State(start);
+        let explored = annealer.explore(&searcher.object, &from, &mut stream(number), |state| state.contact_energy());
+        let Some(best) = explored.states.first() else { continue };
+        assert!(explored.states.len() <= 3 && explored.steps <= 500);
+        found += 1;
+        better += usize::from(best.energy < grasp.energies.contact);
+    }
+    println!("{found} of {} searches found states, {better} better ones", run.grasps.len());
+    assert!(2 * found > run.grasps.len(), "{found} of {}", run.grasps.len());
 }

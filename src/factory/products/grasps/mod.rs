@@ -11,7 +11,6 @@ mod ladders;
 mod recorded;
 mod recorded_trial;
 mod row;
-mod seeds;
 mod series;
 mod settings;
 mod shapes;
@@ -21,8 +20,8 @@ mod work;
 mod worker;
 
 pub use hand::GraspHand;
+pub use robot::grasp::seeds;
 pub use row::FACTORY;
-pub use seeds::seeds;
 pub use settings::{GraspJob, GraspSettings, Labels, Physics};
 pub use shapes::{hand_shape, object_shape, trial_hand};
 pub use worker::GraspWorker;

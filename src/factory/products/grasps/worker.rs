@@ -8,7 +8,6 @@ use super::{
     hand::GraspHand,
     ladders::Ladders,
     recorded::{method, names, recorded},
-    seeds::seeds,
     settings::{GraspJob, GraspSettings, Labels, Physics},
     trials::Trials,
 };
@@ -24,6 +23,7 @@ use kernel::{
 };
 use robot::grasp::{
     Annealer, Antipodal, ApproachDraws, GraspSampler, HandPassage, ObjectSearch, Sampler, SearchRun, Uniform, axes,
+    seeds,
 };
 
 /// Reason why a run makes no sample: no neighbour of the seed was legal.
