@@ -2,3 +2,4 @@
 
 pub mod energy;
 pub mod motion;
+pub mod plan;
