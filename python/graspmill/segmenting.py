@@ -121,6 +121,11 @@ class SegmentationFailed(Exception):
     """A call of ``graspmill segment`` without a result; the message is that of the program."""
 
 
+def _installed_program() -> str | None:
+    own = Path(__file__).resolve().parent / "_bin" / "graspmill"
+    return str(own) if own.is_file() else shutil.which("graspmill")
+
+
 def segment(
     depth: NDArray[Any],
     intrinsics: Sequence[float],
@@ -134,7 +139,8 @@ def segment(
     ``depth`` has the shape (height, width): floats in metres, where values that are not positive and finite mean no return, or
     uint16 in millimetres, where 0 and 65535 mean no return. ``intrinsics`` are fx, fy, cx, cy [px]; ``pixel_centre`` is the
     coordinate of the first pixel's centre, 0 (OpenCV, ROS) or 0.5. ``options`` are further options of the command, such as
-    ``["--container", "off"]``. ``program`` is the path of graspmill; by default it is searched in PATH.
+    ``["--container", "off"]``. ``program`` is the path of graspmill; by default it is the
+    program that a wheel installed with this package, or else the one in PATH.
 
     Raises ``FileNotFoundError`` where the program is not found, ``ValueError`` for an array of another shape or type, and
     ``SegmentationFailed`` where the program refuses the image.
@@ -146,7 +152,7 @@ def segment(
         if not np.issubdtype(depth.dtype, np.floating):
             raise ValueError(f"depth has the type {depth.dtype}; pass floats in metres, or uint16 in millimetres")
         depth = depth.astype("<f4")
-    found = shutil.which("graspmill") if program is None else os.fspath(program)
+    found = _installed_program() if program is None else os.fspath(program)
     if found is None:
         raise FileNotFoundError("graspmill is not in PATH; pass its path as `program`")
     with tempfile.TemporaryDirectory() as folder:
