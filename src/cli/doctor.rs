@@ -98,7 +98,7 @@ fn simulator() -> Vec<Finding> {
             what: "EGL",
             works: false,
             facts: format!("{error}; needed only for renderer = \"mujoco-gl\" and for the colours of patches"),
-            remedy: "make deps-gl (as root)",
+            remedy: "as root: make deps-gl, or apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri",
         },
     };
     vec![
@@ -106,7 +106,7 @@ fn simulator() -> Vec<Finding> {
             what: "MuJoCo",
             works: true,
             facts: format!("{}, {pinned}, {library}", facts.version),
-            remedy: if facts.pinned { "" } else { "make setup" },
+            remedy: if facts.pinned { "" } else { "make setup; or install the wheel again" },
         },
         gl,
     ]
