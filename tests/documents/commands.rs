@@ -49,6 +49,24 @@ fn commands_in_the_documents_are_commands() {
     assert!(count >= 37, "{count} commands");
 }
 
+/// Recipes of images and of the workflow, which no engine runs here.
+#[test]
+fn commands_in_recipes_are_commands() {
+    let mut count = 0;
+    for file in ["Dockerfile", "apptainer.def", "dataset.yaml"] {
+        let text = read_text(repository_path("jobs/cluster").join(file));
+        for line in text.lines().map(|line| line.trim_start_matches(['#', ' ']).trim_start_matches("run: ")) {
+            let line = line.split_once(" | ").map_or(line, |(before, _)| before);
+            if line.starts_with("graspmill ") {
+                let words = shlex::split(line).unwrap_or_else(|| panic!("{file}: {line}: not words of a shell"));
+                command().try_get_matches_from(words).unwrap_or_else(|error| panic!("{file}: {line}: {error}"));
+                count += 1;
+            }
+        }
+    }
+    assert!(count >= 8, "{count} commands");
+}
+
 /// Number of the tests that `cargo test` runs by these words: an integration test or a package, and a part of the tests' names.
 fn count_tests(words: &[String]) -> usize {
     let value = |option: &str| words.iter().skip_while(|word| *word != option).nth(1);

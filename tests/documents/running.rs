@@ -43,6 +43,8 @@ const NOT_RUN: &[(&str, Reason)] = &[
     ("cargo test --release --locked -p graspmill-publish export", Reason::Build),
     ("cargo test --release --locked --test architecture", Reason::Build),
     ("make lint", Reason::Build),
+    ("make wheel", Reason::Build),
+    ("pip install dist/graspmill-*.whl", Reason::Network),
     ("pip install ./python", Reason::Network),
     ("pip install torch", Reason::Network),
     ("graspmill submit jobs/release-608.toml --out /data/release --backend slurm", Reason::Cluster),
@@ -67,6 +69,7 @@ const SMALL: &[(&str, &[&str])] = &[
     ("jobs/builtin.toml", &["views={ even = 2 }", "shards.samples=20"]),
     ("jobs/release-608.toml", &["objects=[{ built_in = 24 }]", "views={ even = 4 }"]),
     ("mugs.toml", &["views={ even = 12 }"]),
+    ("two.toml", &["views={ even = 4 }"]),
     (
         "jobs/fetch-reachability.toml",
         &["poses.x.step=0.3", "poses.y={ from = -0.4, to = 0.6, step = 0.3 }", "poses.z.step=0.3"],

@@ -4,3 +4,4 @@ mod pages;
 mod pictures;
 mod release;
 mod report;
+mod wheel;
