@@ -17,6 +17,9 @@ Needs Python 3.8 or later with pip 20.3 or later, no root and no other package. 
 certificates, find-links) is honoured. Valid existing files are kept; every file appears complete or
 not at all.
 
+In a wheel this script is `python -m graspmill.fetch`. There the program finds packages beside itself, so they go to that folder,
+and what is fetched by default is the scans alone.
+
 Exit codes: 0 done (missing scans are reported, but are not a failure); 1 libmujoco, furniture, objects or a robot are missing;
 2 wrong arguments.
 """
@@ -39,6 +42,11 @@ from pathlib import Path
 
 # Programs are found only in absolute folders of PATH: the current folder contains data.
 os.environ["PATH"] = os.pathsep.join(filter(os.path.isabs, os.environ.get("PATH", "").split(os.pathsep)))
+
+HERE = Path(__file__).resolve().parent
+IN_WHEEL = (HERE / "_bin").is_dir()
+DEPS = HERE / "share/graspmill" if IN_WHEEL else HERE.parent / ".deps"
+DEFAULT = ["ycb"] if IN_WHEEL else ["mujoco", "ycb"]
 
 MUJOCO = "3.17.0"
 LIBRARY = f"libmujoco.so.{MUJOCO}"
@@ -449,10 +457,10 @@ KNOWN = ["mujoco", "ycb", "furniture", "objects", "robots", *ROBOTS, "hands", *H
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", nargs="*", metavar="|".join(KNOWN), help="what to fetch; mujoco and ycb when nothing is named")
-    parser.add_argument("--deps", type=Path, default=Path(__file__).resolve().parent.parent / ".deps")
+    parser.add_argument("what", nargs="*", metavar="|".join(KNOWN), help=f"by default {' '.join(DEFAULT)}")
+    parser.add_argument("--deps", type=Path, default=DEPS)
     arguments = parser.parse_args()
-    what = arguments.what or ["mujoco", "ycb"]
+    what = arguments.what or DEFAULT
     if unknown := set(what) - set(KNOWN):
         parser.error(f"unknown: {', '.join(sorted(unknown))}; expected {', '.join(KNOWN)}")
     robots = [name for name in ROBOTS if name in what or "robots" in what]

@@ -138,6 +138,7 @@ def put_licences(library, folder):
 def stage(program, library, tag, folder):
     """Writes the sources of the wheel with the program into a folder."""
     shutil.copytree(ROOT / "python/graspmill", folder / "graspmill", ignore=shutil.ignore_patterns("__pycache__", "*.pyc"))
+    copy(ROOT / "scripts/fetch.py", folder / "graspmill/fetch.py")
     for name in ("README.md", "setup.py", "scripts/graspmill"):
         copy(ROOT / "python" / name, folder / name)
     put_program(program, library, folder / "graspmill/_bin/graspmill", folder / "graspmill/_lib")

