@@ -1,10 +1,12 @@
 //! All pairs of a robot at a configuration.
 
+use std::sync::Arc;
+
 use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::{
     Shape,
-    body::{Bodies, Body},
+    body::{Bodies, Body, Geometry},
     curved::Curved,
     solid::{Care, Solid},
     triangle::{self, Triangle},
@@ -46,26 +48,43 @@ enum Shapes {
 }
 
 /// Checks configurations of one robot; built once, used by any thread.
+#[derive(Clone)]
 pub struct CollisionChecker {
-    bodies: Vec<Option<CheckedBody>>,
-    pairs: Vec<Pair>,
-    links: Vec<usize>,
+    pub(super) bodies: Vec<Option<PlacedBody>>,
+    pub(super) pairs: Vec<Pair>,
+    pub(super) links: Vec<usize>,
 }
 
 #[derive(Clone, Copy)]
-struct Pair {
-    bodies: [usize; 2],
+pub(super) struct Pair {
+    pub bodies: [usize; 2],
     /// Bound on the squared distance between the centres of balls around two shapes that meet [m^2].
     squared_reach: f64,
 }
 
-struct CheckedBody {
-    link: usize,
-    centre: Point3<f64>,
-    radius: f64,
+/// A prepared body, which checkers share, and where this one has it.
+#[derive(Clone)]
+pub(super) struct PlacedBody {
+    pub body: Arc<CheckedBody>,
+    pub link: usize,
+    /// The body's frame expressed in the link's; `None` where they are the same.
+    pub link_from_body: Option<IsometryMatrix3<f64>>,
+}
+
+impl PlacedBody {
+    /// The body's frame in the world.
+    fn frame(&self, links: &LinkFrames) -> IsometryMatrix3<f64> {
+        self.link_from_body.map_or(links[self.link], |link_from_body| links[self.link] * link_from_body)
+    }
+}
+
+/// Shapes of a body in its own frame, prepared for queries.
+pub(super) struct CheckedBody {
+    pub centre: Point3<f64>,
+    pub radius: f64,
     /// Shapes made of planes.
-    solid: Option<Solid>,
-    curved: Vec<Curved>,
+    pub solid: Option<Solid>,
+    pub curved: Vec<Curved>,
 }
 
 /// By how much less deep two bodies count, so that rounding proves nothing [m].
@@ -88,20 +107,44 @@ impl CollisionChecker {
     /// # Errors
     /// Errors of [`CollisionChecker::new`].
     pub fn with_level(bodies: &Bodies, level: SimdLevel) -> Result<Self, NoSurface> {
+        Self::prepared(bodies, level, |_| false)
+    }
+
+    /// [`CollisionChecker::new`] for a robot among obstacles (see [`CollisionChecker::among`]): every body that moves is
+    /// prepared, those of no pair too.
+    ///
+    /// # Errors
+    /// Errors of [`CollisionChecker::new`].
+    pub fn for_obstacles(bodies: &Bodies) -> Result<Self, NoSurface> {
+        Self::prepared(bodies, SimdLevel::detect(), |body| body.link > 0)
+    }
+
+    /// Prepares the bodies that are part of a pair, and those `wanted`.
+    fn prepared(bodies: &Bodies, level: SimdLevel, wanted: impl Fn(&Body) -> bool) -> Result<Self, NoSurface> {
         let level = level.usable();
         let used = |index: usize| bodies.pairs.iter().any(|pair| pair.contains(&index));
-        let prepared = bodies.bodies.iter().enumerate();
-        let prepared = prepared.map(|(index, body)| used(index).then(|| CheckedBody::new(body, level)).transpose());
-        let prepared = prepared.collect::<Result<Vec<_>, _>>()?;
-        let pair = |pair: &[usize; 2]| {
-            let reach: f64 = pair.iter().filter_map(|index| prepared[*index].as_ref()).map(|body| body.radius).sum();
-            Pair { bodies: *pair, squared_reach: reach * reach }
-        };
-        Ok(Self {
-            pairs: bodies.pairs.iter().map(pair).collect(),
+        let prepared = bodies.bodies.iter().enumerate().map(|(index, body)| {
+            if !used(index) && !wanted(body) {
+                return Ok(None);
+            }
+            let checked = Arc::new(CheckedBody::new(&body.geometries, level)?);
+            Ok(Some(PlacedBody { body: checked, link: body.link, link_from_body: None }))
+        });
+        let prepared = prepared.collect::<Result<Vec<_>, NoSurface>>()?;
+        let mut checker = Self {
+            pairs: Vec::with_capacity(bodies.pairs.len()),
             bodies: prepared,
             links: bodies.bodies.iter().map(|body| body.link).collect(),
-        })
+        };
+        bodies.pairs.iter().for_each(|pair| checker.add_pair(*pair));
+        Ok(checker)
+    }
+
+    /// Adds a pair of bodies to the list of those that are checked.
+    pub(super) fn add_pair(&mut self, bodies: [usize; 2]) {
+        let radius = |index: &usize| self.bodies[*index].as_ref().map_or(0.0, |placed| placed.body.radius);
+        let reach: f64 = bodies.iter().map(radius).sum();
+        self.pairs.push(Pair { bodies, squared_reach: reach * reach });
     }
 
     /// The pairs, and the links that carry their bodies.
@@ -121,7 +164,10 @@ impl CollisionChecker {
 
     /// Points in the frame of a body's link whose hull contains the body; none if it is part of no pair.
     pub fn corners(&self, body: usize) -> impl Iterator<Item = Point3<f64>> {
-        self.bodies[body].iter().flat_map(CheckedBody::corners)
+        self.bodies[body].iter().flat_map(|placed| {
+            let corners = placed.body.corners();
+            corners.map(|corner| placed.link_from_body.map_or(corner, |link_from_body| link_from_body * corner))
+        })
     }
 
     /// Whether one of the pairs given (indices in [`Bodies::pairs`]) touches, in this order. `links` are the frames of the
@@ -132,7 +178,7 @@ impl CollisionChecker {
 
     /// Pairs among the given ones that touch, in this order; each is evaluated when the iterator reaches it.
     pub fn hits(&self, pairs: impl IntoIterator<Item = usize>, links: &LinkFrames) -> impl Iterator<Item = Hit> {
-        let centre = |body: &CheckedBody| links[body.link] * body.centre;
+        let centre = |placed: &PlacedBody| placed.frame(links) * placed.body.centre;
         let centres: Vec<_> = self.bodies.iter().map(|body| body.as_ref().map_or(Point3::origin(), centre)).collect();
         let near = move |pair: &usize| {
             let Pair { bodies: [first, second], squared_reach } = self.pairs[*pair];
@@ -160,36 +206,50 @@ impl CollisionChecker {
 
     /// The pair, if it touches.
     fn hit(&self, pair: usize, links: &LinkFrames) -> Option<Hit> {
+        let (first, second, here_from_there) = self.relative(pair, links)?;
+        let meeting = first.meets(second, &here_from_there)?;
+        Some(Hit { pair, meeting })
+    }
+
+    /// The bodies of a pair, and the frame of the second expressed in that of the first.
+    pub(super) fn relative(
+        &self,
+        pair: usize,
+        links: &LinkFrames,
+    ) -> Option<(&CheckedBody, &CheckedBody, IsometryMatrix3<f64>)> {
         let [first, second] = self.bodies_of(pair).map(|index| self.bodies[index].as_ref());
         let (first, second) = (first?, second?);
-        let meeting = first.meets(second, &links[first.link].inv_mul(&links[second.link]))?;
-        Some(Hit { pair, meeting })
+        Some((&first.body, &second.body, first.frame(links).inv_mul(&second.frame(links))))
     }
 
     /// Lower bound on the distance that every point of the one body of a pair may move, expressed in the other's frame,
     /// without the two ceasing to overlap [m]; 0 where only their surfaces are known to touch. `links` are those of the
     /// check. The search ends when more than `enough` is known [m].
     pub fn depth(&self, hit: &Hit, links: &LinkFrames, care: Care, enough: f64) -> f64 {
-        let [first, second] = self.bodies_of(hit.pair).map(|index| self.bodies[index].as_ref());
-        let (Some(first), Some(second)) = (first, second) else { return 0.0 };
-        let here_from_there = links[first.link].inv_mul(&links[second.link]);
+        let Some((first, second, here_from_there)) = self.relative(hit.pair, links) else { return 0.0 };
         let depth = first.depth(second, &here_from_there, &hit.meeting, care, enough + MARGIN);
         (depth - MARGIN).max(0.0)
     }
 }
 
 impl CheckedBody {
-    fn new(body: &Body, level: SimdLevel) -> Result<Self, NoSurface> {
-        let curved: Vec<Curved> = body.geometries.iter().filter_map(Curved::new).collect();
-        let triangles = triangles_of(body);
+    /// From shapes in the body's frame.
+    fn new(geometries: &[Geometry], level: SimdLevel) -> Result<Self, NoSurface> {
+        let curved: Vec<Curved> = geometries.iter().filter_map(Curved::new).collect();
+        let triangles = triangles_of(geometries);
         let solid = if triangles.is_empty() && !curved.is_empty() { None } else { Some(Solid::new(triangles, level)?) };
+        Ok(Self::of_parts(solid, curved))
+    }
+
+    /// From its solid and its other shapes, at least one of them.
+    pub fn of_parts(solid: Option<Solid>, curved: Vec<Curved>) -> Self {
         let balls = solid.iter().map(Solid::ball).chain(curved.iter().map(Curved::ball));
         // A ball around the middle of all: not the smallest, but for one shape.
         let balls: Vec<_> = balls.collect();
         let sum: Vector3<f64> = balls.iter().map(|(centre, _)| centre.coords).sum();
         let centre = Point3::from(sum / balls.len() as f64);
         let radius = balls.iter().map(|(other, radius)| (other - centre).norm() + radius).fold(0.0, f64::max);
-        Ok(Self { link: body.link, centre, radius, solid, curved })
+        Self { centre, radius, solid, curved }
     }
 
     fn corners(&self) -> impl Iterator<Item = Point3<f64>> {
@@ -262,10 +322,10 @@ impl CheckedBody {
     }
 }
 
-/// A body's surface in the frame of its link, without its round shapes.
-fn triangles_of(body: &Body) -> Vec<Triangle> {
+/// A body's surface in its own frame, without its round shapes.
+pub(super) fn triangles_of(geometries: &[Geometry]) -> Vec<Triangle> {
     let mut all = Vec::new();
-    for geometry in &body.geometries {
+    for geometry in geometries {
         let in_link = |point: Point3<f64>| geometry.link_from_shape * point;
         match &geometry.shape {
             Shape::Box { half } => all.extend(box_triangles(*half).map(|triangle| triangle.map(in_link))),
@@ -280,7 +340,7 @@ fn triangles_of(body: &Body) -> Vec<Triangle> {
 }
 
 /// The twelve triangles of a box around the origin.
-fn box_triangles(half: [f64; 3]) -> [Triangle; 12] {
+pub(super) fn box_triangles(half: [f64; 3]) -> [Triangle; 12] {
     let corner = |bits: u8| {
         Point3::from(std::array::from_fn(|axis| if bits >> axis & 1 == 0 { -half[axis] } else { half[axis] }))
     };

@@ -51,6 +51,14 @@ impl Lattice {
         lattice
     }
 
+    /// From signed distances [m] at points in C order that are `spacing` apart [m] and begin at `low`; they must enclose the
+    /// surface.
+    pub fn of_distances(low: Point3<f64>, spacing: f64, counts: [usize; 3], distances: Vec<f32>) -> Self {
+        assert_eq!(distances.len(), counts.iter().product::<usize>(), "a lattice is full");
+        let high = low + Vector3::from(counts.map(|count| (count - 1) as f64 * spacing));
+        Self { low, high, spacing, inverse_spacing: 1.0 / spacing, counts, distances }
+    }
+
     /// The distance of every point. That of the one before it in its row, or in its layer where a row begins, bounds it.
     fn fill(&mut self, boxes: &BoxTree) {
         let rows = self.counts[0] * self.counts[1];

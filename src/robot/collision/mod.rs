@@ -5,14 +5,19 @@
 //! one surface, sixteen at a time, that are all farther from the other than they are large; a ball inside one that
 //! reaches inside the other; the triangles themselves, where pieces are left. Balls, capsules and cylinders have their
 //! distance in closed form, and parry decides whether they touch. Whether two bodies overlap so far that a shorter
-//! motion does not part them is a separate query.
+//! motion does not part them is a separate query, and so is the distance of two that are apart.
+//!
+//! A robot is prepared once; [`CollisionChecker::among`] adds obstacles to it in microseconds.
 
 mod body;
 mod boxes;
+mod cells;
 mod checker;
+mod clearance;
 mod curved;
 mod lattice;
 mod near;
+mod obstacle;
 mod parts;
 mod solid;
 mod surface_tree;
@@ -21,4 +26,5 @@ mod triangle;
 pub use body::{Bodies, Body, Geometry};
 pub use checker::{CollisionChecker, CollisionVerdict, Hit, LinkFrames};
 pub use kernel::geom::{Shape, Triangles};
+pub use obstacle::{Obstacle, PlacedObstacle};
 pub use solid::Care;

@@ -89,6 +89,13 @@ impl Points {
     }
 }
 
+impl View {
+    /// With balls larger by this length [m].
+    pub fn widened(self, by: f64) -> Self {
+        Self { slack: self.slack + self.scale * (by * (1.0 + 1e-6)) as f32, ..self }
+    }
+}
+
 /// Rows of a rotation with a shift at their ends, for a kernel in units of 1/`scale` metres.
 fn rows(rotation: &Matrix3<f64>, shift: &Vector3<f64>, scale: f64) -> [[f32; 4]; 3] {
     [0, 1, 2].map(|axis| {
@@ -105,13 +112,14 @@ pub(super) fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
     })
 }
 
-/// A part of a line with all around it up to a radius.
+/// A part of a line, or a box, with all around it up to a radius.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axis {
     /// Rows from another body's coordinates [m] to the frame whose z is the line.
     rows: [[f32; 4]; 3],
     radius: f32,
-    half: f32,
+    /// Half the sides of the core: 0 across a line.
+    halves: [f32; 3],
     /// Half of all the shape's length along z.
     end: f32,
     /// Bound on rounding errors [m].
@@ -128,7 +136,21 @@ impl Axis {
         let end = if flat { half } else { half + radius };
         // A flat end has no part of a ball around it: `end` decides outside of it.
         let half = if flat { f64::INFINITY } else { half };
-        Self { rows, radius: radius as f32, half: half as f32, end: end as f32, slack: slack as f32 }
+        let halves = [0.0, 0.0, half as f32];
+        Self { rows, radius: radius as f32, halves, end: end as f32, slack: slack as f32 }
+    }
+
+    /// A box by half its sides [m], in a frame that is expressed in another body's.
+    pub fn of_box(shape_from_there: &IsometryMatrix3<f64>, half: [f64; 3]) -> Self {
+        let (rotation, shift) = (shape_from_there.rotation.matrix(), shape_from_there.translation.vector);
+        let slack = 2e-6 * (2.0 * shift.norm() + Vector3::from(half).norm());
+        let halves = half.map(|half| half as f32);
+        Self { rows: rows(rotation, &shift, 1.0), radius: 0.0, halves, end: f32::INFINITY, slack: slack as f32 }
+    }
+
+    /// With a margin of this length around all of it [m].
+    pub fn widened(self, by: f64) -> Self {
+        Self { slack: self.slack + (by * (1.0 + 1e-6)) as f32, ..self }
     }
 
     /// The balls of a block that reach into it, a bit each.
@@ -145,10 +167,13 @@ simd_kernel! {
 fn around_axis<L: Lanes>(l: L, axis: &Axis, block: &Block) -> u32 {
     let [x, y, z] = each_of!([0, 1, 2], axis => l.load(&block.centres[axis]));
     let [x, y, z] = each_of!([0, 1, 2], row => Affine::new(l, axis.rows[row]).at(l, x, y, z));
-    let up = l.max(l.sub(l.abs(z), l.splat(axis.half)), l.splat(0.0));
+    let point = [x, y, z];
+    let [aside, across, up] = each_of!([0, 1, 2], row => {
+        l.max(l.sub(l.abs(point[row]), l.splat(axis.halves[row])), l.splat(0.0))
+    });
     let radius = l.add(l.load(&block.radii), l.splat(axis.slack));
     let reach = l.add(radius, l.splat(axis.radius));
-    let squared = l.add(l.add(l.mul(x, x), l.mul(y, y)), l.mul(up, up));
+    let squared = l.add(l.add(l.mul(aside, aside), l.mul(across, across)), l.mul(up, up));
     let beside = l.lt(l.mul(reach, reach), squared);
     let beyond = l.lt(l.add(radius, l.splat(axis.end)), l.abs(z));
     l.bits(l.not(l.either(beside, beyond)))

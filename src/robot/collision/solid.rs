@@ -6,6 +6,7 @@ use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::{
     boxes::BoxTree,
+    clearance::Nearest,
     curved::{Curved, FINE_STEPS, STEPS, deepest},
     lattice::Lattice,
     near::{Points, View, lanes},
@@ -86,13 +87,29 @@ impl Solid {
             let reason = "no triangle has an area".to_owned();
             return Err(NoSurface { triangles: 0, vertices: 0, reason });
         }
-        let (tree, boxes) = (SurfaceTree::new(&triangles), BoxTree::new(&triangles, level));
+        let boxes = BoxTree::new(&triangles, level);
         let lattice = Lattice::new(&triangles, &boxes);
-        let inner = inner_balls(&lattice);
         let shells = shells(&triangles);
+        Ok(Self::with_boxes(triangles, boxes, lattice, shells, level))
+    }
+
+    /// From triangles, the distances to them, and a corner of each part that hangs together.
+    pub fn of_parts(triangles: Vec<Triangle>, lattice: Lattice, shells: Vec<Point3<f64>>, level: SimdLevel) -> Self {
+        let boxes = BoxTree::new(&triangles, level);
+        Self::with_boxes(triangles, boxes, lattice, shells, level)
+    }
+
+    fn with_boxes(
+        triangles: Vec<Triangle>,
+        boxes: BoxTree,
+        lattice: Lattice,
+        shells: Vec<Point3<f64>>,
+        level: SimdLevel,
+    ) -> Self {
+        let (tree, inner) = (SurfaceTree::new(&triangles), inner_balls(&lattice));
         let points = [lattice.points(COARSE), lattice.points(1)];
         let inner_blocks = Block::of_balls(&inner);
-        Ok(Self { triangles, lattice, points, tree, boxes, inner, inner_blocks, shells, level })
+        Self { triangles, lattice, points, tree, boxes, inner, inner_blocks, shells, level }
     }
 
     /// The corners of the surface.
@@ -213,8 +230,99 @@ impl Solid {
         by_balls.max(found)
     }
 
+    /// Visits pieces of the other body's surface that may be nearer to this one's than the distance found so far, until the
+    /// search is decided.
+    pub fn near_leaves(
+        &self,
+        other: &Self,
+        here_from_there: &IsometryMatrix3<f64>,
+        nearest: &mut Nearest,
+        mut visit: impl FnMut(&Leaf, &mut Nearest),
+    ) {
+        let views = self.points.each_ref().map(|points| points.view(here_from_there, &other.tree.ball));
+        let mut open = Open::new(&other.tree);
+        while let Some(index) = open.pop() {
+            let block = &other.tree.blocks[index as usize];
+            let [few, all] = views.map(|view| view.widened(nearest.best));
+            let mut near = self.points[0].test_block(self.level, &few, block).near;
+            if near != 0 {
+                near = self.points[1].test_block(self.level, &all, block).near;
+            }
+            for lane in lanes(near) {
+                match block.below[lane] {
+                    Below::Block(below) => open.push(below),
+                    Below::Leaf(leaf) => visit(&other.tree.leaves[leaf as usize], nearest),
+                }
+                if nearest.decided() {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Visits pieces of this body's surface that may be nearer to a shape, whose link's frame is expressed in this one's, than
+    /// the distance found so far, until the search is decided.
+    pub fn leaves_near_curved(
+        &self,
+        other: &Curved,
+        here_from_there: &IsometryMatrix3<f64>,
+        nearest: &mut Nearest,
+        mut visit: impl FnMut(&Leaf, &mut Nearest),
+    ) {
+        let axis = other.axis(here_from_there);
+        let mut open = Open::new(&self.tree);
+        while let Some(index) = open.pop() {
+            let block = &self.tree.blocks[index as usize];
+            for lane in lanes(axis.widened(nearest.best).near(self.level, block)) {
+                match block.below[lane] {
+                    Below::Block(below) => open.push(below),
+                    Below::Leaf(leaf) => visit(&self.tree.leaves[leaf as usize], nearest),
+                }
+                if nearest.decided() {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Lowers `nearest` to the distance between this body and the triangles of a piece of the other's surface, but those
+    /// `done`, which it joins.
+    pub fn approach_leaf(
+        &self,
+        other: &Self,
+        leaf: &Leaf,
+        here_from_there: &IsometryMatrix3<f64>,
+        done: &mut Vec<u32>,
+        nearest: &mut Nearest,
+    ) {
+        for (index, triangle) in other.triangles_of(leaf) {
+            if done.contains(&index) {
+                continue;
+            }
+            done.push(index);
+            let triangle = triangle.map(|corner| here_from_there * corner);
+            let (Bounds { low, high }, side) = (triangle::bounds(&triangle), Vector3::repeat(nearest.best));
+            let around = Bounds { low: low - side, high: high + side };
+            self.boxes.any_near(&around, |own| {
+                let gap = triangle::squared_gap(own, &triangle);
+                if gap < nearest.best * nearest.best {
+                    nearest.best = gap.sqrt();
+                }
+                nearest.decided()
+            });
+            if nearest.decided() {
+                return;
+            }
+        }
+    }
+
+    /// The triangles that reach into a piece of the surface, with their indices.
+    pub fn triangles_of(&self, leaf: &Leaf) -> impl Iterator<Item = (u32, &Triangle)> {
+        self.tree.triangles(leaf).iter().map(|index| (*index, &self.triangles[*index as usize]))
+    }
+
     /// Exact distance to the surface [m]: the lattice's bound keeps the search short.
-    fn distance(&self, point: &Point3<f64>) -> f64 {
+    pub fn distance(&self, point: &Point3<f64>) -> f64 {
         let max = self.lattice.distance_at_most(point);
         self.boxes.squared_distance_within(point, max * max).sqrt()
     }
