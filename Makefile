@@ -232,6 +232,11 @@ bench-coverage: setup hands build $(VENV)/.complete ## grasps that lift, a core-
 	$(VENV_PYTHON) benches/coverage.py --graspmill $(PROGRAM)
 	$(VENV_PYTHON) benches/coverage.py --graspmill $(PROGRAM) --samplers annealing uniform middles air table
 
+# MotionBenchMaker's problems are not part of this repository: MOTION_PROBLEMS names the folder with their families.
+.PHONY: bench-motion
+bench-motion: setup robot-fetch $(PEERS)/.complete ## certified paths of the Fetch for MotionBenchMaker's problems, some of them checked by coal: MOTION_PROBLEMS=FOLDER
+	$(PEERS)/bin/python benches/motion.py $(MOTION_PROBLEMS) --cargo "$(CARGO)"
+
 # ACRONYM's example is not ours to pass on: GRASPMILL_SAMPLES names a folder with acronym/*.h5 and *.obj.
 .PHONY: bench-acronym
 bench-acronym: build $(VENV)/.complete ## what our grasps cover of ACRONYM's mug, and whether its labels agree with plain MuJoCo

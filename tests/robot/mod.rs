@@ -1,8 +1,10 @@
-//! Robots and hands against MuJoCo, coal, parry and plane geometry: descriptions, kinematics, collisions, closing.
+//! Robots and hands against MuJoCo, coal, parry and plane geometry: descriptions, kinematics, collisions, motions,
+//! closing.
 
 mod collision;
 mod hands;
 mod kinematics;
+mod motion;
 mod robots;
 mod sim;
 mod solids;
