@@ -124,6 +124,65 @@ fn a_map_answers() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// docs/motion.md, "Motions of an arm".
+#[test]
+fn an_arm_gets_to_a_grasp() -> Result<(), Box<dyn Error>> {
+    enter_shelf();
+    use std::{collections::BTreeMap, path::Path};
+
+    use graspmill::{
+        make::sim::RobotModel,
+        runtime::{
+            collision::{CollisionChecker, Geometry, Obstacle, Shape},
+            geom::Pose,
+            planner::motion::{
+                ArmScene, GraspPose, GraspScenes, InverseArm, MotionSettings, MotionVerdict, PathKey, plan_grasp,
+            },
+        },
+    };
+    use nalgebra::{IsometryMatrix3, Vector3};
+
+    let joints = [
+        "shoulder_pan_joint",
+        "shoulder_lift_joint",
+        "upperarm_roll_joint",
+        "elbow_flex_joint",
+        "forearm_roll_joint",
+        "wrist_flex_joint",
+        "wrist_roll_joint",
+    ];
+    let (model, fixed) = (RobotModel::open(Path::new("scenes/fetch.xml"))?, BTreeMap::new());
+    let group = model.planning_group(&joints, "wrist_roll_link", &fixed)?;
+    // Prepared once; obstacles come and go in microseconds.
+    let robot = CollisionChecker::for_obstacles(&model.bodies(&joints, &fixed)?)?;
+
+    let board = Geometry { shape: Shape::Box { half: [0.4, 0.6, 0.02] }, link_from_shape: IsometryMatrix3::identity() };
+    let table = Obstacle::new(&[board])?.at(IsometryMatrix3::translation(0.85, 0.0, 0.6));
+    let scene = ArmScene::new(&group, robot.among(&[table], |_| true));
+
+    let pose = GraspPose {
+        grasp: Pose::from_xyz_rpy([0.6, 0.1, 0.9, 0.0, 0.5, 0.2]), // of wrist_roll_link, in the world [m, rad]
+        approach: Vector3::x_axis(),                               // in its own frame
+    };
+    let scenes = GraspScenes { way: &scene, approach: &scene, lift: &scene };
+    let start = [1.32, 1.4, -0.2, 1.72, 0.0, 1.66, 0.0];
+    let report = plan_grasp(
+        &InverseArm::new(&group, 1),
+        &scenes,
+        &start,
+        &pose,
+        &PathKey::new(1, b"table"),
+        &MotionSettings::default(),
+    );
+    if let MotionVerdict::Valid(motion) = &report.verdict {
+        println!("{} configurations to the pregrasp", motion.path.waypoints.len());
+    }
+    println!("{:?} after {} checks", report.level, report.work.checks);
+
+    assert_ne!(report.verdict, MotionVerdict::NoIk, "the pose is in reach");
+    Ok(())
+}
+
 #[test]
 fn every_block_of_rust_stands_here() {
     let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");

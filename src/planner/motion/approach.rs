@@ -77,7 +77,7 @@ pub enum LineBreak {
 /// Follows one branch of a grasp's pose back to the pregrasp and up, and certifies both lines.
 ///
 /// # Errors
-/// What ends a line.
+/// Reason why a line ends early.
 pub fn follow_lines(
     arm: &InverseArm,
     scenes: &GraspScenes<'_>,

@@ -8,7 +8,7 @@ use super::{
     settings::{PathKey, PathSettings, PathWork},
 };
 
-/// How far a motion is known to work.
+/// Part of a motion that is known to work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum MotionLevel {
     /// No configuration without contact reaches the grasp, as far as known.

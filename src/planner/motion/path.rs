@@ -89,7 +89,7 @@ pub enum PathVerdict {
 ///
 /// let (start, goal) = (vec![-1.0, 0.0], vec![1.0, 0.0]);
 /// let key = PathKey::new(7, b"the post");
-/// let (verdict, work) = plan_path(&scene, &start, &[goal.clone()], &key, &PathSettings::default());
+/// let (verdict, work) = plan_path(&scene, &start, std::slice::from_ref(&goal), &key, &PathSettings::default());
 /// let PathVerdict::Found(path) = verdict else { panic!("{verdict:?}") };
 /// assert_eq!((path.waypoints.first(), path.waypoints.last()), (Some(&start), Some(&goal)));
 /// println!("{} checks, {:.1} rad", work.checks, path.length);

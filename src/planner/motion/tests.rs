@@ -129,7 +129,8 @@ fn certified_paths_are_free_at_a_milliradian_and_the_same_each_time() {
     for round in 0..20_u8 {
         let (scene, start, goal) = posts(&mut draw);
         let key = [round];
-        let plan = || plan_path(&scene, &start, &[goal.clone()], &PathKey::new(1, &key), &PathSettings::default());
+        let plan =
+            || plan_path(&scene, &start, std::slice::from_ref(&goal), &PathKey::new(1, &key), &PathSettings::default());
         let (verdict, work) = plan();
         assert_eq!(plan(), (verdict.clone(), work));
         match verdict {
