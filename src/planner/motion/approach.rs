@@ -115,7 +115,7 @@ fn follow_line(
     settings: &ApproachSettings,
     checks: &mut Checks,
 ) -> Result<Vec<Vec<f64>>, LineBreak> {
-    let steps = (whole.norm() / settings.step).ceil().max(1.0);
+    let steps = (whole.norm() / settings.step - 1e-9).ceil().max(1.0);
     let (mut line, mut branch) = (vec![grasp.q.clone()], grasp.clone());
     for step in 1..=steps as usize {
         let shift = Translation3::from(whole * (step as f64 / steps));

@@ -5,6 +5,9 @@ use nalgebra::Point3;
 use super::{lattice::Lattice, solid::Solid, triangle::Triangle};
 use kernel::geom::{OccupancyGrid, SimdLevel};
 
+/// Side of the pieces into which the surface is cut [cells].
+const PIECE: f64 = 2.0;
+
 /// Cells of a box around the occupied ones, with one free layer on each side.
 struct Cells {
     /// The grid's coordinates of the first cell; -1 where the free layer begins before the grid.
@@ -20,7 +23,7 @@ pub(super) fn solid_of_cells(grid: &OccupancyGrid, size: f64, level: SimdLevel) 
     let low = Point3::from(cells.first.map(|cell| (cell as f64 + 0.5) * size));
     let distances = cells.distances().into_iter().map(|distance| (distance * size) as f32).collect();
     let lattice = Lattice::of_distances(low, size, cells.counts, distances);
-    Some(Solid::of_parts(triangles, lattice, cells.shells(size), level))
+    Some(Solid::of_parts(triangles, lattice, cells.shells(size), PIECE * size, level))
 }
 
 /// The surface between occupied and free cells, for tests of other rooms of this one.

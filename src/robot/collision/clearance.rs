@@ -33,6 +33,11 @@ impl Nearest {
         self.best = self.best.min(distance);
     }
 
+    /// Ends the search: the distance is less than `enough`.
+    pub fn decide(&mut self) {
+        self.best = f64::NEG_INFINITY;
+    }
+
     /// Whether the distance is known to be less than `enough`.
     pub fn decided(&self) -> bool {
         self.best < self.enough
@@ -43,10 +48,10 @@ impl Nearest {
         at_least >= self.best - TOLERANCE
     }
 
-    /// Whether the distance is so large that pieces of this radius need no comparison triangle by triangle to decide it to a
-    /// tenth; then it counts as less than `enough`.
+    /// Whether the distance is so large that pieces of this radius need no comparison triangle by triangle to decide it
+    /// within a factor of two; then it counts as less than `enough`.
     pub fn coarse(&self, radius: f64) -> bool {
-        self.enough > 10.0 * radius
+        self.enough > 2.0 * radius
     }
 }
 
@@ -61,9 +66,8 @@ impl CollisionChecker {
         (nearest.best - TOLERANCE).max(0.0)
     }
 
-    /// Whether the distance between the bodies of a pair is proven to be at least `enough` [m]. `false` where it is less,
-    /// and possibly where it exceeds `enough` by less than a tenth or 2 um: a larger distance is not compared to the
-    /// last micrometre.
+    /// Whether the distance between the bodies of a pair is proven to be at least `enough` [m]. `false` where it is less, and
+    /// possibly where it is less than twice that plus 2 um: a larger distance is not compared triangle by triangle.
     ///
     /// The bodies must not touch, as in [`CollisionChecker::clearance`].
     pub fn clearance_at_least(&self, pair: usize, links: &LinkFrames, enough: f64) -> bool {
@@ -210,7 +214,7 @@ impl Reached {
         // The ball holds a point of the surface.
         nearest.found(self.distance + self.radius);
         if nearest.coarse(self.radius) {
-            nearest.found(self.distance - self.radius);
+            nearest.decide();
         }
         nearest.decided()
     }
@@ -222,7 +226,7 @@ impl Solid {
         // A triangle may reach into many pieces, and is compared once.
         let mut done = Vec::new();
         self.near_leaves(other, here_from_there, nearest, |leaf, nearest| {
-            let distance = self.distance(&(here_from_there * leaf.centre));
+            let distance = self.distance_within(&(here_from_there * leaf.centre), nearest.best + leaf.radius);
             if !(Reached { distance, radius: leaf.radius }).settles(nearest) {
                 self.approach_leaf(other, leaf, here_from_there, &mut done, nearest);
             }

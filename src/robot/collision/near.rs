@@ -48,6 +48,17 @@ pub(super) struct Found {
     pub reaching: u32,
 }
 
+/// Balls of a block by their distance from a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Gaps {
+    /// Balls that may be nearer than a bound, a bit each.
+    pub near: u32,
+    /// Balls whose farthest points are nearer than another bound for certain.
+    pub nearer: u32,
+    /// Lower bounds on the distance [steps].
+    pub apart: [f32; LANES],
+}
+
 impl Points {
     /// Points of a lattice over a box (low, high): `distances` [m] at points that are `spacing` apart [m].
     pub fn new(
@@ -87,12 +98,13 @@ impl Points {
         let held = block.held();
         Found { near: near & held, inside: inside & held, reaching: reaching & held }
     }
-}
 
-impl View {
-    /// With balls larger by this length [m].
-    pub fn widened(self, by: f64) -> Self {
-        Self { slack: self.slack + self.scale * (by * (1.0 + 1e-6)) as f32, ..self }
+    /// Which balls of a block may be nearer to the surface than `best`, and which are nearer than `enough` as a whole [m].
+    pub fn gaps(&self, level: SimdLevel, view: &View, [best, enough]: [f64; 2], block: &Block) -> Gaps {
+        let bounds = [best, enough].map(|bound| bound as f32 * view.scale);
+        let found = gaps(level, self, view, bounds, block);
+        let held = block.held();
+        Gaps { near: found.near & held, nearer: found.nearer & held, ..found }
     }
 }
 
@@ -229,6 +241,50 @@ fn balls<L: Lanes>(l: L, points: &Points, view: &View, block: &Block) -> Found {
     }
 }
 
+simd_kernel! {
+    fn gaps(points: &Points, view: &View, bounds: [f32; 2], block: &Block) -> Gaps = gaps_of;
+}
+
+/// The nearest point of the mesh's box is at a right angle or more between a point outside of it and any of the surface,
+/// which is in the box: the squares of the distances to the box and from there to the surface add up to no more than that
+/// of the whole.
+#[inline(always)]
+fn gaps_of<L: Lanes>(l: L, points: &Points, view: &View, [best, enough]: [f32; 2], block: &Block) -> Gaps {
+    let [x, y, z] = each_of!([0, 1, 2], axis => l.load(&block.centres[axis]));
+    let (zero, half) = (l.splat(0.0), l.splat(0.5));
+    // Centres of the balls in lattice steps, the nearest points of the mesh's box, and the lattice points nearest to those.
+    let point = each_of!([0, 1, 2], axis => Affine::new(l, view.rows[axis]).at(l, x, y, z));
+    let boxed = each_of!([0, 1, 2], axis => l.min(l.max(point[axis], zero), l.splat(points.sides[axis])));
+    let cell = each_of!([0, 1, 2], axis => {
+        let last = l.splat((points.counts[axis] - 1) as f32);
+        l.truncate(l.min(l.add(boxed[axis], half), last))
+    });
+    let squares = each_of!([0, 1, 2], axis => {
+        let at = l.to_float(cell[axis]);
+        let [beyond, beside, whole] =
+            [l.sub(point[axis], boxed[axis]), l.sub(boxed[axis], at), l.sub(point[axis], at)];
+        [l.mul(beyond, beyond), l.mul(beside, beside), l.mul(whole, whole)]
+    });
+    let squared = each_of!([0, 1, 2], kind => l.add(l.add(squares[0][kind], squares[1][kind]), squares[2][kind]));
+    let [_, ny, nz] = points.counts.map(|count| l.splat_i(count as i32));
+    let index = l.add_i(l.mul_i(l.add_i(l.mul_i(cell[0], ny), cell[1]), nz), cell[2]);
+    // SAFETY: every cell lies between 0 and the last one of its axis, and `distances` holds all of them.
+    let stored = l.abs(unsafe { l.gather(&points.distances, index) });
+    // Radius in steps; the slack for rounding is used on both sides, twice for the roots.
+    let slack = l.splat(2.0 * view.slack);
+    let radius = l.add(l.mul(l.load(&block.radii), l.splat(view.scale)), slack);
+    let spare = l.max(l.sub(l.sub(stored, l.sqrt(squared[1])), slack), zero);
+    let apart = l.sub(l.sqrt(l.add(squared[0], l.mul(spare, spare))), radius);
+    let within = l.add(l.add(stored, l.sqrt(squared[2])), radius);
+    let mut found = Gaps {
+        near: l.bits(l.lt(apart, l.splat(best))),
+        nearer: l.bits(l.lt(within, l.splat(enough))),
+        apart: [0.0; LANES],
+    };
+    l.store(apart, &mut found.apart);
+    found
+}
+
 #[cfg(test)]
 mod tests {
     use nalgebra::Rotation3;
@@ -299,6 +355,36 @@ mod tests {
             }
         }
         assert!(inside > 1000 && reaching > 5000 && clear > 20_000, "{inside} {reaching} {clear}");
+    }
+
+    #[test]
+    fn gaps_bound_the_distances_of_balls_at_every_level() {
+        let mut draw = Stream::of_job(3, b"", "balls");
+        let (mut far, mut nearer) = (0, 0);
+        for round in 0..2000 {
+            let points = lattice(if round % 2 == 0 { 0.01 } else { 0.04 });
+            let balls = balls(&mut draw, 0.6);
+            let block = &Block::of_balls(&balls)[0];
+            let rotation = Rotation3::from_euler_angles(draw.uniform(-3.0, 3.0), draw.uniform(-1.5, 1.5), 0.4);
+            let shift = Vector3::new(draw.uniform(-0.5, 0.8), draw.uniform(-0.2, 0.4), draw.uniform(-0.2, 0.6));
+            let view = points.view(&IsometryMatrix3::from_parts(shift.into(), rotation), &(Point3::origin(), 1.2));
+            let (best, enough) = (draw.uniform(0.0, 0.5), draw.uniform(0.0, 0.5));
+            let found = points.gaps(SimdLevel::Scalar, &view, [best, enough], block);
+            for level in SimdLevel::available() {
+                assert_eq!(points.gaps(level, &view, [best, enough], block), found, "{level}");
+            }
+            for (lane, (centre, radius)) in balls.iter().enumerate() {
+                let distance = signed(&(rotation * centre + shift)).abs();
+                let apart = distance - radius;
+                assert!(f64::from(found.apart[lane]) / f64::from(view.scale) <= apart);
+                let has = |bits: u32| bits >> lane & 1 == 1;
+                assert!(has(found.near) || apart >= best);
+                assert!(!has(found.nearer) || distance + radius < enough);
+                far += u32::from(!has(found.near));
+                nearer += u32::from(has(found.nearer));
+            }
+        }
+        assert!(far > 5000 && nearer > 1000, "{far} {nearer}");
     }
 
     #[test]

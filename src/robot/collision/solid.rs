@@ -11,7 +11,7 @@ use super::{
     lattice::Lattice,
     near::{Points, View, lanes},
     parts::Bounds,
-    surface_tree::{Below, Block, Leaf, MAX_OPEN, SurfaceTree},
+    surface_tree::{Below, Block, LANES, Leaf, MAX_OPEN, SurfaceTree},
     triangle::{self, Triangle},
 };
 use kernel::geom::{NoSurface, SimdLevel};
@@ -90,23 +90,31 @@ impl Solid {
         let boxes = BoxTree::new(&triangles, level);
         let lattice = Lattice::new(&triangles, &boxes);
         let shells = shells(&triangles);
-        Ok(Self::with_boxes(triangles, boxes, lattice, shells, level))
+        let tree = SurfaceTree::new(&triangles);
+        Ok(Self::with_trees(triangles, (boxes, tree), lattice, shells, level))
     }
 
-    /// From triangles, the distances to them, and a corner of each part that hangs together.
-    pub fn of_parts(triangles: Vec<Triangle>, lattice: Lattice, shells: Vec<Point3<f64>>, level: SimdLevel) -> Self {
-        let boxes = BoxTree::new(&triangles, level);
-        Self::with_boxes(triangles, boxes, lattice, shells, level)
-    }
-
-    fn with_boxes(
+    /// From triangles, the distances to them, a corner of each part that hangs together, and the side of the pieces into which
+    /// the surface is cut [m].
+    pub fn of_parts(
         triangles: Vec<Triangle>,
-        boxes: BoxTree,
+        lattice: Lattice,
+        shells: Vec<Point3<f64>>,
+        piece: f64,
+        level: SimdLevel,
+    ) -> Self {
+        let (boxes, tree) = (BoxTree::new(&triangles, level), SurfaceTree::with_pieces(&triangles, piece));
+        Self::with_trees(triangles, (boxes, tree), lattice, shells, level)
+    }
+
+    fn with_trees(
+        triangles: Vec<Triangle>,
+        (boxes, tree): (BoxTree, SurfaceTree),
         lattice: Lattice,
         shells: Vec<Point3<f64>>,
         level: SimdLevel,
     ) -> Self {
-        let (tree, inner) = (SurfaceTree::new(&triangles), inner_balls(&lattice));
+        let inner = inner_balls(&lattice);
         let points = [lattice.points(COARSE), lattice.points(1)];
         let inner_blocks = Block::of_balls(&inner);
         Self { triangles, lattice, points, tree, boxes, inner, inner_blocks, shells, level }
@@ -243,13 +251,24 @@ impl Solid {
         let mut open = Open::new(&other.tree);
         while let Some(index) = open.pop() {
             let block = &other.tree.blocks[index as usize];
-            let [few, all] = views.map(|view| view.widened(nearest.best));
-            let mut near = self.points[0].test_block(self.level, &few, block).near;
-            if near != 0 {
-                near = self.points[1].test_block(self.level, &all, block).near;
+            let bounds = [nearest.best, nearest.enough];
+            let mut found = self.points[0].gaps(self.level, &views[0], bounds, block);
+            if found.near != 0 {
+                found = self.points[1].gaps(self.level, &views[1], bounds, block);
             }
-            for lane in lanes(near) {
-                match block.below[lane] {
+            if found.nearer != 0 {
+                nearest.decide();
+                return;
+            }
+            // The nearest ball comes last, so that it is visited next.
+            let (mut order, mut count) = ([0; LANES], 0);
+            for lane in lanes(found.near) {
+                order[count] = lane;
+                count += 1;
+            }
+            order[..count].sort_unstable_by(|a, b| found.apart[*b].total_cmp(&found.apart[*a]));
+            for lane in &order[..count] {
+                match block.below[*lane] {
                     Below::Block(below) => open.push(below),
                     Below::Leaf(leaf) => visit(&other.tree.leaves[leaf as usize], nearest),
                 }
@@ -321,8 +340,14 @@ impl Solid {
         self.tree.triangles(leaf).iter().map(|index| (*index, &self.triangles[*index as usize]))
     }
 
+    /// Exact distance to the surface where it is less than `limit`, else `limit` [m].
+    pub fn distance_within(&self, point: &Point3<f64>, limit: f64) -> f64 {
+        let max = self.lattice.distance_at_most(point).min(limit);
+        self.boxes.squared_distance_within(point, max * max).sqrt()
+    }
+
     /// Exact distance to the surface [m]: the lattice's bound keeps the search short.
-    pub fn distance(&self, point: &Point3<f64>) -> f64 {
+    fn distance(&self, point: &Point3<f64>) -> f64 {
         let max = self.lattice.distance_at_most(point);
         self.boxes.squared_distance_within(point, max * max).sqrt()
     }

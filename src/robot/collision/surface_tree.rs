@@ -74,7 +74,14 @@ impl SurfaceTree {
     pub fn new(triangles: &[Triangle]) -> Self {
         let bounds = bounds_of(triangles);
         let longest = (bounds.high - bounds.low).amax();
-        let leaf = (longest * LEAF_SHARE).clamp(LEAF_SIDES[0], LEAF_SIDES[1]).max(longest * DEEPEST);
+        Self::with_pieces(triangles, (longest * LEAF_SHARE).clamp(LEAF_SIDES[0], LEAF_SIDES[1]))
+    }
+
+    /// With pieces of this side [m], unless that is too small a share of the mesh's longest side.
+    pub fn with_pieces(triangles: &[Triangle], piece: f64) -> Self {
+        let bounds = bounds_of(triangles);
+        let longest = (bounds.high - bounds.low).amax();
+        let leaf = piece.max(longest * DEEPEST);
         let (centre, radius) = bounds.ball();
         let cube = Cube { centre, half: 0.5 * longest + 1e-6 };
         let all: Vec<u32> = (0..triangles.len() as u32).collect();

@@ -97,7 +97,7 @@ pub(super) fn touch(first: &Triangle, second: &Triangle) -> bool {
 /// Triangles that are apart are nearest at two edges, or at a corner of one (E. Larsen, S. Gottschalk, M. Lin,
 /// D. Manocha, "Fast proximity queries with swept sphere volumes", 1999).
 pub(super) fn squared_gap(first: &Triangle, second: &Triangle) -> f64 {
-    if touch(first, second) {
+    if bounds(first).meets(&bounds(second)) && touch(first, second) {
         return 0.0;
     }
     let edges = |[a, b, c]: &Triangle| [[*a, *b], [*b, *c], [*c, *a]];
