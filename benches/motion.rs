@@ -9,7 +9,6 @@ use std::{collections::BTreeMap, env, fs, time::Instant};
 
 use graspmill::{
     collision::{CollisionChecker, Geometry, Obstacle, PlacedObstacle, Shape},
-    kinematics::PlanningGroup,
     runtime::planner::motion::{ArmScene, PathKey, PathSettings, PathVerdict, plan_path},
 };
 use nalgebra::{IsometryMatrix3, Matrix3, Rotation3, Vector3};
@@ -38,11 +37,11 @@ fn obstacle(value: &Value) -> PlacedObstacle {
     Obstacle::new(&[geometry]).expect("a shape").at(pose)
 }
 
-fn solve(group: &PlanningGroup, robot: &CollisionChecker, problem: &Value) -> Value {
+fn solve(robot: &ArmScene, problem: &Value) -> Value {
     let began = Instant::now();
     let obstacles = problem["obstacles"].as_array().expect("obstacles");
     let obstacles: Vec<PlacedObstacle> = obstacles.iter().map(obstacle).collect();
-    let scene = ArmScene::new(group, robot.among(&obstacles, |_| true));
+    let scene = robot.among(&obstacles, |_| true);
     let built = began.elapsed();
     let (family, name) = (&problem["family"], &problem["name"]);
     let subject = format!("{family} {name}");
@@ -89,10 +88,9 @@ fn main() {
     let (model, fixed) = (open_robot(FETCH_MESHES), BTreeMap::from(fixed));
     let group = model.planning_group(&joints, FETCH_SITE, &fixed).expect("the arm with the torso");
     let bodies = model.bodies(&joints, &fixed).expect("bodies");
-    let robot = CollisionChecker::for_obstacles(&bodies).expect("shapes");
+    let robot = ArmScene::new(&group, CollisionChecker::for_obstacles(&bodies).expect("shapes"));
     let problems: Value = serde_json::from_slice(&fs::read(problems).expect("problems")).expect("JSON");
-    let rows: Vec<Value> =
-        problems.as_array().expect("a list").iter().map(|problem| solve(&group, &robot, problem)).collect();
+    let rows: Vec<Value> = problems.as_array().expect("a list").iter().map(|problem| solve(&robot, problem)).collect();
     let pairs: Vec<_> = bodies.pairs.iter().map(|pair| pair.map(|body| &bodies.bodies[body].name)).collect();
     let moving = bodies.bodies.iter().filter(|body| body.link > 0).map(|body| &body.name);
     let answer = json!({ "joints": joints, "pairs": pairs, "moving": moving.collect::<Vec<_>>(), "rows": rows });

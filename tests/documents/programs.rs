@@ -154,11 +154,11 @@ fn an_arm_gets_to_a_grasp() -> Result<(), Box<dyn Error>> {
     let (model, fixed) = (RobotModel::open(Path::new("scenes/fetch.xml"))?, BTreeMap::new());
     let group = model.planning_group(&joints, "wrist_roll_link", &fixed)?;
     // Prepared once; obstacles come and go in microseconds.
-    let robot = CollisionChecker::for_obstacles(&model.bodies(&joints, &fixed)?)?;
+    let robot = ArmScene::new(&group, CollisionChecker::for_obstacles(&model.bodies(&joints, &fixed)?)?);
 
     let board = Geometry { shape: Shape::Box { half: [0.4, 0.6, 0.02] }, link_from_shape: IsometryMatrix3::identity() };
     let table = Obstacle::new(&[board])?.at(IsometryMatrix3::translation(0.85, 0.0, 0.6));
-    let scene = ArmScene::new(&group, robot.among(&[table], |_| true));
+    let scene = robot.among(&[table], |_| true);
 
     let pose = GraspPose {
         grasp: Pose::from_xyz_rpy([0.6, 0.1, 0.9, 0.0, 0.5, 0.2]), // of wrist_roll_link, in the world [m, rad]

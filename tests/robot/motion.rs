@@ -21,7 +21,7 @@ const TUCKED: [f64; 7] = [1.32, 1.4, -0.2, 1.72, 0.0, 1.66, 0.0];
 struct Fetch {
     group: graspmill::kinematics::PlanningGroup,
     bodies: graspmill::collision::Bodies,
-    checker: CollisionChecker,
+    robot: ArmScene,
 }
 
 impl Fetch {
@@ -29,12 +29,12 @@ impl Fetch {
         let (model, none) = (open_robot(FETCH), BTreeMap::new());
         let group = model.planning_group(&FETCH_ARM, FETCH_SITE, &none).expect("the arm");
         let bodies = model.bodies(&FETCH_ARM, &none).expect("bodies");
-        let checker = CollisionChecker::for_obstacles(&bodies).expect("shapes");
-        Self { group, bodies, checker }
+        let robot = ArmScene::new(&group, CollisionChecker::for_obstacles(&bodies).expect("shapes"));
+        Self { group, bodies, robot }
     }
 
     fn among(&self, obstacles: &[PlacedObstacle]) -> ArmScene {
-        ArmScene::new(&self.group, self.checker.among(obstacles, |_| true))
+        self.robot.among(obstacles, |_| true)
     }
 }
 

@@ -82,10 +82,10 @@ pub enum PathVerdict {
 /// };
 /// let bodies = Bodies { bodies: vec![rod(1), rod(2)], pairs: Vec::new() };
 /// // Prepared once; obstacles come and go.
-/// let robot = CollisionChecker::for_obstacles(&bodies)?;
+/// let robot = ArmScene::new(&group, CollisionChecker::for_obstacles(&bodies)?);
 /// let post = Geometry { shape: Shape::Cylinder { radius: 0.1, half: 1.0 }, link_from_shape: IsometryMatrix3::identity() };
 /// let post = Obstacle::new(&[post])?.at(IsometryMatrix3::translation(0.7, 0.0, 0.0));
-/// let scene = ArmScene::new(&group, robot.among(&[post], |_| true));
+/// let scene = robot.among(&[post], |_| true);
 ///
 /// let (start, goal) = (vec![-1.0, 0.0], vec![1.0, 0.0]);
 /// let key = PathKey::new(7, b"the post");

@@ -1,10 +1,10 @@
 //! An arm among obstacles: checks of configurations and edges, and how far bodies move along an edge.
 
-use nalgebra::{IsometryMatrix3, Vector3};
+use nalgebra::IsometryMatrix3;
 
 use super::space::JointSpace;
 use robot::{
-    collision::{CollisionChecker, CollisionVerdict},
+    collision::{CollisionChecker, CollisionVerdict, PlacedObstacle},
     kinematics::{Joint, JointKind, MAX_JOINTS, PlanningGroup},
 };
 
@@ -13,6 +13,7 @@ pub struct ArmScene {
     group: PlanningGroup,
     checker: CollisionChecker,
     space: JointSpace,
+    extents: Vec<Extent>,
     /// Bound on the motion of a pair's bodies relative to each other per unit of each joint [m/rad or 1].
     sweeps: Vec<[f64; MAX_JOINTS]>,
 }
@@ -33,20 +34,32 @@ pub struct Checks {
 }
 
 impl ArmScene {
-    /// An arm with a checker of its bodies and their obstacles (see [`CollisionChecker::among`]).
+    /// An arm with a checker of its bodies (see [`CollisionChecker::for_obstacles`]), and of obstacles it already has.
     ///
     /// # Panics
     /// When the group has more than [`MAX_JOINTS`] joints.
     pub fn new(group: &PlanningGroup, checker: CollisionChecker) -> Self {
         assert!(group.len() <= MAX_JOINTS, "{} joints", group.len());
-        let extents: Vec<Extent> = checker
-            .links()
-            .enumerate()
-            .map(|(body, link)| Extent::new(group, link, checker.corners(body).map(|corner| corner.coords)))
-            .collect();
+        let bodies = checker.links().enumerate();
+        let extents = bodies.map(|(body, link)| Extent::new(group, &checker, body, link)).collect();
+        Self::of_parts(group, checker, extents)
+    }
+
+    /// The same arm among further obstacles, in microseconds: the robot's shapes are shared. Arguments are those of
+    /// [`CollisionChecker::among`].
+    #[must_use]
+    pub fn among(&self, obstacles: &[PlacedObstacle], meets: impl Fn([usize; 2]) -> bool) -> Self {
+        let checker = self.checker.among(obstacles, meets);
+        let mut extents = self.extents.clone();
+        let added = checker.links().enumerate().skip(extents.len());
+        extents.extend(added.map(|(body, link)| Extent::new(&self.group, &checker, body, link)));
+        Self::of_parts(&self.group, checker, extents)
+    }
+
+    fn of_parts(group: &PlanningGroup, checker: CollisionChecker, extents: Vec<Extent>) -> Self {
         let pairs = checker.pairs().count();
         let sweeps = (0..pairs).map(|pair| sweep(group, checker.bodies_of(pair).map(|body| &extents[body])));
-        Self { sweeps: sweeps.collect(), space: JointSpace::new(group), group: group.clone(), checker }
+        Self { sweeps: sweeps.collect(), space: JointSpace::new(group), group: group.clone(), checker, extents }
     }
 
     /// The arm.
@@ -127,6 +140,7 @@ impl ArmScene {
 }
 
 /// Reach of a body from the joints that move it.
+#[derive(Clone, Copy)]
 struct Extent {
     link: usize,
     /// Farthest point from the origin of the link's frame, and from its joint's axis [m].
@@ -135,13 +149,14 @@ struct Extent {
 }
 
 impl Extent {
-    fn new(group: &PlanningGroup, link: usize, corners: impl Iterator<Item = Vector3<f64>>) -> Self {
-        let axis = link.checked_sub(1).map(|joint| group.joints()[joint].axis.into_inner());
+    fn new(group: &PlanningGroup, checker: &CollisionChecker, body: usize, link: usize) -> Self {
         let mut extent = Self { link, far: 0.0, beside_axis: 0.0 };
-        for corner in corners {
+        // No joint moves what is fixed in the world.
+        let Some(joint) = link.checked_sub(1) else { return extent };
+        let axis = group.joints()[joint].axis.into_inner();
+        for corner in checker.corners(body).map(|corner| corner.coords) {
             extent.far = extent.far.max(corner.norm());
-            let beside = axis.map_or(0.0, |axis| (corner - axis * axis.dot(&corner)).norm());
-            extent.beside_axis = extent.beside_axis.max(beside);
+            extent.beside_axis = extent.beside_axis.max((corner - axis * axis.dot(&corner)).norm());
         }
         extent
     }

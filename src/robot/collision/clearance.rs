@@ -10,50 +10,12 @@ use nalgebra::{IsometryMatrix3, Point3, Vector3};
 use super::{
     checker::{CheckedBody, CollisionChecker, LinkFrames, box_triangles},
     curved::{Curved, Form},
+    nearest::{Nearest, Reached, TOLERANCE},
     solid::Solid,
 };
 
-/// Error of a distance [m].
-const TOLERANCE: f64 = 1e-6;
-
 /// Sides of the prism around a cylinder whose distance from another cylinder is bounded: it is 0.12 % wider.
 const PRISM: usize = 64;
-
-/// Where the search is.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Nearest {
-    /// Distance found so far, or the bound up to which it matters [m].
-    pub best: f64,
-    /// A distance below this ends the search [m].
-    pub enough: f64,
-}
-
-impl Nearest {
-    fn found(&mut self, distance: f64) {
-        self.best = self.best.min(distance);
-    }
-
-    /// Ends the search: the distance is less than `enough`.
-    pub fn decide(&mut self) {
-        self.best = f64::NEG_INFINITY;
-    }
-
-    /// Whether the distance is known to be less than `enough`.
-    pub fn decided(&self) -> bool {
-        self.best < self.enough
-    }
-
-    /// Whether something at this distance or farther changes nothing.
-    pub fn beyond(&self, at_least: f64) -> bool {
-        at_least >= self.best - TOLERANCE
-    }
-
-    /// Whether the distance is so large that pieces of this radius need no comparison triangle by triangle to decide it
-    /// within a factor of two; then it counts as less than `enough`.
-    pub fn coarse(&self, radius: f64) -> bool {
-        self.enough > 2.0 * radius
-    }
-}
 
 impl CollisionChecker {
     /// Lower bound on the distance between the bodies of a pair [m], no more than 2 um below it; `most` where the distance
@@ -67,7 +29,7 @@ impl CollisionChecker {
     }
 
     /// Whether the distance between the bodies of a pair is proven to be at least `enough` [m]. `false` where it is less, and
-    /// possibly where it is less than twice that plus 2 um: a larger distance is not compared triangle by triangle.
+    /// possibly where it is less than three times that plus 2 um: a larger distance is not compared triangle by triangle.
     ///
     /// The bodies must not touch, as in [`CollisionChecker::clearance`].
     pub fn clearance_at_least(&self, pair: usize, links: &LinkFrames, enough: f64) -> bool {
@@ -196,36 +158,15 @@ fn prism(radius: f64, half: f64) -> impl Iterator<Item = [Point3<f64>; 3]> {
     })
 }
 
-/// A body's part that a search reaches: a ball of its surface.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Reached {
-    /// Distance of the ball's centre from the other body [m].
-    pub distance: f64,
-    /// Radius of the ball [m].
-    pub radius: f64,
-}
-
-impl Reached {
-    /// Whether the ball decides alone: it is too far, or the search ends with it.
-    pub fn settles(&self, nearest: &mut Nearest) -> bool {
-        if nearest.beyond(self.distance - self.radius) {
-            return true;
-        }
-        // The ball holds a point of the surface.
-        nearest.found(self.distance + self.radius);
-        if nearest.coarse(self.radius) {
-            nearest.decide();
-        }
-        nearest.decided()
-    }
-}
-
 impl Solid {
     /// Lowers `nearest` to the distance of another body, whose frame is expressed in this one's.
     pub fn approach(&self, other: &Self, here_from_there: &IsometryMatrix3<f64>, nearest: &mut Nearest) {
         // A triangle may reach into many pieces, and is compared once.
         let mut done = Vec::new();
         self.near_leaves(other, here_from_there, nearest, |leaf, nearest| {
+            if nearest.coarse(leaf.radius) {
+                return nearest.decide();
+            }
             let distance = self.distance_within(&(here_from_there * leaf.centre), nearest.best + leaf.radius);
             if !(Reached { distance, radius: leaf.radius }).settles(nearest) {
                 self.approach_leaf(other, leaf, here_from_there, &mut done, nearest);
@@ -241,6 +182,9 @@ impl Solid {
         let there_from_here = here_from_there.inverse();
         let mut done = Vec::new();
         self.leaves_near_curved(other, here_from_there, nearest, |leaf, nearest| {
+            if nearest.coarse(leaf.radius) {
+                return nearest.decide();
+            }
             let distance = other.signed(&(there_from_here * leaf.centre));
             if (Reached { distance, radius: leaf.radius }).settles(nearest) {
                 return;

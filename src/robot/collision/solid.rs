@@ -6,10 +6,10 @@ use nalgebra::{IsometryMatrix3, Point3, Vector3};
 
 use super::{
     boxes::BoxTree,
-    clearance::Nearest,
     curved::{Curved, FINE_STEPS, STEPS, deepest},
     lattice::Lattice,
     near::{Points, View, lanes},
+    nearest::Nearest,
     parts::Bounds,
     surface_tree::{Below, Block, LANES, Leaf, MAX_OPEN, SurfaceTree},
     triangle::{self, Triangle},

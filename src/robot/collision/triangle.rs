@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{curved::nearest_points, parts::Bounds};
+use super::{parts::Bounds, segment::nearest_points};
 
 /// Three corners [m].
 pub(super) type Triangle = [Point3<f64>; 3];
