@@ -79,7 +79,6 @@ fn solve(robot: &ArmScene, problem: &Value) -> Value {
 fn main() {
     let arguments: Vec<String> = env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
     let [problems, paths] = &arguments[..] else {
-        println!("motion: no problems; run benches/motion.py");
         return;
     };
     let mut joints = vec!["torso_lift_joint"];

@@ -56,7 +56,7 @@ pub enum PathVerdict {
 /// use graspmill_planner::motion::{ArmScene, PathKey, PathSettings, PathVerdict, plan_path};
 /// use robot::{
 ///     collision::{Bodies, Body, CollisionChecker, Geometry, Obstacle, Shape},
-///     kinematics::{Joint, JointKind, PlanningGroup, PlanningGroupParts},
+///     kinematics::{Joint, JointKind, JointLimits, PlanningGroup, PlanningGroupParts},
 /// };
 /// use nalgebra::{IsometryMatrix3, Vector3};
 ///
@@ -66,7 +66,7 @@ pub enum PathVerdict {
 ///     kind: JointKind::Revolute,
 ///     origin: IsometryMatrix3::translation(x, 0.0, 0.0),
 ///     axis: Vector3::z_axis(),
-///     limits: None,
+///     limits: Some(JointLimits { low: -2.5, high: 2.5 }),
 /// };
 /// let group = PlanningGroup::new(PlanningGroupParts {
 ///     joints: vec![joint("shoulder", 0.0), joint("elbow", 0.5)],
