@@ -45,7 +45,7 @@ impl ArmScene {
         Self::of_parts(group, checker, extents)
     }
 
-    /// The same arm among further obstacles, in microseconds: the robot's shapes are shared. Arguments are those of
+    /// Adds obstacles to a copy of the scene, in microseconds: the robot's shapes are shared. Arguments are those of
     /// [`CollisionChecker::among`].
     #[must_use]
     pub fn among(&self, obstacles: &[PlacedObstacle], meets: impl Fn([usize; 2]) -> bool) -> Self {
