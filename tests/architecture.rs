@@ -297,6 +297,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("cli/true_meshes", &["exit", "stored_samples"]),
     ("cli/completion_method", &["completion_args", "exit", "model", "stored_samples"]),
     ("cli/meshes", &["args", "exit", "printer", "segment"]),
+    ("cli/init", &["args", "exit", "jobs", "local_path", "meshes", "printer"]),
     ("cli/run", &["args", "exit", "jobs", "local_path", "machine", "printer", "progress"]),
     ("cli/task", &["args", "exit", "jobs", "local_path", "machine", "printer", "progress"]),
     ("cli/verify", &["args", "exit", "jobs", "machine", "printer"]),
@@ -389,6 +390,7 @@ const NAMES_A_PRODUCT: &[(&str, &str)] = &[
     ("src/factory/plan/split.rs", "views of one object as a kind of leak, and their random stream"),
     ("src/publish/notes.rs", "views of one object as a kind of leak"),
     ("src/factory/job/spec/set.rs", "examples of names in a set"),
+    ("src/cli/init.rs", "jobs for a new user, a text for each of three products"),
 ];
 
 /// Longest file, without its tests, that needs no reason.

@@ -123,7 +123,7 @@ pub struct InitArgs {
     #[arg(long, value_enum, default_value_t = InitProduct::Completion)]
     pub product: InitProduct,
     /// Hand of a job of grasps: an MJCF file with its table beside it.
-    #[arg(long, value_name = "HAND", required_if_eq("product", "grasps"))]
+    #[arg(long, value_name = "HAND")]
     pub hand: Option<PathBuf>,
     /// Length unit of the files: m, dm, cm, mm, in, ft, or the length of one unit in metres; by default the likeliest of m, mm, cm and
     /// in.

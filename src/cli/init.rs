@@ -3,7 +3,6 @@
 use std::{
     collections::BTreeMap,
     fmt::Write as _,
-    io::{self, Write as _},
     path::{Component, Path, PathBuf},
 };
 
@@ -18,7 +17,7 @@ use super::{
 use assets::{MeshCheckReport, ScaleRule, SizeRule, check_report};
 use factory::job::JobText;
 use kernel::{
-    files::Folder,
+    files,
     words::{Show, counted},
 };
 
@@ -47,6 +46,10 @@ struct Size {
 /// Writes a job for the meshes of a folder, once they have been checked and the job reads without a mistake.
 pub fn init(arguments: &InitArgs, printer: &Printer) -> Result<Exit, Failure> {
     let InitArgs { meshes, out, .. } = arguments;
+    if files::is_present(out) {
+        let message = format!("{} exists; give another --out, or remove it", out.shown());
+        return Err(Failure::message(Exit::BadSpec, message));
+    }
     let size = size_of(arguments)?;
     let usable = size.report.counts.total - size.report.counts.refused;
     if usable == 0 {
@@ -58,11 +61,8 @@ pub fn init(arguments: &InitArgs, printer: &Printer) -> Result<Exit, Failure> {
     let text = job(arguments, &folder, &size.line, usable)?;
     let job = JobText { label: out.shown().to_string(), folder, text, overrides: Vec::new() };
     jobs::read(&job, &BTreeMap::new())?;
-    let created = Folder::at(&job.folder).create_new(target.file_name().unwrap_or_default());
-    created.and_then(|mut file| file.write_all(job.text.as_bytes())).map_err(|error| {
-        let remedy =
-            if error.kind() == io::ErrorKind::AlreadyExists { "; give another --out, or remove it" } else { "" };
-        let what = format!("cannot write {}{remedy}", out.shown());
+    files::replace(out, job.text.as_bytes()).map_err(|error| {
+        let what = format!("cannot write {}", out.shown());
         Failure::new(Exit::BadSpec, anyhow::Error::new(error).context(what))
     })?;
     let (shown, refused) = (in_shell(out), size.report.counts.refused);
@@ -141,7 +141,10 @@ fn job(arguments: &InitArgs, folder: &Path, size: &str, usable: u32) -> Result<S
     let own = match product {
         InitProduct::Completion => COMPLETION.to_owned(),
         InitProduct::Grasps => {
-            let hand = hand.as_deref().expect("clap requires it");
+            let hand = hand.as_deref().ok_or_else(|| {
+                let message = "a job of grasps needs a hand: give --hand HAND, an MJCF file with its table beside it (docs/hands.md)";
+                Failure::message(Exit::BadSpec, message)
+            })?;
             GRASPS.replace("HAND", &quoted(&path_from(folder, hand)?))
         }
         // No object is twice in a scene.
