@@ -14,7 +14,7 @@ use kernel::geom::Intrinsics;
 pub struct HeatmapSettings {
     /// Energy per bin of distance from the nearest canonical type.
     pub mu: f64,
-    /// Largest distance from it [bins] at which heatmaps count.
+    /// Largest distance from it in bins at which heatmaps count.
     pub alpha: f64,
     /// Factor of the values of heatmaps.
     pub scale: f64,
@@ -69,7 +69,7 @@ pub struct HeatmapValue {
     pub energy: f64,
     /// The nearest canonical type, the first of equals; `None` of a shape that is not finite.
     pub nearest: Option<usize>,
-    /// Distance from it [bins].
+    /// Distance from it in bins.
     pub distance: f64,
     /// Points whose pixel has no value, in the border, out of the image or behind the camera: each counts 0.
     pub without_value: u32,
