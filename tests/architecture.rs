@@ -730,7 +730,7 @@ const FOLLOW_LINKS: &[(&str, &[&str])] = &[
             "src/cli/query.rs",
         ],
     ),
-    ("files::replace(", &["src/publish/report.rs", "src/publish/evaluation/"]),
+    ("files::replace(", &["src/cli/init.rs", "src/publish/report.rs", "src/publish/evaluation/"]),
     ("files::open_log(", &["src/cli/log.rs"]),
     ("files::list(", &["src/assets/folder.rs", "src/cli/doctor.rs"]),
     (
