@@ -11,7 +11,7 @@ use super::{
     exit::{Exit, Failure},
     jobs,
     local_path::{absolute, in_shell},
-    meshes::metres_per_unit,
+    meshes::{longest_side, metres_per_unit},
     printer::Printer,
 };
 use assets::{MeshCheckReport, ScaleRule, SizeRule, check_report};
@@ -80,11 +80,7 @@ fn size_of(arguments: &InitArgs) -> Result<Size, Failure> {
     let InitArgs { meshes, unit, size, .. } = arguments;
     let check = |scale| check_report(std::slice::from_ref(meshes), scale, SizeRule::default());
     if let Some(size) = size {
-        if !(*size > 0.0 && size.is_finite()) {
-            let message = format!("--size {size}: give the longest side in metres, above 0");
-            return Err(Failure::message(Exit::BadSpec, message));
-        }
-        return Ok(Size { line: format!("size = {size:?}"), report: check(ScaleRule::LongestSide(*size)) });
+        return Ok(Size { line: format!("size = {size:?}"), report: check(longest_side(*size)?) });
     }
     let given = unit.as_deref().map(|unit| vec![unit]);
     let mut found: Option<(u32, f64, Size)> = None;

@@ -45,13 +45,18 @@ pub fn split(arguments: &MeshesSplitArgs, printer: &Printer) -> Result<Exit, Fai
 /// Scale of a mesh from the arguments.
 fn scale(arguments: &MeshScaleArgs) -> Result<ScaleRule, Failure> {
     match arguments.size {
-        Some(size) if size > 0.0 && size.is_finite() => Ok(ScaleRule::LongestSide(size)),
-        Some(size) => {
-            let message = format!("--size {size}: give the longest side in metres, above 0");
-            Err(Failure::message(Exit::BadSpec, message))
-        }
+        Some(size) => longest_side(size),
         None => Ok(ScaleRule::MetresPerUnit(metres_per_unit(&arguments.unit)?)),
     }
+}
+
+/// Scale by a longest side [m].
+pub fn longest_side(size: f64) -> Result<ScaleRule, Failure> {
+    if size > 0.0 && size.is_finite() {
+        return Ok(ScaleRule::LongestSide(size));
+    }
+    let message = format!("--size {size}: give the longest side in metres, above 0");
+    Err(Failure::message(Exit::BadSpec, message))
 }
 
 /// Length of a unit in metres, from its name or a number.

@@ -371,7 +371,7 @@ fn a_key_by_another_word_is_named() {
     assert!(said("[camera]\nfovy = 0.8\n").contains("camera.horizontal_fov"));
 }
 
-/// Meshes of 120 mm in millimetres: the unit is found, and the job runs as its comment says.
+/// Meshes of 120 mm in millimetres: `init` finds the unit and writes a job that runs.
 #[test]
 fn a_job_for_a_folder_of_meshes_is_written_and_runs() {
     let workspace = Workspace::new();

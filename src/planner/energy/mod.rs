@@ -19,6 +19,7 @@ pub use contact::{Alignment, ContactEnergy, ContactForm, HandContact, Visibility
 pub use heatmap::{HeatmapEnergy, HeatmapSettings, HeatmapValue, combined_energy};
 pub use maps::{Heatmaps, InvalidHeatmaps};
 pub use probability::{HeldModel, ReachModel};
+pub(crate) use reachability::POTENTIAL_SCALE;
 pub use reachability::{EnergyForm, grasp_energy};
 pub use shape::HandShape;
 

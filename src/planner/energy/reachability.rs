@@ -4,8 +4,8 @@
 const WITHIN: f64 = 0.1;
 const OUTSIDE: f64 = 10.0;
 
-/// Factor of the potential in [`EnergyForm::Standard`], as in `robot::grasp`.
-const POTENTIAL_SCALE: f64 = 100.0;
+/// Factor of the potential in [`EnergyForm::Standard`] and in the searches of a plan, as in `robot::grasp`.
+pub(crate) const POTENTIAL_SCALE: f64 = 100.0;
 
 /// Depth inside the reachable set [cells] from which more of it is worth nothing: all poses there were reachable.
 const DEEP_ENOUGH: f64 = 0.5;

@@ -8,6 +8,7 @@ use super::{
     scene::{ArmScene, Checks, Touch},
 };
 use kernel::geom::{EndEffector, Pose, World};
+use robot::grasp::STAND_OFF;
 
 /// Settings of approach and lift.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +29,7 @@ pub struct ApproachSettings {
 
 impl Default for ApproachSettings {
     fn default() -> Self {
-        Self { back: 0.1, lift: 0.1, step: 0.002, joint_step: 0.1, manipulability: 1e-4, branches: 64 }
+        Self { back: STAND_OFF, lift: 0.1, step: 0.002, joint_step: 0.1, manipulability: 1e-4, branches: 64 }
     }
 }
 

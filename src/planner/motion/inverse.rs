@@ -1,10 +1,11 @@
 //! Inverse kinematics of an arm for a whole motion: all branches of a pose, and one branch followed along a line.
 
-use std::f64::consts::TAU;
-
-use kernel::geom::{EndEffector, Pose, World};
-use kernel::seed::Stream;
-use robot::kinematics::{BRANCHES, ClosedForm, JointKind, PlanningGroup, SelfMotion, SolverSettings, descend};
+use super::space::JointSpace;
+use kernel::{
+    geom::{EndEffector, Pose, World},
+    seed::Stream,
+};
+use robot::kinematics::{BRANCHES, ClosedForm, PlanningGroup, SelfMotion, SolverSettings, descend};
 
 /// Distance of the values of the first joint that are tried within an interval of it [rad].
 const FIRST_STEP: f64 = 0.1;
@@ -19,6 +20,7 @@ const SAME: f64 = 1e-3;
 /// with a spherical elbow, too; else by descents from random starts, which may miss solutions.
 pub struct InverseArm {
     group: PlanningGroup,
+    space: JointSpace,
     closed: Option<ClosedForm>,
     /// Starts of descents where there is no closed form.
     starts: Vec<Vec<f64>>,
@@ -38,10 +40,10 @@ impl InverseArm {
     pub fn new(group: &PlanningGroup, seed: u64) -> Self {
         let closed = ClosedForm::recognise(group).ok();
         let mut stream = Stream::of_job(seed, b"", "inverse kinematics of a motion");
-        let space = super::space::JointSpace::new(group);
+        let space = JointSpace::new(group);
         let count = if closed.is_some() { 0 } else { STARTS };
         let starts = (0..count).map(|_| space.draw(&mut stream)).collect();
-        Self { group: group.clone(), closed, starts }
+        Self { group: group.clone(), space, closed, starts }
     }
 
     /// The arm.
@@ -72,7 +74,7 @@ impl InverseArm {
         for start in &self.starts {
             let end = descend(&self.group, target, start, &SolverSettings::default());
             let q = &end.q[..self.group.len()];
-            let known = |branch: &Branch| largest_step(&self.group, &branch.q, q) < SAME;
+            let known = |branch: &Branch| self.space.largest_step(&branch.q, q) < SAME;
             if end.solved && !found.iter().any(known) {
                 found.push(Branch { q: q.to_vec(), index: 0 });
             }
@@ -82,14 +84,14 @@ impl InverseArm {
 
     /// The solution of a pose that continues a branch: no joint moves by more than `most` [rad, or m of a joint that slides].
     pub fn follow(&self, branch: &Branch, target: &Pose<World, EndEffector>, most: f64) -> Option<Branch> {
-        let near = |q: &[f64]| largest_step(&self.group, &branch.q, q) <= most;
+        let near = |q: &[f64]| self.space.largest_step(&branch.q, q) <= most;
         match &self.closed {
             Some(ClosedForm::Seven(motion)) => FIRST_MOVES.into_iter().find_map(|step| {
                 let q = motion.arm().branch(target, branch.q[0] + step, branch.index)?;
                 near(&q).then(|| Branch { q: q.to_vec(), index: branch.index })
             }),
             Some(ClosedForm::Six(arm)) => {
-                let step = |q: &[f64; 6]| largest_step(&self.group, &branch.q, q);
+                let step = |q: &[f64; 6]| self.space.largest_step(&branch.q, q);
                 let nearest = arm.solutions(target).solutions.into_iter().min_by(|a, b| step(a).total_cmp(&step(b)))?;
                 near(&nearest).then(|| Branch { q: nearest.to_vec(), index: 0 })
             }
@@ -136,15 +138,4 @@ fn seven(motion: &SelfMotion, target: &Pose<World, EndEffector>) -> Vec<Branch> 
         }));
     }
     found
-}
-
-/// Largest motion of a joint between two configurations, round the circle for joints that rotate without limits [rad or m].
-fn largest_step(group: &PlanningGroup, from: &[f64], to: &[f64]) -> f64 {
-    let joints = group.joints().iter().zip(from.iter().zip(to));
-    let step = joints.map(|(joint, (from, to))| {
-        let step = to - from;
-        let endless = joint.kind == JointKind::Revolute && joint.limits.is_none();
-        if endless { (step - TAU * (step / TAU).round()).abs() } else { step.abs() }
-    });
-    step.fold(0.0, f64::max)
 }

@@ -12,7 +12,7 @@ pub const RADIANS_PER_METRE: f64 = 4.0;
 /// [`RADIANS_PER_METRE`]. Joints without limits are measured round the circle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointSpace {
-    /// Lowest and highest value of each joint, and whether the two are the same.
+    /// Lowest and highest value of each joint, and whether the two are the same: of a joint that rotates without limits.
     ranges: Vec<(f64, f64, bool)>,
     /// Radians that a unit of each joint counts as.
     weights: Vec<f64>,
@@ -22,7 +22,8 @@ impl JointSpace {
     /// The joints of a group.
     pub fn new(group: &PlanningGroup) -> Self {
         let range = |joint: &robot::kinematics::Joint| {
-            joint.limits.map_or((-PI, PI, true), |limits| (limits.low, limits.high, false))
+            let round = joint.kind == JointKind::Revolute;
+            joint.limits.map_or((-PI, PI, round), |limits| (limits.low, limits.high, false))
         };
         let weight = |joint: &robot::kinematics::Joint| match joint.kind {
             JointKind::Revolute => 1.0,
@@ -49,6 +50,11 @@ impl JointSpace {
     fn joint_difference(&self, joint: usize, from: f64, to: f64) -> f64 {
         let difference = to - from;
         if self.ranges[joint].2 { difference - TAU * (difference / TAU).round() } else { difference }
+    }
+
+    /// Largest motion of a joint on the shortest way between two configurations [rad or m].
+    pub fn largest_step(&self, from: &[f64], to: &[f64]) -> f64 {
+        (0..self.joints()).map(|joint| self.joint_difference(joint, from[joint], to[joint]).abs()).fold(0.0, f64::max)
     }
 
     /// Length of a difference [rad].

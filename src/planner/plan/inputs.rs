@@ -122,7 +122,7 @@ impl PlanSettings {
             energy: EnergyKind::ContactAndPotential,
             space: WrenchSpace::Force,
             friction: 0.2,
-            potential_scale: 100.0,
+            potential_scale: crate::energy::POTENTIAL_SCALE,
             whole_schedule: true,
             descent: false,
             frame: SearchFrame::Seed,

@@ -3,15 +3,14 @@
 use nalgebra::{IsometryMatrix3, Point3};
 
 use super::inputs::{HeatmapInput, PlanInputs, PlanReach, SearchEnergy};
-use crate::energy::{ContactEnergy, EnergyForm, HandContact, HandShape, MAX_ENERGY, combined_energy, grasp_energy};
+use crate::energy::{
+    ContactEnergy, EnergyForm, HandContact, HandShape, MAX_ENERGY, POTENTIAL_SCALE, combined_energy, grasp_energy,
+};
 use kernel::geom::{EndEffector, Pose, World};
 use robot::grasp::{EnergyKind, STAND_OFF, SearchedContact, SearchedState};
 
 /// Energy per millimetre that a contact is below the table, on the approach or where the hand closes.
 const BELOW_TABLE: f64 = 10.0;
-
-/// Factor of the potential in the standard form of the energy with reachability.
-const POTENTIAL_SCALE: f64 = 100.0;
 
 /// Memory of one thread that evaluates energies.
 #[derive(Default)]

@@ -16,7 +16,7 @@ struct Cells {
     occupied: Vec<bool>,
 }
 
-/// The occupied cells as one body; `None` where there are none. The frame's origin is the corner of cell (0, 0, 0).
+/// The occupied cells as one body; `None` for an empty grid. The frame's origin is the corner of cell (0, 0, 0).
 pub(super) fn solid_of_cells(grid: &OccupancyGrid, size: f64, level: SimdLevel) -> Option<Solid> {
     let cells = Cells::new(grid)?;
     let triangles = cells.triangles(size);

@@ -216,7 +216,7 @@ mod tests {
                     free += 1;
                     let most = 0.2;
                     let [found, other] = [&among, &scratch].map(|checker| checker.clearance(pair, &links, most));
-                    // A prism stands for one of two cylinders.
+                    // One of two cylinders is approximated by a prism.
                     let error = if pair == 6 { 1e-4 } else { 4e-6 };
                     assert!((found - other).abs() < error, "pair {pair}: {found} {other}");
                     compared += u32::from(found < most);

@@ -158,7 +158,7 @@ impl TableRow for PoseRow<'_> {
         row: "pose",
         group: 8192,
         meaning: "One row per stored pose: all free ones, and the first ones that leak, that are too weak and that are blocked. \
-                  `seat` to `curvatures` are none where a ray misses the surface, `strength` to `force` where the cup leaks.",
+                  `seat` to `curvatures` are null if a ray misses the surface, `strength` to `force` if the cup leaks.",
     };
 
     fn columns(_: Product) -> Vec<RowColumn<Self>> {
